@@ -19,12 +19,12 @@ from movingout.agents.adapters.policy_file import POLICY_FILES, existing, policy
 from movingout.agents.agent_options import OptionValue, check_options, parse_options
 from movingout.agents.base import Agent
 from movingout.agents.checkpoint.checkpoint import (
-    MODEL_ROOTS,
     Card,
     checkpoint_folders,
     damage,
     find_checkpoint,
     folder_name,
+    model_roots,
     readable_checkpoints,
 )
 from movingout.agents.errors import AgentError, CheckpointError
@@ -192,14 +192,14 @@ def _installed_card(name: str) -> AgentCard:
 
 def trained_cards() -> list[AgentCard]:
     """The agents with a readable checkpoint of a known kind; `damaged_cards` describes the others."""
-    readable = readable_checkpoints(*MODEL_ROOTS)
+    readable = readable_checkpoints(*model_roots())
     return [_trained_card(checkpoint.card) for checkpoint in readable if checkpoint.card.kind in KINDS]
 
 
 def damaged_cards() -> list[str]:
     """One sentence per agent that `agent_cards` leaves out: what is wrong with its checkpoint, or with its name."""
-    sentences = damage(*MODEL_ROOTS)
-    for checkpoint in readable_checkpoints(*MODEL_ROOTS):
+    sentences = damage(*model_roots())
+    for checkpoint in readable_checkpoints(*model_roots()):
         try:
             kind_of(checkpoint.card)
         except CheckpointError as error:
@@ -243,8 +243,8 @@ def agent_card(agent_id: str) -> AgentCard:
     if reference in _registered():
         return replace(_installed_card(reference), id=agent_id)
     if "@" in reference:
-        if any(folder.name == folder_name(reference) for folder in checkpoint_folders(*MODEL_ROOTS)):
-            return _trained_card(find_checkpoint(reference, *MODEL_ROOTS).card)
+        if any(folder.name == folder_name(reference) for folder in checkpoint_folders(*model_roots())):
+            return _trained_card(find_checkpoint(reference, *model_roots()).card)
         known = [*(card.id for card in trained_cards()), *_CATALOGUE, *_registered()]
         raise AgentError(f"unknown agent {agent_id!r}; {known_names(reference, known)}")
     named = f" with {', '.join(f'{key}={value}' for key, value in options.items())}" if options else ""
@@ -260,7 +260,7 @@ def unseen_map(agent_id: str, map_name: str) -> str:
     reference = agent_id.strip().partition(":")[0]
     if "@" not in reference:
         return ""
-    maps = find_checkpoint(reference, *MODEL_ROOTS).card.maps
+    maps = find_checkpoint(reference, *model_roots()).card.maps
     if map_name in maps or PREFIX in maps:
         return ""
     others = ", ".join(maps) if len(maps) <= 3 else f"{len(maps)} others"
@@ -327,7 +327,7 @@ def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
 def _factory(reference: str) -> Callable[..., object]:
     """The factory of a trained agent (`dp@all`), of one in the catalogue, or of your own."""
     if "@" in reference:
-        checkpoint = find_checkpoint(reference, *MODEL_ROOTS)
+        checkpoint = find_checkpoint(reference, *model_roots())
         return partial(kind_of(checkpoint.card).load, checkpoint)
     if reference == GHOST:
         return _resolve("movingout.agents.baseline.replay_agent:ReplayAgent")

@@ -8,7 +8,6 @@ The agent `idle` is the control: what the partner reaches alone. Errors are stan
 
 import argparse
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,6 +23,9 @@ from movingout.maps.errors import MovingOutError
 from movingout.maps.selection import HELP as MAPS_HELP
 from movingout.maps.selection import selected_maps
 from movingout.matches import MatchError, MatchResult, play_matches
+from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
+from movingout.matches.execution.local_workers import LocalWorkerPool
+from movingout.matches.run import WorkerPoolFactory
 from movingout.world.constants import LIMIT_TICKS
 from movingout.world.estimates import estimate, estimate_text
 
@@ -43,8 +45,10 @@ def runs(agents: list[str], partners: list[str], maps: list[str], episodes: int,
     return made
 
 
-def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Outcome]:
-    """Play all episodes in worker processes, with a progress bar; those in `log` are not played again.
+def play_all(
+    todo: list[Run], workers: int, log: Path | None = None, pool: WorkerPoolFactory = LocalWorkerPool
+) -> list[Outcome]:
+    """Play all episodes with a pool of workers and a progress bar; those in `log` are not played again.
 
     Episodes are ordered by seed, then by agent, so that an agent decides for many maps in one batch
     (`matches.execution.lockstep`). Raises MatchError if any match failed, because a failure has no score.
@@ -60,14 +64,16 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
         if result.failure or metrics.wt_s is None:
             failed.append(f"{run.agent} with {run.partner} on {run.map}, seed {run.seed}: {result.failure}")
             return
-        done[run] = Outcome(run, metrics.tcr, metrics.nfd, metrics.wt_s, metrics.ac, result.cpu_s)
+        done[run] = Outcome(
+            run, metrics.tcr, metrics.nfd, metrics.wt_s, metrics.ac, result.cpu_s, metrics.interdependence
+        )
         if kept is not None:
             kept.append(done[run])
         progress.update(bar, completed=len(done))
 
     with Progress(console=Console(stderr=True)) as progress:
         bar = progress.add_task("episodes", total=len(todo), completed=len(done))
-        play_matches(list(rest), workers=workers, on_result=on_result)
+        play_matches(list(rest), workers=workers, on_result=on_result, pool=pool)
     if failed:
         raise MatchError(f"{len(failed)} of {len(rest)} matches failed: {failed[0]}")
     return [done[run] for run in todo]
@@ -101,12 +107,13 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--maps", default="all", help=MAPS_HELP)
     parser.add_argument("--episodes", type=int, default=2, help="per map")
     args = parser.parse_args(words)
-    if min(args.episodes, args.ticks, args.workers) < 1:
-        parser.error("--episodes, --ticks and --workers must be at least 1")
+    if min(args.episodes, args.ticks) < 1:
+        parser.error("--episodes and --ticks must be at least 1")
     try:
+        pool, workers = worker_pool_of(args), workers_of(args)
         maps, partners = _maps(args.maps), partner_ids(args.partners)
         refuse_unknown([*args.agents, *partners])
-        outcomes = play_all(runs(args.agents, partners, maps, args.episodes, args.ticks), args.workers, args.log)
+        outcomes = play_all(runs(args.agents, partners, maps, args.episodes, args.ticks), workers, args.log, pool)
     except MovingOutError as error:
         parser.error(str(error))
     if args.json:
@@ -117,10 +124,10 @@ def main(words: Sequence[str] | None = None) -> None:
 
 
 def add_options(parser: argparse.ArgumentParser, agents: list[str]) -> None:
-    """Who plays, for how long, by how many processes, and what becomes of it; `agents` play if none are named."""
+    """Who plays, for how long and where, and what becomes of it; `agents` play if none are named."""
     parser.add_argument("--agents", nargs="+", default=agents, metavar="ID", help="agent ids")
     parser.add_argument("--ticks", type=int, default=LIMIT_TICKS)
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    add_workers(parser)
     parser.add_argument("--log", type=Path, help="file of finished episodes to resume from")
     parser.add_argument("--json", action="store_true")
 

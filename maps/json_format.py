@@ -18,7 +18,8 @@ UNITS = {
     "mass": "engine units, a robot has 1",
 }
 NAME_PATTERN = (
-    r"^(generated:(coordination|awareness|consistency):(0|[1-9]\d{0,5})|[A-Za-z][A-Za-z0-9_-]{0,39})"
+    r"^(generated:(coordination|awareness|consistency):(0|[1-9]\d{0,5})(:(easy|medium|hard))?|"
+    r"[A-Za-z][A-Za-z0-9_-]{0,39})"
     r"(:mirror)?(:rot(90|180|270))?$"
 )
 MAX_ITEMS = 7  # the observation has seven item slots

@@ -53,8 +53,8 @@ def loadable_map_names() -> tuple[str, ...]:
 def load_map(name_or_path: str | os.PathLike[str]) -> MapSpec:
     """The map of a name, or of a path to a map file in our JSON or in the official format.
 
-    `generated:awareness:12` is a generated map (`maps.generated`). After name or path may stand symmetries of the
-    square, such as `:mirror` or `:rot90` (`maps.symmetry`).
+    `generated:awareness:12` is a generated map (`maps.generated`), `generated:awareness:12:hard` a hard one. After name
+    or path may stand symmetries of the square, such as `:mirror` or `:rot90` (`maps.symmetry`).
     Raises MapError with what would work when there is no such map, or with the JSON path of the fault.
     """
     if not isinstance(name_or_path, str | os.PathLike):
@@ -98,8 +98,8 @@ def _designed(text: str) -> MapSpec:
     if is_generated(text):
         from movingout.maps.generated.generator import generate  # needs numpy, which names and --help do without
 
-        mode, seed = read_name(text)
-        return generate(seed, mode)
+        named = read_name(text)
+        return generate(named.seed, named.mode, named.difficulty)
     path = Path(text)
     if path.suffix == ".json" or len(path.parts) > 1 or path.is_file():
         return _read(path)

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
+from movingout.maps.errors import MovingOutError
 from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.progress import with_progress
@@ -51,30 +52,31 @@ def processors() -> int:
 
 
 def map_on_ray(address: str, function: Callable[[T], R], values: Sequence[T], verb: str) -> Iterator[R]:
+    """The results in order with a progress bar, see `on_ray`."""
+    yield from with_progress(on_ray(address, function, values), len(values), verb)
+
+
+def on_ray(address: str, function: Callable[[T], R], values: Sequence[T]) -> Iterator[R]:
     """The results in order, computed on a cluster; what is lost with a node is done again.
 
-    Raises NoCluster, and the RecordingError that `function` raised.
+    Raises NoCluster, and the MovingOutError that `function` raised.
     """
     ray = connect(address)
     task = ray.remote(num_cpus=1, max_retries=3, scheduling_strategy="SPREAD")(function)
-
-    def results() -> Iterator[R]:
-        ahead, waiting = AHEAD * processors(), deque[Any]()
-        for value in values:
-            waiting.append(task.remote(value))
-            if len(waiting) >= ahead:
-                yield _result(ray, waiting.popleft())
-        while waiting:
+    ahead, waiting = AHEAD * processors(), deque[Any]()
+    for value in values:
+        waiting.append(task.remote(value))
+        if len(waiting) >= ahead:
             yield _result(ray, waiting.popleft())
-
-    yield from with_progress(results(), len(values), verb)
+    while waiting:
+        yield _result(ray, waiting.popleft())
 
 
 def _result(ray: Any, reference: Any) -> Any:
     try:
         return ray.get(reference)
     except ray.exceptions.RayError as error:
-        if isinstance(cause := getattr(error, "cause", None), RecordingError):
+        if isinstance(cause := getattr(error, "cause", None), MovingOutError):
             raise cause from None
         first = str(error).strip().splitlines()[-1]
         raise NoCluster(f"the Ray cluster could not do it: {first[:300]}") from error

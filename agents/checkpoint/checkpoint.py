@@ -14,6 +14,7 @@ import contextlib
 import hashlib
 import json
 import math
+import os
 import re
 import shutil
 from collections.abc import Iterator, Mapping
@@ -29,8 +30,7 @@ from movingout.agents.checkpoint.policy_spec import KindName, LayoutName, Policy
 from movingout.agents.errors import CheckpointError
 
 SHIPPED = Path(__file__).resolve().parents[1] / "checkpoints"
-MODEL_ROOTS = (Path("data") / "models", SHIPPED)
-"""Where checkpoints are looked for: your own, then those that come with the project."""
+MODELS_VARIABLE = "MOVINGOUT_MODELS"
 CARD = "card.json"
 MAX_CARD_BYTES = 1 << 20
 MAX_FILE_BYTES = 256 << 20
@@ -195,6 +195,17 @@ class Checkpoint:
         return (self.folder.with_name(folder_name(entry.of)) if entry.of else self.folder) / entry.name
 
 
+def model_roots() -> tuple[Path, ...]:
+    """Where checkpoints are looked for: a folder that MOVINGOUT_MODELS names, your own, those that are shipped."""
+    named = os.environ.get(MODELS_VARIABLE)
+    return (*([Path(named)] if named else []), Path("data") / "models", SHIPPED)
+
+
+def own_models() -> str:
+    """The first of these folders, for a process that works elsewhere."""
+    return str(model_roots()[0].resolve())
+
+
 def folder_name(agent_id: str) -> str:
     """The folder name of an id: `dp-all` for `dp@all`."""
     return agent_id.replace("@", "-")
@@ -259,7 +270,7 @@ def card_bytes(agent_id: str) -> bytes:
     if "@" not in reference:
         return b""
     try:
-        return (find_checkpoint(reference, *MODEL_ROOTS).folder / CARD).read_bytes()
+        return (find_checkpoint(reference, *model_roots()).folder / CARD).read_bytes()
     except (CheckpointError, OSError):
         return b""
 

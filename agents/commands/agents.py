@@ -23,7 +23,7 @@ from movingout.agents.catalogue import (
     load_agent,
     unseen_map,
 )
-from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, find_checkpoint
+from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.agents.conformance import MAPS, TICKS, ConformanceError, check_agent
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
@@ -164,7 +164,7 @@ def _quantize(arguments: argparse.Namespace) -> int:
     with needs_extra("train", "quantizing"):
         from movingout.agents.checkpoint.quantization import write_quantized
     for agent_id in arguments.agents:
-        checkpoint = find_checkpoint(agent_id, *MODEL_ROOTS)
+        checkpoint = find_checkpoint(agent_id, *model_roots())
         small = write_quantized(checkpoint, arguments.out, arguments.keep_weights)
         before, now = (sum(one.stat().st_size for one in each.folder.iterdir()) for each in (checkpoint, small))
         common = {entry.of for entry in small.card.files if entry.of}

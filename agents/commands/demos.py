@@ -3,7 +3,8 @@
 import argparse
 import json
 import os
-from collections.abc import Iterator, Sequence
+import sys
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -24,13 +25,14 @@ from movingout.agents.partners.families import ALL, FAMILY, families, group, is_
 from movingout.agents.scripted.populations import POPULATIONS, manifest, population
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.parser import add_out
-from movingout.maps.generated.names import SPLITS
+from movingout.maps.generated.names import PREFIX, SPLITS, test_maps_caution
 from movingout.maps.randomize import SPLITS as VARIANT_SPLITS
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.selection import HELP as MAPS_HELP
 from movingout.maps.selection import selected_maps
 from movingout.maps.suggestion import counted, known_names
 from movingout.recordings.commands import imports
+from movingout.recordings.ray_cluster import connect, processors
 from movingout.world.constants import LIMIT_TICKS
 
 
@@ -63,7 +65,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     generate.add_argument("--episodes", type=int, default=2, help="per pair and map; the pair changes seats after half")
     generate.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode")
     generate.add_argument("--seed", type=int, default=0)
-    generate.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    _add_workers(generate)
     add_out(generate, "DIR", "folder for the recordings (%(default)s)", default=Path("data/demos"))
     generate.add_argument("--json", action="store_true")
     label = actions.add_parser(
@@ -84,7 +86,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     label.add_argument("--episodes", type=int, default=8, help="per map")
     label.add_argument("--ticks", type=int, default=LIMIT_TICKS)
     label.add_argument("--seed", type=int, default=0)
-    label.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    _add_workers(label)
     add_out(label, "DIR", "folder for the recordings (%(default)s)", default=Path("data/corrections"))
     label.add_argument("--json", action="store_true")
     proving = actions.add_parser(
@@ -94,7 +96,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     proving.add_argument("--split", choices=SPLITS, default="training", help="whose seeds to try (%(default)s)")
     proving.add_argument("--count", type=int, default=100, help="maps of each mode in the whole file (%(default)s)")
-    proving.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    _add_workers(proving)
     add_out(proving, "FILE", "the list, continued if it exists (%(default)s)", default=Path("data/maps.txt"))
     proving.add_argument("--json", action="store_true")
     official = actions.add_parser(
@@ -107,6 +109,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "people", help="list the scripted people and the families of partners", example="movingout demos people"
     )
     people.add_argument("--json", action="store_true")
+
+
+def _add_workers(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes of this machine")
+    parser.add_argument("--ray", default="", metavar="auto|ADDRESS", help="play on a Ray cluster (extra `cluster`)")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -179,7 +186,8 @@ def _generate(args: argparse.Namespace) -> int:
         todo = variant_jobs(people, designed, args.variants, args.ticks, args.seed, prefix, args.split)
     else:
         todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
-    made = _with_progress(len(todo), write_all(todo, args.out, args.workers))
+    _caution(job.map.name for job in todo)
+    made = _with_progress(len(todo), write_all(todo, args.out, args.workers, args.ray))
     (args.out / "people.json").write_text(json.dumps(manifest(), indent=1))
     rates = [one.tcr for one in made]
     mean = sum(rates) / len(rates) if rates else 0.0
@@ -200,7 +208,8 @@ def _label(args: argparse.Namespace) -> int:
         players = [(player.name, player.agent_id) for player in _players(args.population)]
         order = shuffled_partners(players, len(maps) * args.episodes, args.seed)
     todo = labelling_jobs(maps, order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
-    made = _with_progress(len(todo), label_all(todo, args.out, args.workers))
+    _caution(job.map.name for job in todo)
+    made = _with_progress(len(todo), label_all(todo, args.out, args.workers, args.ray))
     if args.json:
         print(json.dumps({"out": str(args.out), "episodes": len(made), "tcr": _per_map(made)}))
     else:
@@ -213,10 +222,15 @@ def _label(args: argparse.Namespace) -> int:
 def _prove(args: argparse.Namespace) -> int:
     if args.count < 1 or args.workers < 1:
         raise DataError("--count and --workers must be at least 1")
+    _caution([f"{PREFIX}:{args.split}"])
+    workers = args.workers
+    if args.ray:
+        connect(args.ray)
+        workers = processors()
     tried = solved = 0
     with Progress(console=Console(stderr=True)) as progress:
         bar = progress.add_task("maps", total=None)
-        for _, ticks in prove(args.split, args.out, args.count, args.workers):
+        for _, ticks in prove(args.split, args.out, args.count, workers, args.ray):
             tried, solved = tried + 1, solved + (ticks is not None)
             progress.update(bar, completed=tried, description=f"{solved} of {tried} maps solved")
     if args.json:
@@ -229,6 +243,12 @@ def _prove(args: argparse.Namespace) -> int:
 def _check_counts(args: argparse.Namespace) -> None:
     if args.episodes < 1 or args.ticks < 1 or args.workers < 1:
         raise DataError("--episodes, --ticks and --workers must be at least 1")
+
+
+def _caution(maps: Iterable[str]) -> None:
+    """Say so when test maps are among those played: demonstrations are there to be trained on."""
+    if sentence := test_maps_caution(maps):
+        print(f"movingout: {sentence}", file=sys.stderr)
 
 
 def _summary(made: list[WrittenEpisode], out: Path, before: int) -> str:

@@ -34,6 +34,7 @@ class AnywhereSizes:
 
     data: Path = Path("data")
     workers: int = 1  # processes, and trainings at a time
+    ray: str = ""  # address of a Ray cluster that plays instead of processes here
     ticks: int = LIMIT_TICKS  # limit of an episode
     partners: str = "families"  # who plays beside the expert and the learner: a word of `demos label --population`
     paper_maps: bool = False  # whether the paper's twelve are trained on too, in all symmetries
@@ -46,7 +47,7 @@ class AnywhereSizes:
     response_rounds: int = count_option(0, "of reinforcement learning; needs the extra `rl`", 0)
     play_maps: int = count_option(300, "of these maps that agents play without the expert, for the value of BASS")
     value_updates: int = count_option(2400, "of the value of BASS")
-    seeds: int = count_option(1, "trainings of Diffusion Policy on all labels, with seeds 0, 1, …")
+    seeds: int = count_option(1, "trainings of Diffusion Policy on all labels and of BASS on it, with seeds 0, 1, …")
 
 
 def recipe_anywhere(sizes: AnywhereSizes) -> list[Stage]:
@@ -57,9 +58,14 @@ def recipe_anywhere(sizes: AnywhereSizes) -> list[Stage]:
         stages += [(step,) for step in _label(sizes, labels, listed, number)]
         if number < sizes.rounds:
             stages.append((_diffusion(sizes, LEARNER_ANY, labels, sizes.updates * (number + 1), 0),))
-    ids = [DP_ANY, *(f"{DP_ANY}-{seed}" for seed in range(1, sizes.seeds))]
-    stages.append(tuple(_diffusion(sizes, name, labels, sizes.policy_updates, seed) for seed, name in enumerate(ids)))
+    policies = enumerate(of_seeds(DP_ANY, sizes.seeds))
+    stages.append(tuple(_diffusion(sizes, name, labels, sizes.policy_updates, seed) for seed, name in policies))
     return [*stages, *_response(sizes, listed), *_bass(sizes, labels, listed)]
+
+
+def of_seeds(agent_id: str, seeds: int) -> list[str]:
+    """The ids of an agent trained with seeds 0, 1, …: `dp@any`, `dp@any-1`, …"""
+    return [f"{agent_id}-{seed}" if seed else agent_id for seed in range(seeds)]
 
 
 def _response(sizes: AnywhereSizes, listed: Path) -> list[Stage]:
@@ -67,22 +73,36 @@ def _response(sizes: AnywhereSizes, listed: Path) -> list[Stage]:
     partners = [f"people:{name}" for name in sizes.partners] if set(sizes.partners) <= set("AB") else [sizes.partners]
     words = (
         "train", "response", "--base", DP_ANY, "--map", f"@{listed}", "--partners", *partners, "--ticks", sizes.ticks,
-        "--updates", sizes.response_rounds, "--threads", sizes.workers,
+        "--go-on", "--updates", sizes.response_rounds, "--threads", sizes.workers,
     )  # fmt: skip
-    return [(_training(sizes, RESPONSE_ANY, words),)] if sizes.response_rounds else []
+    is_done = _trained(sizes.data / "models", RESPONSE_ANY, sizes.response_rounds)
+    return [(_training(sizes, RESPONSE_ANY, words, is_done),)] if sizes.response_rounds else []
 
 
 def _bass(sizes: AnywhereSizes, labels: Path, listed: Path) -> list[Stage]:
     """A value, learned from labels and own play; then again, from what it led to. The engine itself simulates."""
-    own, led_to = (sizes.data / "anywhere" / "plays" / folder_name(name) for name in (DP_ANY, FIRST_ANY))
-    shape = (
-        "--dynamics", "engine", "--value-layout", "relative-v1", "--caution", 1, "--own", 4, "--partner", 2,
-        "--value-updates", sizes.value_updates, "--threads", sizes.workers,
+    plays = sizes.data / "anywhere" / "plays"
+    alone, firsts, again, lasts = [], [], [], []
+    for seed, names in enumerate(
+        zip(*(of_seeds(one, sizes.seeds) for one in (DP_ANY, FIRST_ANY, BASS_ANY)), strict=True)
+    ):
+        base, first, last = names
+        own, led_to = (plays / folder_name(name) for name in (base, first))
+        alone.append(_plays(sizes, base, own, listed))
+        firsts.append(_valued(sizes, first, base, seed, labels, own))
+        again.append(_plays(sizes, first, led_to, listed))
+        lasts.append(_valued(sizes, last, base, seed, labels, own, led_to))
+    return [*((one,) for one in alone), tuple(firsts), *((one,) for one in again), tuple(lasts)]
+
+
+def _valued(sizes: AnywhereSizes, agent_id: str, base: str, seed: int, *folders: Path) -> TrainingStep:
+    """BASS on a policy, its value learned from folders of episodes."""
+    words = (
+        "train", "bass", *folders, "--base", base, "--dynamics", "engine", "--value-layout", "relative-v1",
+        "--caution", 1, "--own", 4, "--partner", 2, "--value-updates", sizes.value_updates, "--seed", seed,
+        "--threads", sizes.workers if sizes.seeds == 1 else 1,
     )  # fmt: skip
-    first = _training(sizes, FIRST_ANY, ("train", "bass", labels, own, "--base", DP_ANY, *shape))
-    last = _training(sizes, BASS_ANY, ("train", "bass", labels, own, led_to, "--base", DP_ANY, *shape))
-    alone, again = (_plays(sizes, DP_ANY, own, listed),), (_plays(sizes, FIRST_ANY, led_to, listed),)
-    return [alone, (first,), again, (last,)]
+    return _training(sizes, agent_id, words)
 
 
 def _plays(sizes: AnywhereSizes, agent_id: str, folder: Path, listed: Path) -> TrainingStep:
@@ -90,23 +110,36 @@ def _plays(sizes: AnywhereSizes, agent_id: str, folder: Path, listed: Path) -> T
     words = (
         "demos", "label", "--map", f"@{listed}:{min(sizes.play_maps, 3 * sizes.maps)}", "--learner", agent_id,
         "--expert", agent_id, "--population", sizes.partners, "--episodes", 1, "--seed", 100, "--ticks", sizes.ticks,
-        "--workers", sizes.workers, "--out", folder,
+        *_where(sizes), "--out", folder,
     )  # fmt: skip
     marker = folder / "done"
     return TrainingStep(tuple(map(str, words)), marker.exists, marker=marker)
 
 
-def _training(sizes: AnywhereSizes, agent_id: str, words: tuple[object, ...]) -> TrainingStep:
-    """Train an agent that is not there yet."""
+def _training(
+    sizes: AnywhereSizes, agent_id: str, words: tuple[object, ...], is_done: Callable[[], bool] | None = None
+) -> TrainingStep:
+    """Train an agent; `is_done` tells when it has been, without it that there is one."""
     card = sizes.data / "models" / folder_name(agent_id) / CARD
-    whole = (*words, "--id", agent_id, "--name", NAMES[agent_id], "--data", sizes.data)
+    whole = (*words, "--id", agent_id, "--name", _name(agent_id), "--data", sizes.data)
     log = sizes.data / "logs" / f"{folder_name(agent_id)}.log"
-    return TrainingStep(tuple(map(str, whole)), card.exists, agent_id=agent_id, log=log)
+    return TrainingStep(tuple(map(str, whole)), is_done or card.exists, agent_id=agent_id, log=log)
+
+
+def _name(agent_id: str) -> str:
+    """What the lobby calls an agent, also one of another seed than 0."""
+    base, _, seed = agent_id.partition("any-")
+    return NAMES[agent_id] if agent_id in NAMES else f"{NAMES[base + 'any']}, seed {seed}"
+
+
+def _where(sizes: AnywhereSizes) -> tuple[object, ...]:
+    """The options of `demos` that say who plays."""
+    return ("--workers", sizes.workers, *(("--ray", sizes.ray) if sizes.ray else ()))
 
 
 def _maps(sizes: AnywhereSizes, listed: Path) -> TrainingStep:
     """The list of maps on which a pair of experts delivers everything."""
-    words = "demos", "prove", "--split", "training", "--count", sizes.maps, "--workers", sizes.workers, "--out", listed
+    words = "demos", "prove", "--split", "training", "--count", sizes.maps, *_where(sizes), "--out", listed
     return TrainingStep(tuple(map(str, words)), lambda: len(read_table(listed)) >= 3 * sizes.maps)
 
 
@@ -118,7 +151,7 @@ def _label(sizes: AnywhereSizes, labels: Path, listed: Path, number: int) -> lis
         folder = labels / f"{name}-{number}"
         words = (
             "demos", "label", "--map", maps, "--learner", learner, "--population", sizes.partners,
-            "--episodes", episodes, "--seed", number, "--ticks", sizes.ticks, "--workers", sizes.workers,
+            "--episodes", episodes, "--seed", number, "--ticks", sizes.ticks, *_where(sizes),
             "--out", folder,
         )  # fmt: skip
         marker = folder / "done"
@@ -129,14 +162,12 @@ def _label(sizes: AnywhereSizes, labels: Path, listed: Path, number: int) -> lis
 
 def _diffusion(sizes: AnywhereSizes, agent_id: str, labels: Path, total: int, seed: int) -> TrainingStep:
     """Diffusion Policy, trained on to `total` updates with the labels there are by now."""
-    whole = (
-        "train", "dp", labels, "--id", agent_id, "--name", NAMES.get(agent_id, f"{NAMES[DP_ANY]}, seed {seed}"), *SEEN,
-        "--go-on", "--updates", total, "--width", sizes.width, "--batch", sizes.batch, "--seed", seed,
-        "--threads", sizes.workers if agent_id == LEARNER_ANY or sizes.seeds == 1 else 1, "--data", sizes.data,
+    words = (
+        "train", "dp", labels, *SEEN, "--go-on", "--updates", total, "--width", sizes.width, "--batch", sizes.batch,
+        "--seed", seed, "--threads", sizes.workers if agent_id == LEARNER_ANY or sizes.seeds == 1 else 1,
         "--population", f"a scripted expert beside {sizes.partners} on generated maps",
     )  # fmt: skip
-    log = sizes.data / "logs" / f"{folder_name(agent_id)}.log"
-    return TrainingStep(tuple(map(str, whole)), _trained(sizes.data / "models", agent_id, total), None, agent_id, log)
+    return _training(sizes, agent_id, words, _trained(sizes.data / "models", agent_id, total))
 
 
 def _trained(models: Path, agent_id: str, total: int) -> Callable[[], bool]:

@@ -3,13 +3,13 @@
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Protocol
 
 from movingout.agents.catalogue import load_agent
+from movingout.agents.data.calls import results_of
 from movingout.agents.data.corrections import SUFFIX, save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
 from movingout.agents.data.rollout import rollout
@@ -19,7 +19,6 @@ from movingout.maps import MapSpec
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
-from movingout.recordings.process_pool import process_pool
 from movingout.world.metrics import EpisodeMetrics, task_completion_rate
 from movingout.world.scoring import delivered_items
 
@@ -107,6 +106,7 @@ def _map_name(the_map: MapSpec) -> str:
 
 def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:
     """Play and write one episode."""
+    (folder / f"{job.episode_id}.mcap.journal").unlink(missing_ok=True)  # of one that was stopped, or lost with a node
     agents = (load_agent(job.seats[0].agent_id), load_agent(job.seats[1].agent_id))
     blue, red = (SeatInfo("agent", person.name, person.sha256) for person in job.seats)
     header = EpisodeHeader(
@@ -128,22 +128,24 @@ def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:
     return WrittenEpisode(path, job.map.name, played, tcr)
 
 
-def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int) -> Iterator[WrittenEpisode]:
-    """Play and write episodes in `workers` processes; yields them as they finish and skips those that exist."""
+def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str = "") -> Iterator[WrittenEpisode]:
+    """Play and write episodes in `workers` processes, or on the Ray cluster at an address.
+
+    Yields them as they finish and skips those that exist.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     missing = [job for job in todo if not (folder / f"{job.episode_id}.mcap").exists()]
-    for job in missing:
-        (folder / f"{job.episode_id}.mcap.journal").unlink(missing_ok=True)  # of a run that was stopped
-    yield from _in_processes([partial(_answered, job, partial(write_episode, job, folder)) for job in missing], workers)
+    calls = [partial(_answered, job, partial(write_episode, job, folder.resolve())) for job in missing]
+    yield from results_of(calls, workers, ray)
 
 
-def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int) -> Iterator[WrittenEpisode]:
+def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int, ray: str = "") -> Iterator[WrittenEpisode]:
     """Play and label episodes likewise."""
     folder.mkdir(parents=True, exist_ok=True)
-    paths = {job: folder / f"{_file_name(job)}{SUFFIX}" for job in todo}
+    paths = {job: folder.resolve() / f"{_file_name(job)}{SUFFIX}" for job in todo}
     missing = [(job, path) for job, path in paths.items() if not path.exists()]
     calls = [partial(_answered, job, partial(_label_and_save, job, path)) for job, path in missing]
-    yield from _in_processes(calls, workers)
+    yield from results_of(calls, workers, ray)
 
 
 def _file_name(job: LabellingJob) -> str:
@@ -170,12 +172,3 @@ def _answered(job: EpisodeJob | LabellingJob, call: Callable[[], WrittenEpisode]
         agents = job.agent_ids
         sentence = f"{agents[0]} with {agents[1]} on {job.map.name}, seed {job.seed}: {type(error).__name__}: {error}"
         raise AgentError(located(f"{sentence}; finished episodes are kept", error)) from error
-
-
-def _in_processes(calls: Sequence[Callable[[], WrittenEpisode]], workers: int) -> Iterator[WrittenEpisode]:
-    if workers == 1:
-        yield from (call() for call in calls)
-        return
-    with process_pool(workers) as processes:
-        for future in as_completed([processes.submit(call) for call in calls]):
-            yield future.result()

@@ -1,16 +1,17 @@
 """Whether a map can be played to the end in time: a pair of scripted experts delivers everything on it, or does not."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 from movingout.agents.catalogue import load_agent
+from movingout.agents.data.calls import results_of
 from movingout.agents.data.rollout import rollout
 from movingout.maps import MapSpec, load_map
 from movingout.maps.errors import MapError
 from movingout.maps.generated.names import MODE_WORDS, SPLITS, Split, generated_name, read_name
 from movingout.maps.generated.proved import read_table
 from movingout.maps.spec import Mode
-from movingout.recordings.process_pool import process_pool
 from movingout.world.constants import LIMIT_TICKS
 from movingout.world.scoring import delivered_items
 
@@ -30,11 +31,12 @@ def ticks_to_deliver(spec: MapSpec, limit: int = LIMIT_TICKS) -> int | None:
     return ticks if done else None
 
 
-def prove(split: Split, path: Path, count: int, workers: int) -> Iterator[tuple[str, int | None]]:
+def prove(split: Split, path: Path, count: int, workers: int, ray: str = "") -> Iterator[tuple[str, int | None]]:
     """Try the seeds of a split until the file names `count` maps of each mode; yields each map tried and its ticks.
 
-    What the file has is kept, the search goes on behind it, and the file is written after every few seeds, so that the
-    command can be stopped and repeated. Raises MapError for a file with maps of another split.
+    It is played by `workers` processes, or on the Ray cluster at an address, which has so many processors. What the
+    file has is kept, the search goes on behind it, and the file is written after every few seeds, so that the command
+    can be stopped and repeated. Raises MapError for a file with maps of another split.
     """
     table = read_table(path)
     if strangers := [name for name in table if read_name(name)[1] not in SPLITS[split]]:
@@ -49,7 +51,7 @@ def prove(split: Split, path: Path, count: int, workers: int) -> Iterator[tuple[
             behind[mode] = seeds.stop
         if not names:
             raise MapError(f"all seeds of generated:{split} have been tried")
-        for name, ticks in _results(names, workers):
+        for name, ticks in _results(names, workers, ray):
             if ticks is not None and _count(read_name(name)[0], table) < count:
                 table[name] = ticks
             yield name, ticks
@@ -65,16 +67,14 @@ def _count(mode: Mode, table: dict[str, int]) -> int:
     return sum(read_name(name)[0] == mode for name in table)
 
 
-def _results(names: Sequence[str], workers: int) -> Iterator[tuple[str, int | None]]:
-    if workers == 1:
-        yield from ((name, _ticks(name)) for name in names)
-        return
-    with process_pool(workers) as processes:
-        yield from zip(names, processes.map(_ticks, names), strict=True)
+def _results(names: Sequence[str], workers: int, ray: str) -> list[tuple[str, int | None]]:
+    """In the order of the names, so that a list does not depend on who was faster."""
+    found = dict(results_of([partial(_ticks, name) for name in names], workers, ray))
+    return [(name, found[name]) for name in names]
 
 
-def _ticks(name: str) -> int | None:
-    return ticks_to_deliver(load_map(name))
+def _ticks(name: str) -> tuple[str, int | None]:
+    return name, ticks_to_deliver(load_map(name))
 
 
 def _write(path: Path, table: dict[str, int]) -> None:

@@ -17,6 +17,7 @@ from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.errors import AgentError
 from movingout.agents.grasp_encoding import toggles
+from movingout.agents.inference.mirror import FeatureMirror
 from movingout.agents.inference.network import PolicyNetwork, Singles
 from movingout.agents.observation.features import FeatureSet, in_frame
 from movingout.maps import MapSpec
@@ -64,8 +65,11 @@ class PolicyAgent:
 
     execute_rows = 1  # asked every tick; rows beyond the first are there for a missed deadline
 
-    def __init__(self, spec: PolicySpec, network: PolicyNetwork, execute: int = 0) -> None:
-        """`execute`: ticks between decisions; 0 means as in the card. Raises AgentError when out of range."""
+    def __init__(self, spec: PolicySpec, network: PolicyNetwork, execute: int = 0, mirrored: bool = False) -> None:
+        """`execute`: ticks between decisions; 0 means as in the card. `mirrored`: see `agents.inference.mirror`.
+
+        Raises AgentError when out of range, or for a layout without a mirror.
+        """
         if type(execute) is not int or not 0 <= execute <= spec.horizon:
             raise AgentError(f"execute is a whole number of ticks from 1 to {spec.horizon}, not {execute}")
         self.spec = spec
@@ -73,6 +77,7 @@ class PolicyAgent:
         self.execute = min(execute or spec.execute, spec.horizon)
         self.detail: dict[str, object] = {}
         self.features = FeatureSet.of(spec)
+        self._mirror = FeatureMirror(self.features) if mirrored else None
         self._history: list[Singles] = []
         self._past: deque[WorldState] = deque(maxlen=self.features.memory_ticks + 1)
         self._trail: deque[Floats] = deque(maxlen=STANDSTILL_TICKS)
@@ -119,7 +124,7 @@ class PolicyAgent:
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
         """A chunk (H, 5) for observations (To, D)."""
-        chunk: Singles = self.in_arena_frame(self.network.run(history[None], self.noise(1)), [state])[0]
+        chunk: Singles = self.in_arena_frame(_sampled([self], history[None]), [state])[0]
         return chunk
 
     def in_arena_frame(self, chunks: Singles, states: Sequence[WorldState]) -> Singles:
@@ -142,8 +147,7 @@ class PolicyAgent:
         agents: Sequence["PolicyAgent"], states: Sequence[WorldState], histories: Singles
     ) -> Sequence[Singles]:
         """What `decide` of each would return, for observations (B, To, D)."""
-        noise = np.concatenate([agent.noise(1) for agent in agents])
-        return list(_in_arena_frame(agents, agents[0].network.run(histories, noise), states))
+        return list(_in_arena_frame(agents, _sampled(agents, histories), states))
 
     @staticmethod
     def remember_many(seen: Sequence[tuple["PolicyAgent", Observation]]) -> None:
@@ -183,6 +187,17 @@ class PolicyAgent:
     def _world_rows(self, chunk: Singles, *, holding: bool) -> ActionChunk:
         """A policy's output (h, 5) as an agent's chunk (h, 4)."""
         return agent_rows(chunk, holding=holding, levels=self.spec.grasp == "hold")
+
+
+def _sampled(agents: Sequence[PolicyAgent], histories: Singles) -> Singles:
+    """A chunk of each agent (B, H, 5), for observations (B, To, D); its generator draws noise, then the mirror."""
+    noise = np.concatenate([agent.noise(1) for agent in agents])
+    mirrors = [agent._mirror for agent in agents]
+    flips = [mirror is not None and agent.random.random() < 0.5 for agent, mirror in zip(agents, mirrors, strict=True)]
+    mirror = next((one for one in mirrors if one is not None), None)
+    if mirror is None or not any(flips):
+        return agents[0].network.run(histories, noise)
+    return mirror.sample(agents[0].network, histories, noise, flips)
 
 
 def _in_arena_frame(agents: Sequence[PolicyAgent], chunks: Singles, states: Sequence[WorldState]) -> Singles:

@@ -51,6 +51,7 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     maps = selected_maps(options.map)
     documents = [map_to_json(load_map(name)) for name in maps]
     config = _for_maps(run, maps)
+    run.caution(maps)
     from movingout.agents.policies.export import save_policy
 
     run.begin()

@@ -48,13 +48,19 @@ def policy_kind(
     )
 
 
-def load_policy(checkpoint: Checkpoint, execute: int = 0) -> Agent:
-    """The agent of a checkpoint. `execute`: ticks between decisions; 0 means what the card says."""
+def load_policy(checkpoint: Checkpoint, execute: int = 0, mirrored: bool | str = False) -> Agent:
+    """The agent of a checkpoint. `execute`: ticks between decisions; 0 means what the card says.
+
+    `mirrored`: yes draws half of the decisions through the mirror (`agents.inference.mirror`).
+    """
+    from movingout.agents.inference.mirror import yes_or_no
     from movingout.agents.inference.network import shared_policy_network
     from movingout.agents.inference.policy_agent import PolicyAgent
 
     spec = checkpoint.card.network
-    return PolicyAgent(spec, shared_policy_network(spec, checkpoint.read("policy.onnx")), execute)
+    return PolicyAgent(
+        spec, shared_policy_network(spec, checkpoint.read("policy.onnx")), execute, yes_or_no("mirrored", mirrored)
+    )
 
 
 def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: TrainingRun[PolicyConfig]) -> Trained:

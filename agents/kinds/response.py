@@ -72,6 +72,7 @@ def _company(run: TrainingRun[ResponseConfig]) -> "Company":
     maps = selected_maps(options.map)
     for name in maps:
         load_map(name)
+    run.caution(maps)
     groups = tuple(tuple(one.agent_id for one in group(name)) for name in options.partners)
     for one in groups:
         run.load_agent(one[0])  # fail now rather than in some round

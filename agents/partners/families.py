@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import cycle, islice
 
-from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, checkpoint_folders, folder_name
+from movingout.agents.checkpoint.checkpoint import checkpoint_folders, folder_name, model_roots
 from movingout.agents.errors import AgentError
 from movingout.agents.scripted.populations import POPULATIONS, population
 from movingout.maps.suggestion import known_names
@@ -50,11 +50,11 @@ class Family:
 
     @property
     def members(self) -> tuple[FamilyMember, ...]:
-        """Those whose checkpoints are here; all of a family without any."""
+        """Those whose checkpoints are here; their names do not depend on which others are."""
         trained = any("@" in agent_id for agent_id in self.ids)
-        here = {folder.name for folder in checkpoint_folders(*MODEL_ROOTS)} if trained else set()
-        there = [agent_id for agent_id in self.ids if _is_here(agent_id, here)]
-        return tuple(FamilyMember(f"{self.name}{number + 1:02d}", agent_id) for number, agent_id in enumerate(there))
+        here = {folder.name for folder in checkpoint_folders(*model_roots())} if trained else set()
+        numbered = (FamilyMember(f"{self.name}{number:02d}", agent_id) for number, agent_id in enumerate(self.ids, 1))
+        return tuple(one for one in numbered if _is_here(one.agent_id, here))
 
 
 def families() -> dict[str, Family]:

@@ -7,7 +7,7 @@ progress, the mean of NFD and TCR.
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ import torch
 from torch import Tensor, nn
 
 from movingout.agents.errors import DataError
+from movingout.agents.observation.features import Singles
 from movingout.agents.policies.policy import CLIP
 from movingout.agents.reinforcement.config import ResponseConfig
 from movingout.agents.reinforcement.resume_file import read_resume, write_resume
@@ -83,9 +84,9 @@ class BestResponse:
                 chunks = self.policy.chunks(seen, noise).numpy()
                 logs = IndependentNormal(loc, scale).log_prob(noise)
             results.append(play_all(self.rooms, chunks))
-            after = self._features()
-            inputs.append((seen, noise, logs, after))
-            seen = after
+            current = self._features()
+            inputs.append((seen, noise, logs, _at_the_end(current, results[-1].last)))
+            seen = current
         rewards = torch.tensor(np.stack([result.rewards for result in results], axis=1), dtype=torch.float32)
         over = torch.tensor(np.stack([result.over for result in results], axis=1)).bool()
         delivered = torch.tensor(np.stack([result.delivered for result in results], axis=1)).bool()
@@ -95,7 +96,13 @@ class BestResponse:
             "episodes": float(over.sum()),
             "all delivered": float(delivered.sum() / over.sum().clamp(min=1)),
         }
-        ends = {"reward": rewards[..., None] / REWARD_UNIT, "done": over[..., None], "terminated": over[..., None]}
+        # At the time limit there is nothing final about a state: what it is worth counts on.
+        ends = {
+            "done": over[..., None],
+            "terminated": delivered[..., None],
+            "truncated": (over & ~delivered)[..., None],
+        }
+        ends["reward"] = rewards[..., None] / REWARD_UNIT
         played = TensorDict(
             {"observation": seen, "action": noise, _ACTION: logs, "next": {"observation": after, **ends}},
             batch_size=rewards.shape,
@@ -166,6 +173,12 @@ class _Steer(nn.Module):
         loc, scale = self.steering(normal.flatten(0, -2))
         shape = *observation.shape[:-1], -1
         return loc.reshape(shape), scale.reshape(shape)
+
+
+def _at_the_end(current: Tensor, last: Sequence[Singles | None]) -> Tensor:
+    """What decisions led to (K, D): the end of their episodes, where the rooms are already in the next."""
+    rows = [row if seen is None else torch.from_numpy(seen) for row, seen in zip(current, last, strict=True)]
+    return torch.stack(rows)
 
 
 def _stacked(tensors: list[Tensor]) -> Tensor:

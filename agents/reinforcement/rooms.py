@@ -1,8 +1,10 @@
 """Episodes of a learner with many partners on many maps at once: one batch of decisions for all of them."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,9 +13,12 @@ from movingout.agents.base import Agent, EpisodeInfo
 from movingout.agents.bass.value import progress
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.data.rollout import SeatPlayer
+from movingout.agents.errors import AgentError
+from movingout.agents.fault_place import located
 from movingout.agents.inference.policy_agent import agent_rows
 from movingout.agents.observation.features import FeatureSet, Singles, in_frame
 from movingout.maps import load_map
+from movingout.maps.errors import MovingOutError
 from movingout.world import World
 from movingout.world.scoring import delivered_many
 from movingout.world.state import Floats, WorldState
@@ -36,6 +41,16 @@ class Played:
     rewards: Floats  # (K,) progress made
     over: Floats  # (K,) 1 where the episode ended, for whatever reason
     delivered: Floats  # (K,) 1 where everything was delivered
+    last: tuple[Singles | None, ...]  # what was seen at the end of the episodes that ended (D,)
+
+
+class RoomDecision(NamedTuple):
+    """What came of one decision."""
+
+    gained: float  # progress
+    over: bool
+    delivered: bool  # everything
+    last: Singles | None = None  # where it is over: what was seen at its end, before the next one began
 
 
 class PlayRoom:
@@ -59,8 +74,11 @@ class PlayRoom:
         seen: Singles = rows[0]
         return seen
 
-    def play(self, chunk: Singles) -> tuple[float, bool, bool]:
-        """Plays the first ticks of a chunk (H, 5): progress made, whether the episode is over, whether all is done."""
+    def play(self, chunk: Singles) -> RoomDecision:
+        """Plays the first ticks of a chunk (H, 5); an episode that ends is followed by the next.
+
+        Raises AgentError for whatever the partner raised: its code may be anybody's.
+        """
         before = self._done
         if self._spec.own_frame:
             angle = self._past[-1].robot_poses[self._seat, 2]
@@ -71,10 +89,10 @@ class PlayRoom:
                 break
         finished = bool(self._world.delivered().all())
         over = finished or self._world.tick >= self._company.ticks
-        gained = self._progress() - before
+        gained, last = self._progress() - before, self.features() if over else None
         if over:
             self._open()
-        return gained, over, finished
+        return RoomDecision(gained, over, finished, last)
 
     def _step(self, rows: Singles) -> None:
         state = self._past[-1]
@@ -82,7 +100,8 @@ class PlayRoom:
         row = agent_rows(rows[:1], holding=holding, levels=self._spec.grasp == "hold")[0]
         both = np.zeros((2, 3))
         both[self._seat] = world_action(row)
-        both[1 - self._seat] = self._partner.action(state)
+        with _in_a_sentence(self._with):
+            both[1 - self._seat] = self._partner.action(state)
         self._world.step(both)
         self._past.append(self._world.state())
 
@@ -94,9 +113,10 @@ class PlayRoom:
         partner = family[draw.integers(len(family))]
         self._seat, seed = int(draw.integers(2)), int(draw.integers(2**31))
         self._world = World(the_map, record_sub_poses=False)
-        self._partner = SeatPlayer(
-            company.load_agent(partner), EpisodeInfo(the_map, 1 - self._seat, seed, company.ticks)
-        )
+        self._with = f"{partner} on {the_map.name}, seed {seed}"
+        with _in_a_sentence(self._with):
+            episode = EpisodeInfo(the_map, 1 - self._seat, seed, company.ticks)
+            self._partner = SeatPlayer(company.load_agent(partner), episode)
         self._past.clear()
         self._past.append(self._world.state())
         self._progress()
@@ -109,7 +129,19 @@ class PlayRoom:
         return self._done
 
 
+@contextmanager
+def _in_a_sentence(where: str) -> Iterator[None]:
+    """Raises AgentError for whatever a partner raises."""
+    try:
+        yield
+    except MovingOutError:
+        raise
+    except Exception as error:
+        raise AgentError(located(f"{where}: {type(error).__name__}: {error}", error)) from error
+
+
 def play_all(rooms: Sequence[PlayRoom], chunks: Singles) -> Played:
     """One decision in every room, chunks (K, H, 5)."""
-    results = np.array([room.play(chunk) for room, chunk in zip(rooms, chunks, strict=True)], dtype=np.float64)
-    return Played(results[:, 0], results[:, 1], results[:, 2])
+    results = [room.play(chunk) for room, chunk in zip(rooms, chunks, strict=True)]
+    numbers = np.array([result[:3] for result in results], dtype=np.float64)
+    return Played(numbers[:, 0], numbers[:, 1], numbers[:, 2], tuple(result.last for result in results))

@@ -17,6 +17,7 @@ from movingout.agents.partners.families import group
 from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Optimisation
 from movingout.agents.training.training_data import TrainingData, read_training_data
+from movingout.maps.generated.names import test_maps_caution
 
 ConfigT = TypeVar("ConfigT", bound=Optimisation)
 
@@ -71,11 +72,17 @@ class TrainingRun(Generic[ConfigT]):
     def read_data(self) -> TrainingData:
         """The recordings and corrections that were named, but for episodes with those to be left out.
 
-        Raises DataError, RecordingError, or AgentError for an unknown family.
+        Says so when test maps are among them. Raises DataError, RecordingError, or AgentError for an unknown family.
         """
-        return read_training_data(
-            self.options.recordings, [member for name in self.options.without for member in group(name)]
-        )
+        without = [member for name in self.options.without for member in group(name)]
+        data = read_training_data(self.options.recordings, without)
+        self.caution({trajectory.map.name for trajectory in data.episodes})
+        return data
+
+    def caution(self, maps: Collection[str]) -> None:
+        """Tell the user when test maps are among those that are trained on."""
+        if sentence := test_maps_caution(maps):
+            self.tell(f"movingout: {sentence}")
 
     def begin(self, data: TrainingData | None = None) -> str:
         """Write the run's configuration, see `run_folder.begin`; `data` is None when nothing is trained.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from movingout.agents.bass.agent import BassAgent, RandomPartnerBassAgent
 from movingout.agents.bass.engine_agent import OracleBassAgent
-from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, find_checkpoint
+from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.matches.paper.published import figure
 
 BASS, GRU = "BASS", "BASS (GRU)"
@@ -71,7 +71,7 @@ def role(agent_id: str, agent: BassAgent) -> str:
         return RANDOM
     if isinstance(agent, OracleBassAgent):
         return ORACLE
-    dynamics = find_checkpoint(agent_id.partition(":")[0], *MODEL_ROOTS).card.dynamics
+    dynamics = find_checkpoint(agent_id.partition(":")[0], *model_roots()).card.dynamics
     return GRU if dynamics and dynamics.kind == "gru" else BASS
 
 

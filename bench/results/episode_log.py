@@ -13,15 +13,15 @@ from functools import lru_cache
 from pathlib import Path
 
 import movingout
-from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, find_checkpoint
-from movingout.maps import load_map
+from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.maps.errors import MovingOutError
 from movingout.matches import Match
+from movingout.matches.match import Challenge
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One episode: an agent in a seat of a map with a partner."""
+    """One episode: an agent in a seat of a map with a partner; in Challenge 2 on the held-out variant of the seed."""
 
     agent: str
     partner: str
@@ -29,12 +29,13 @@ class Run:
     seat: int
     seed: int
     ticks: int
+    challenge: Challenge = 1
 
     @property
     def match(self) -> Match:
         """The match to play; seat 0 is blue."""
         blue, red = (self.agent, self.partner) if self.seat == 0 else (self.partner, self.agent)
-        return Match(self.map, blue, red, self.seed, ticks=self.ticks)
+        return Match(self.map, blue, red, self.seed, self.challenge, self.ticks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +48,7 @@ class Outcome:
     wt_s: float
     ac: float | None
     cpu_s: float
+    interdependence: float | None = None  # logs of earlier versions do not have it
 
 
 class EpisodeLog:
@@ -92,8 +94,9 @@ def _read(path: Path) -> dict[str, Outcome]:
 
 def _key(run: Run) -> str:
     versions = {"version": _version(run.agent), "partner_version": _version(run.partner), "code": _code()}
-    played_in = {"world": _hash(repr(load_map(run.map))), "pymunk": importlib.metadata.version("pymunk")}
-    return json.dumps({**asdict(run), **versions, **played_in}, sort_keys=True)
+    played_in = {"world": _hash(repr(run.match.world_map())), "pymunk": importlib.metadata.version("pymunk")}
+    about = {name: value for name, value in asdict(run).items() if (name, value) != ("challenge", 1)}  # as ever
+    return json.dumps({**about, **versions, **played_in}, sort_keys=True)
 
 
 @lru_cache
@@ -101,7 +104,7 @@ def _version(agent_id: str) -> str:
     """A hash of what an agent has besides our code: its checkpoint, or the module it is loaded from."""
     reference = agent_id.partition(":")[0]
     if "@" in reference:
-        card = find_checkpoint(reference, *MODEL_ROOTS).card
+        card = find_checkpoint(reference, *model_roots()).card
         parts = (card.policy, card.selection, card.value, *card.files)
         return _hash("".join(part.model_dump_json() for part in parts if part))
     with contextlib.suppress(ImportError, ValueError):

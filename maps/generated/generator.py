@@ -13,7 +13,14 @@ import numpy as np
 
 from movingout.maps.check import check_map
 from movingout.maps.errors import MapError
-from movingout.maps.generated.names import DIFFICULTIES, MODE_WORDS, MOST_SEED, Difficulty, generated_name
+from movingout.maps.generated.names import (
+    DIFFICULTIES,
+    MODE_WORDS,
+    MOST_SEED,
+    Difficulty,
+    generated_name,
+    usual_difficulty,
+)
 from movingout.maps.generated.placement import draw_goals, draw_items, place_items, place_robots
 from movingout.maps.generated.skeletons import TEMPLATES, Draw
 from movingout.maps.packing import unplaced_items
@@ -28,14 +35,14 @@ _SPARE = 0.02  # around each item in the goals
 def generate(seed: int, mode: Mode, difficulty: Difficulty | None = None) -> MapSpec:
     """The map of a seed. Without a difficulty, seeds are easy, medium and hard in turn.
 
-    A map with another difficulty than that has no name of its own and is called after its seed all the same. Raises
-    MapError for a mode without generated maps or a seed out of range.
+    A map with another difficulty than that has it in its name: `generated:awareness:3:hard`. Raises MapError for a mode
+    without generated maps or a seed out of range.
     """
     if mode not in MODE_WORDS:
         raise MapError(f"no maps are generated for the mode {mode!r}; there are: {', '.join(MODE_WORDS)}")
     if not 0 <= seed <= MOST_SEED:
         raise MapError(f"a seed is a whole number from 0 to {MOST_SEED}, not {seed}")
-    return _generated(seed, mode, seed % len(DIFFICULTIES) if difficulty is None else DIFFICULTIES.index(difficulty))
+    return _generated(seed, mode, DIFFICULTIES.index(difficulty or usual_difficulty(seed)))
 
 
 @lru_cache(maxsize=256)
@@ -43,8 +50,8 @@ def _generated(seed: int, mode: Mode, level: int) -> MapSpec:
     draw = Draw(np.random.default_rng([_VERSION, list(MODE_WORDS).index(mode), level, seed]))
     for spec in _drawn(draw, mode, level):
         if not unplaced_items(spec, _SPARE) and not check_map(spec):
-            name = generated_name(mode, seed)
-            return replace(_turned(spec, draw.one_of(ALL_SYMMETRIES)), name=name, title=_title(seed))
+            name = generated_name(mode, seed, DIFFICULTIES[level])
+            return replace(_turned(spec, draw.one_of(ALL_SYMMETRIES)), name=name, title=_title(seed, level))
     raise MapError(f"no playable map was found for the seed {seed} ({mode}) in {_ATTEMPTS} attempts; take another seed")
 
 
@@ -70,8 +77,9 @@ def _drawn(draw: Draw, mode: Mode, level: int) -> Iterator[MapSpec]:
             )
 
 
-def _title(seed: int) -> str:
-    return f"Surprise map {seed}"
+def _title(seed: int, level: int) -> str:
+    difficulty = DIFFICULTIES[level]
+    return f"Surprise map {seed}" + ("" if difficulty == usual_difficulty(seed) else f", {difficulty}")
 
 
 def _turned(spec: MapSpec, symmetry: Symmetry) -> MapSpec:

@@ -4,12 +4,14 @@ An actor that is lost with its node is replaced elsewhere and its job is played 
 this package, the agents' checkpoints and, for recordings, a folder that all nodes share.
 """
 
+import os
 import sys
 from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, own_models
 from movingout.maps.errors import MovingOutError
 from movingout.matches.errors import MatchError
 from movingout.matches.execution.dispatch import WorkerMessage, WorkerPool
@@ -21,8 +23,9 @@ from movingout.recordings.ray_cluster import NoCluster, connect, processors, ray
 class RayWorker:
     """The actor, which plays jobs. Its arguments and results are plain JSON values, never our classes."""
 
-    def __init__(self, paths: list[str], agent_limit_s: float, record: str) -> None:
+    def __init__(self, paths: list[str], models: str, agent_limit_s: float, record: str) -> None:
         sys.path += [path for path in paths if path not in sys.path]
+        os.environ[MODELS_VARIABLE] = models
         self._lockstep = Lockstep(record=Path(record) if record else None, agent_limit_s=agent_limit_s)
 
     def play(self, matches: list[dict[str, Any]]) -> list[dict[str, Any]] | str:
@@ -40,7 +43,7 @@ class RayWorkerPool:
         self._ray = ray_module()
         self.size = min(size, cluster_processors())  # an actor beyond these would wait for ever
         paths = [path or str(Path.cwd()) for path in (*sys.path, "")]
-        self._settings = (paths, agent_limit_s, "" if record is None else str(record.resolve()))
+        self._settings = (paths, own_models(), agent_limit_s, "" if record is None else str(record.resolve()))
         self._actors: dict[int, Any] = {}
         self._jobs: dict[Any, int] = {}  # worker by object reference
         self._inbox: deque[WorkerMessage] = deque()

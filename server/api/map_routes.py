@@ -35,7 +35,7 @@ def map_routes(host: PublicHost) -> APIRouter:
             "practice": map_to_json(load_map(PRACTICE)),
             "own": [map_to_json(spec) for spec in host.own_maps.maps.values()],
             "own_left_out": len(host.own_maps.problems),
-            "surprise": proved_maps("test"),
+            "surprise": proved_maps("validation"),  # not test: recordings of players may be trained on
         }
 
     if host.settings.lobby:

@@ -5,7 +5,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import movingout
-from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, checkpoint_folders, read_checkpoint
+from movingout.agents.checkpoint.checkpoint import checkpoint_folders, model_roots, read_checkpoint
 from movingout.agents.errors import CheckpointError
 from movingout.recordings.versions import versions
 from movingout.study.design.definition import Study
@@ -27,7 +27,7 @@ def code_versions() -> dict[str, str]:
 def model_hashes(study: Study) -> dict[str, str]:
     """SHA-256 of the card of each trained agent (the card names the hashes of its files); "" for the others."""
     wanted = dict.fromkeys(agent_ids(study), "")
-    for folder in checkpoint_folders(*MODEL_ROOTS):
+    for folder in checkpoint_folders(*model_roots()):
         try:
             checkpoint = read_checkpoint(folder)
         except CheckpointError:

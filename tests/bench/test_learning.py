@@ -78,7 +78,8 @@ def test_agents_whose_ids_have_commas_are_played(capsys: pytest.CaptureFixture[s
         (["--agents", "scriptet"], "unknown agent 'scriptet'"),
         (["--partners", "D"], "unknown agent 'D'"),
         (["--maps", "HandOf"], "unknown map 'HandOf'"),
-        (["--episodes", "0"], "--episodes, --ticks and --workers must be at least 1"),
+        (["--episodes", "0"], "--episodes and --ticks must be at least 1"),
+        (["--workers", "0"], "--workers must be at least 1, not 0"),
     ],
 )
 def test_what_cannot_be_played_is_refused_in_a_sentence(

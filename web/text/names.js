@@ -6,7 +6,8 @@
 
 import { currentLanguage, has, say } from "./catalogue.js";
 
-const GENERATED = "generated"; // maps/generated/names.py: generated:awareness:12
+const GENERATED = "generated"; // maps/generated/names.py: generated:awareness:12 or generated:awareness:12:hard
+const DIFFICULTIES = ["easy", "medium", "hard"];
 const COLOURS = ["blue", "red"];
 const ROOM_PSEUDONYM = /^person-[\da-z]{6}$/; // server/rooms/seat_assignment.py
 const STUDY_PSEUDONYM = /^P[\dA-Z]{6}$/; // study/store/identity.py
@@ -36,21 +37,23 @@ export function shapeObject(shape) {
 
 /**
  * The title of a map; of an unknown one without a title its name, in words: "HandOff" -> "Hand Off". A map that is
- * mirrored or turned says so: "HandOff:mirror:rot90". A generated one is called after its seed.
+ * mirrored or turned says so: "HandOff:mirror:rot90". A generated one is called after its seed, and says
+ * its difficulty where its name does.
  * @param {{name: string, title?: string}} map
  */
 export function mapTitle({ name, title: given }) {
   const [base, ...words] = name.split(":");
-  const symmetries = base === GENERATED ? words.slice(2) : words;
-  if (base === GENERATED) return symmetries.reduce(moved, say("map.generated.title", { number: words[1] }));
+  if (base === GENERATED) return words.slice(2).reduce(changed, say("map.generated.title", { number: words[1] }));
   const title = has(`map.${base}.title`)
     ? say(`map.${base}.title`)
     : (given ?? base.replace(/([a-z])([A-Z])/g, "$1 $2"));
-  return symmetries.reduce(moved, title);
+  return words.reduce(changed, title);
 }
 
-/** @param {string} title @param {string} symmetry "mirror" or "rot90" */
-function moved(title, symmetry) {
+/** @param {string} title @param {string} symmetry "mirror", "rot90", or the difficulty of a generated map */
+function changed(title, symmetry) {
+  const level = DIFFICULTIES.indexOf(symmetry) + 1;
+  if (level > 0) return say("map.levelled", { title, level: say(`lobby.difficulty.${level}`) });
   if (symmetry === "mirror") return say("map.mirrored", { title });
   return say("map.turned", { title, degrees: Number(symmetry.replace("rot", "")) });
 }

@@ -80,3 +80,21 @@ def test_what_is_there_is_not_made_again(tmp_path: Path) -> None:
     first.marker.parent.mkdir(parents=True)
     first.marker.touch()
     assert first.is_done()
+
+
+def test_each_seed_has_bass_on_its_own_policy(tmp_path: Path) -> None:
+    made = [step for step in steps(tmp_path, seeds=3) if step.words[1] == "bass"]
+    told = [(step.agent_id, option(step, "--base"), option(step, "--seed")) for step in made]
+    assert [one for one in told if "first" not in one[0]] == [
+        ("bass@any", "dp@any", "0"), ("bass@any-1", "dp@any-1", "1"), ("bass@any-2", "dp@any-2", "2"),
+    ]  # fmt: skip
+    assert [option(step, "--name") for step in made][-2:] == ["DP/BASS, any map, seed 1", "DP/BASS, any map, seed 2"]
+    for step in made:
+        plays = {Path(word).name for word in step.words if "plays" in word}
+        seed = step.agent_id.partition("any")[2]
+        assert plays == {f"dp-any{seed}"} | ({f"bass-first-any{seed}"} if "first" not in step.agent_id else set())
+
+
+def test_another_number_of_rounds_of_reinforcement_learning_goes_on(tmp_path: Path) -> None:
+    [response] = [step for step in steps(tmp_path, response_rounds=5) if "response" in step.words]
+    assert "--go-on" in response.words and not response.is_done()

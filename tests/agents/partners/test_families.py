@@ -71,6 +71,8 @@ def test_a_family_of_trained_partners_has_the_members_whose_checkpoints_are_here
     ids = ("clone:policy=dp@all,seed=1", "clone:policy=nobody@here")
     learned = Family("learned", "a test", ids)
     assert [partner.agent_id for partner in learned.members] == [ids[0]]
+    (one,) = replace(learned, ids=ids[::-1]).members
+    assert (one.name, one.agent_id) == ("learned02", ids[0]), "a name does not depend on who else is here"
     monkeypatch.setattr(
         "movingout.agents.partners.families.families", lambda: {"learned": replace(learned, ids=ids[1:])}
     )

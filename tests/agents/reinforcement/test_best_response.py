@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 import torch
 
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.data.dataset import Singles
-from movingout.agents.errors import DataError
+from movingout.agents.errors import AgentError, DataError
 from movingout.agents.inference.network import PolicyNetwork
 from movingout.agents.policies.diffusion_policy import DiffusionPolicy
 from movingout.agents.policies.export import export_policy
 from movingout.agents.reinforcement.config import ResponseConfig
-from movingout.agents.reinforcement.rooms import Company, PlayRoom, play_all
+from movingout.agents.reinforcement.rooms import Company, PlayRoom, RoomDecision, play_all
 from movingout.agents.reinforcement.steered_policy import SteeredPolicy, divergence
 
 SPEC = PolicySpec(
@@ -63,7 +64,7 @@ def test_a_room_counts_the_progress_that_was_made() -> None:
     room = PlayRoom(
         dataclasses.replace(COMPANY, partners=(("scripted",),), ticks=400, maps=("DistancePriority",)), SPEC, 1
     )
-    gains = [room.play(np.zeros((8, 5), np.float32))[0] for _ in range(200)]
+    gains = [room.play(np.zeros((8, 5), np.float32)).gained for _ in range(200)]
     assert 0.1 < sum(gains) < 1.0  # what the expert does alone
     assert min(gains) < max(gains)
 
@@ -77,9 +78,69 @@ class _Driving:
     def features(self) -> Singles:
         return np.full(self._spec.features, 0.1, np.float32)
 
-    def play(self, chunk: Singles) -> tuple[float, bool, bool]:
+    def play(self, chunk: Singles) -> RoomDecision:
         self._left = self._left - 1 or 10
-        return 0.02 * float(chunk[0, 0]), self._left == 10, False
+        over = self._left == 10
+        return RoomDecision(0.02 * float(chunk[0, 0]), over, False, self.features() if over else None)
+
+
+class _Ending(_Driving):
+    """A room whose episodes last one decision; in every second one everything is delivered."""
+
+    def features(self) -> Singles:
+        return np.full(self._spec.features, 0.01 * self._left, np.float32)
+
+    def play(self, chunk: Singles) -> RoomDecision:
+        self._left -= 1
+        return RoomDecision(0.0, True, self._left % 2 == 0, np.full(self._spec.features, 0.5, np.float32))
+
+
+def test_an_episode_that_ran_out_of_time_is_no_end_and_is_judged_by_its_own_last_state(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("torchrl")
+    from movingout.agents.reinforcement import best_response
+
+    monkeypatch.setattr(best_response, "PlayRoom", _Ending)
+    response = best_response.BestResponse(policy(), COMPANY, dataclasses.replace(CONFIG, rooms=1, decisions=4))
+    played, _ = response._play()
+    assert torch.equal(played["next", "observation"], torch.full_like(played["observation"], 0.5))
+    assert played["observation"][0, :, 0].tolist() == pytest.approx([0.1, 0.09, 0.08, 0.07])
+    ends = {name: played["next", name][0, :, 0].tolist() for name in ("done", "terminated", "truncated")}
+    assert ends == {"done": [True] * 4, "terminated": [False, True] * 2, "truncated": [True, False] * 2}
+    with torch.no_grad():
+        response._advantages(played)
+        worth = response._learned["critic"](torch.full((1, SPEC.features), 0.5))
+    following = played["value_target"][0, :, 0].tolist()
+    assert following == pytest.approx([CONFIG.discount * worth.item(), 0.0] * 2, abs=1e-6)
+
+
+def test_the_last_state_of_an_episode_is_of_its_own_map() -> None:
+    room = PlayRoom(dataclasses.replace(COMPANY, ticks=2), SPEC, 0)
+    world, seen = room._world, room.features()
+    ended = room.play(np.zeros((8, 5), np.float32))
+    assert ended.over and room._world is not world
+    assert ended.last is not None and not np.array_equal(ended.last, room.features())
+    assert np.abs(ended.last - seen).max() < np.abs(room.features() - seen).max()
+
+
+class Raising:
+    """A partner whose code has a fault."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        """Remember nothing."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        raise RuntimeError("no way home")
+
+
+def test_a_partner_that_raises_is_answered_with_a_sentence() -> None:
+    company = dataclasses.replace(COMPANY, maps=("HandOff",), partners=((f"{__name__}:Raising",),))
+    room = PlayRoom(company, SPEC, 0)
+    with pytest.raises(
+        AgentError, match=rf"{__name__}:Raising on HandOff, seed \d+: RuntimeError: no way home \(.*, line"
+    ):
+        room.play(np.zeros((8, 5), np.float32))
 
 
 def test_reward_changes_what_is_done_and_the_leash_holds_it_back(

@@ -1,5 +1,7 @@
 """Finished evaluation episodes: kept, found again, and left alone when somebody would play otherwise now."""
 
+import dataclasses
+import json
 from pathlib import Path
 
 import pytest
@@ -37,6 +39,17 @@ def test_a_log_is_of_no_use_when_the_code_or_an_agent_is_another(
     assert RUN in _kept(log).known([RUN])
     monkeypatch.setattr(episode_log, part, lambda *_: "changed")
     assert not EpisodeLog(log).known([RUN])
+
+
+def test_a_log_of_an_earlier_version_is_still_known(tmp_path: Path) -> None:
+    log = tmp_path / "log.jsonl"
+    _kept(log)
+    entry = json.loads(log.read_text())
+    del entry["outcome"]["interdependence"], entry["outcome"]["run"]["challenge"]
+    assert "challenge" not in json.loads(entry["key"])
+    log.write_text(json.dumps(entry) + "\n")
+    assert EpisodeLog(log).known([RUN])[RUN].interdependence is None
+    assert not EpisodeLog(log).known([dataclasses.replace(RUN, challenge=2)])
 
 
 def test_a_module_of_somebody_else_counts_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

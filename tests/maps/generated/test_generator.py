@@ -53,6 +53,17 @@ def test_difficulties_come_by_turns_of_the_seed() -> None:
     assert generate(4, "awareness", "hard") != generate(4, "awareness")
 
 
+def test_a_map_of_another_difficulty_has_a_name_of_its_own_everywhere() -> None:
+    usual, hard = generate(3, "awareness"), generate(3, "awareness", "hard")
+    assert (usual.name, hard.name, hard.title) == (
+        "generated:awareness:3", "generated:awareness:3:hard", "Surprise map 3, hard",
+    )  # fmt: skip
+    assert load_map(hard.name) == hard == map_from_json(json.loads(json.dumps(map_to_json(hard))))
+    turned = load_map("generated:awareness:3:hard:mirror")
+    assert turned.name == "generated:awareness:3:hard:mirror" and turned.walls != hard.walls
+    assert ticks_needed(usual.name) == 218 and ticks_needed(hard.name) is None, "the pair has only played the usual one"
+
+
 def test_symmetries_follow_the_name() -> None:
     turned = load_map("generated:awareness:1:mirror:rot90")
     assert turned.name == "generated:awareness:1:mirror:rot90"
@@ -70,7 +81,9 @@ def test_symmetries_follow_the_name() -> None:
         ("generated:awareness:-1", "the seed in generated:awareness:-1 is a whole number from 0 to 999999"),
         ("generated:awareness:01", "is a whole number"),
         ("generated:awareness:1000000", "is a whole number"),
-        ("generated:awareness:1:mirored", "write generated:MODE:SEED"),
+        ("generated:awareness:1:mirored", "unknown difficulty 'mirored' in generated:awareness:1:mirored; known: easy"),
+        ("generated:awareness:3:easy", "is easy without saying so; write generated:awareness:3"),
+        ("generated:awareness:3:hard:x", "write generated:MODE:SEED"),
     ],
 )
 def test_a_name_of_none_is_answered_with_what_would_be_one(name: str, message: str) -> None:

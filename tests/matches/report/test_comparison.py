@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.stats
 
+from movingout.maps.generated.proved import proved_maps
 from movingout.matches import GridRun, Match, MatchResult
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.paper_reference import paper_figures
@@ -164,6 +165,13 @@ def test_every_shipped_protocol_is_a_valid_grid() -> None:
         for condition in grid.all_conditions:
             for _, challenge, label in (key for key in labels if key[0] == condition.name and condition.paper):
                 assert paper_figures(condition.paper, challenge, label) or label == "Idle"
+
+
+def test_families_are_met_by_the_agents_for_any_map_and_on_generated_maps_too() -> None:
+    grid = read_grid(grid_path(Path("families")))
+    assert {"bass@any", "dp@any"} <= {entry.agent for entry in planned_matches(grid)}
+    generated = [name for name in grid.map_list if name.startswith("generated:")]
+    assert generated == list(proved_maps("test", 12))
 
 
 @pytest.mark.parametrize("name", ["idle-control", "scripted-population", "challenge-2-scripted"])

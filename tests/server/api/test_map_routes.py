@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from movingout.maps import load_map, map_from_json, map_to_json
+from movingout.maps.generated.proved import proved_maps
 from movingout.recordings import read_episode
 from movingout.recordings.verification import verify
 from movingout.server.cli import main
@@ -63,6 +64,7 @@ def test_maps_of_the_folder_are_offered_played_recorded_and_played_against(tmp_p
 def test_generated_maps_are_offered_played_and_recorded_whole(tmp_path: Path) -> None:
     with serve(tmp_path / "data") as live:
         _, offered = live.call("/api/maps")
+        assert offered["surprise"] == list(proved_maps("validation")), "recordings are trained on"
         name = f"{offered['surprise'][0]}:mirror"
         status, room = asked(live, maps=[name])
         assert status == 200, room

@@ -24,6 +24,7 @@ test("a generated map is called after its seed", () => {
   speak("en");
   assert.equal(mapTitle({ name: "generated:awareness:12", title: "?" }), "Surprise map 12");
   assert.equal(mapTitle({ name: "generated:consistency:7:mirror:rot90" }), "Surprise map 7, mirrored, turned 90°");
+  assert.equal(mapTitle({ name: "generated:awareness:12:hard:mirror" }), "Surprise map 12, hard, mirrored");
   assert.match(mapDescription({ name: "generated:awareness:12", description: "?" }), /at random/);
   speak("de");
   assert.equal(mapTitle({ name: "generated:awareness:12" }), "Überraschungskarte 12");

@@ -1,0 +1,47 @@
+"""Decisions through the mirror: an agent that decides on mirrored states what is the mirror image of its decisions.
+
+A policy that learned from mirrored windows is only nearly symmetric. Each decision is therefore drawn directly or, with
+equal chance, through the mirror: what is seen is mirrored, a chunk is sampled, and the chunk is mirrored back. The
+distribution of decisions is then exactly the mirror image on the mirrored state, whatever the policy is.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from movingout.agents.errors import AgentError
+from movingout.agents.inference.network import PolicyNetwork, Singles
+from movingout.agents.observation.features import FeatureSet
+
+_SIN = 2  # column of an action's sideways component, relative to the own heading
+
+
+class FeatureMirror:
+    """The mirror of a layout in the own frame."""
+
+    def __init__(self, seen: FeatureSet) -> None:
+        """Raises AgentError for a layout without one."""
+        mirror = seen.mirror
+        if mirror is None:
+            raise AgentError(f"mirrored=yes is for policies that see their own frame, not the layout {seen.layout}")
+        self._order, self._signs = mirror[0], mirror[1].astype(np.float32)
+
+    def sample(self, network: PolicyNetwork, histories: Singles, noise: Singles, flips: Sequence[bool]) -> Singles:
+        """Chunks (B, H, 5) for observations (B, To, D), through the mirror where `flips` (B) says so."""
+        through: npt.NDArray[np.bool_] = np.array(flips)[:, None, None]
+        seen = np.where(through, histories[..., self._order] * self._signs, histories)
+        chunks = network.run(seen, noise)
+        back = chunks.copy()
+        back[..., _SIN] *= -1.0
+        drawn: Singles = np.where(through, back, chunks)
+        return drawn
+
+
+def yes_or_no(name: str, value: object) -> bool:
+    """The value of an option of an id. Raises AgentError."""
+    if value in (True, "yes"):
+        return True
+    if value in (False, "no"):
+        return False
+    raise AgentError(f"{name} is yes or no, not {value!r}")
