@@ -94,7 +94,7 @@ def five_goals() -> dict[str, Any]:
     return map_to_json(load_map("Simple")) | {"name": "Five", "title": "Five", "goals": goals}
 
 
-@pytest.mark.parametrize("agent", [PARTNER, "bass@any:sub_steps=10", "dp@all"])
+@pytest.mark.parametrize("agent", [PARTNER, "bass@any:sub_steps=20", "dp@all"])
 def test_an_agent_that_does_not_see_all_of_a_drawn_map_is_refused(live: Live, agent: str) -> None:
     seats = [{"kind": "here"}, {"kind": "agent", "agent": agent}]
     before = len(live.rooms)
