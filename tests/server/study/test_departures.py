@@ -1,4 +1,4 @@
-"""Who asks for the deletion of their data: recordings that somebody else finishes are deleted too, whenever they come."""
+"""Who asks for the deletion of their data: recordings that somebody else finishes go too, whenever they come."""
 
 import shutil
 import time
