@@ -61,9 +61,8 @@ class Connections:
     def hang_up(self) -> None:
         """Cut them, from another thread than the one that waits for an answer: it gets an error instead."""
         for connection in list(self._open):
-            with contextlib.suppress(Exception):  # it may be closed in the same moment
-                with socket.socket(fileno=os.dup(connection.fileno())) as cut:
-                    cut.shutdown(socket.SHUT_RDWR)
+            with contextlib.suppress(Exception), _socket_of(connection) as cut:  # it may be closed in the same moment
+                cut.shutdown(socket.SHUT_RDWR)
 
     def _opened(self, connection: Any, record: Any) -> None:
         self._open.add(connection)
@@ -71,6 +70,11 @@ class Connections:
 
     def _heard(self, *_: Any) -> None:
         self.heard_at = time.monotonic()
+
+
+def _socket_of(connection: Any) -> socket.socket:
+    """Its socket by another number, which can be closed."""
+    return socket.socket(fileno=os.dup(connection.fileno()))
 
 
 def gave_up(error: DBAPIError) -> bool:
