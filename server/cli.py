@@ -10,6 +10,7 @@ import movingout
 from movingout.maps.commands.parser import CommandParser
 from movingout.maps.errors import MovingOutError
 from movingout.maps.suggestion import known_names
+from movingout.server.security.passwords import warn_of_passwords
 
 
 class Command(NamedTuple):
@@ -109,7 +110,9 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     try:
         command, parser = configured(arguments[0])
-        code = command.run(parser.parse_args(arguments[1:]))
+        args = parser.parse_args(arguments[1:])
+        warn_of_passwords(args)
+        code = command.run(args)
         sys.stdout.flush()
         return code
     except MovingOutError as error:
