@@ -5,7 +5,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from bench import diversity, learning
+from bench import agents, diversity, learning
 from bench.__main__ import main
 from bench.world import EngineTimedWorld, driving
 from movingout.maps import load_map
@@ -46,3 +46,9 @@ def test_the_engine_is_timed_over_the_same_states_as_the_world() -> None:
     for here, there in zip(astuple(plain.state()), astuple(timed.state()), strict=True):
         assert np.array_equal(here, there)
     assert timed.engine_seconds > 0
+
+
+def test_a_decision_of_an_agent_is_timed_and_its_share_of_a_core_is_that_of_all_its_decisions() -> None:
+    found = agents.cost("scripted", ("HandOff",), 20)
+    assert 0.0 < found.core_share < 1.0 and found.first_mb > 10.0
+    assert found.core_share == pytest.approx(found.decisions_per_s * found.decision_ms / 1e3)
