@@ -10,7 +10,7 @@ import movingout
 from movingout.maps.commands.parser import CommandParser
 from movingout.maps.errors import MovingOutError
 from movingout.maps.suggestion import known_names
-from movingout.server.security.passwords import warn_of_passwords
+from movingout.server.security.passwords import password_warning
 
 
 class Command(NamedTuple):
@@ -111,7 +111,8 @@ def main(argv: list[str] | None = None) -> int:
     try:
         command, parser = configured(arguments[0])
         args = parser.parse_args(arguments[1:])
-        warn_of_passwords(args)
+        if warning := password_warning(args):
+            print(warning, file=sys.stderr)
         code = command.run(args)
         sys.stdout.flush()
         return code

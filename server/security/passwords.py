@@ -1,7 +1,6 @@
 """Passwords on the command line, where everybody on the machine can read them."""
 
 import argparse
-import sys
 from urllib.parse import parse_qs, urlsplit
 
 OPTIONS = ("database", "identities", "cluster")  # that take the address of a database, in any command
@@ -11,10 +10,9 @@ PASSWORD_SEEN = (
 )
 
 
-def warn_of_passwords(args: argparse.Namespace) -> None:
-    """Say so once, whatever the command."""
-    if any(_has_password(getattr(args, option, None)) for option in OPTIONS):
-        print(PASSWORD_SEEN, file=sys.stderr)
+def password_warning(args: argparse.Namespace) -> str:
+    """What to tell whoever has given one, whatever the command; empty where there is none."""
+    return PASSWORD_SEEN if any(_has_password(getattr(args, option, None)) for option in OPTIONS) else ""
 
 
 def _has_password(address: object) -> bool:
