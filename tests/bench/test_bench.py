@@ -1,12 +1,14 @@
 """The benchmarks measure what they say: the same states, and only known names."""
 
+import importlib
+import inspect
 from dataclasses import astuple
 
 import numpy as np
 import pytest
 
-from bench import agents, diversity, learning
-from bench.__main__ import main
+from bench import agents, crowd, diversity, learning
+from bench.__main__ import MINUTES, main
 from bench.world import EngineTimedWorld, driving
 from movingout.maps import load_map
 from movingout.world import World
@@ -30,6 +32,34 @@ def test_the_words_of_the_command_are_not_taken_for_options(monkeypatch: pytest.
         monkeypatch.setattr(module, "main", given.append)
     assert main(["diversity", "learning"]) == 0
     assert given == [[], []]
+
+
+def test_without_a_name_each_of_the_short_ones_runs_with_its_options(monkeypatch: pytest.MonkeyPatch) -> None:
+    ran: list[tuple[str, list[str]]] = []
+    for name in MINUTES:
+        module = importlib.import_module(f"bench.{name}")
+        kept = inspect.signature(module.main)
+        stand_in = (
+            (lambda options, name=name: ran.append((name, options)))
+            if kept.parameters
+            else (lambda name=name: ran.append((name, [])))
+        )
+        stand_in.__signature__ = kept  # type: ignore[attr-defined]
+        monkeypatch.setattr(module, "main", stand_in)
+    assert main([]) == 0
+    assert ran == [(name, [*options]) for name, options in MINUTES.items()]
+    assert {"attacks", "soak", "crowd", "answers"} <= MINUTES.keys()
+
+
+def test_a_crowd_without_postgresql_is_said_and_stops_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def missing() -> None:
+        pytest.skip("PostgreSQL is not on this machine")
+
+    monkeypatch.setattr(crowd, "postgres_server", missing)
+    crowd.main([])
+    assert "not measured: PostgreSQL is not on this machine" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("words", [["--people", "4"], ["world", "--people", "4"], ["diversity", "bass", "--help"]])
