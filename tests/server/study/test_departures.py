@@ -10,6 +10,8 @@ from movingout.recordings import finalise
 from movingout.recordings.episode import SeatInfo
 from movingout.recordings.storage.index import list_recordings
 from movingout.server.study import departures
+from movingout.study.data.erasure import remove_recordings
+from movingout.study.errors import StudyError
 from movingout.study.store.tables import answers
 from tests.recordings.support import record
 from tests.server.cluster.processes import wait_until
@@ -68,13 +70,13 @@ def test_the_next_start_deletes_what_came_while_nobody_looked(tmp_path: Path) ->
 
 def test_a_deletion_that_failed_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(departures, "LOOK_AGAIN_S", (0.3,))
-    really, fails = departures.remove_recordings, [True, True]
+    fails = [True, True]
 
     def failing(folder: Path, pid: str, episodes: set[str]) -> int:
         if fails:
             fails.pop()
-            raise departures.StudyError("the disk hung")
-        return really(folder, pid, episodes)
+            raise StudyError("the disk hung")
+        return remove_recordings(folder, pid, episodes)
 
     monkeypatch.setattr(departures, "remove_recordings", failing)
     with served(tmp_path) as study:

@@ -6,6 +6,7 @@ import pytest
 
 from movingout.recordings import finalise
 from movingout.recordings.episode import SeatInfo
+from movingout.recordings.storage.listing import Summary
 from movingout.study.data import erasure
 from movingout.study.data.erasure import is_being_recorded, named_in_recordings, remove_recordings
 from tests.recordings.support import record
@@ -21,7 +22,7 @@ def finished_meanwhile(monkeypatch: pytest.MonkeyPatch, part: Path, whole: Path)
     """A part that somebody renames after the first look into the folder, and before it is read."""
     really = erasure._listed
 
-    def listed(folder: Path) -> tuple[list[erasure.Summary], set[Path]]:
+    def listed(folder: Path) -> tuple[list[Summary], set[Path]]:
         found = really(folder)
         if part.exists():
             part.rename(whole)
