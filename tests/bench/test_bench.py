@@ -3,6 +3,7 @@
 import importlib
 import inspect
 from dataclasses import astuple
+from functools import partial
 
 import numpy as np
 import pytest
@@ -34,18 +35,20 @@ def test_the_words_of_the_command_are_not_taken_for_options(monkeypatch: pytest.
     assert given == [[], []]
 
 
+def _noted(ran: list[tuple[str, list[str]]], name: str, options: list[str]) -> None:
+    ran.append((name, options))
+
+
+def _noted_alone(ran: list[tuple[str, list[str]]], name: str) -> None:
+    ran.append((name, []))
+
+
 def test_without_a_name_each_of_the_short_ones_runs_with_its_options(monkeypatch: pytest.MonkeyPatch) -> None:
     ran: list[tuple[str, list[str]]] = []
     for name in MINUTES:
         module = importlib.import_module(f"bench.{name}")
-        kept = inspect.signature(module.main)
-        stand_in = (
-            (lambda options, name=name: ran.append((name, options)))
-            if kept.parameters
-            else (lambda name=name: ran.append((name, [])))
-        )
-        stand_in.__signature__ = kept  # type: ignore[attr-defined]
-        monkeypatch.setattr(module, "main", stand_in)
+        takes_options = bool(inspect.signature(module.main).parameters)
+        monkeypatch.setattr(module, "main", partial(_noted if takes_options else _noted_alone, ran, name))
     assert main([]) == 0
     assert ran == [(name, [*options]) for name, options in MINUTES.items()]
     assert {"attacks", "soak", "crowd", "answers"} <= MINUTES.keys()
