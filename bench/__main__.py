@@ -16,8 +16,15 @@ from pathlib import Path
 from movingout.maps.suggestion import known_names
 
 _FOLDER = Path(__file__).parent
-MINUTES = ("world", "recordings", "server", "processes", "study", "browser", "scripted", "matches")
-"""What `make bench` runs; about 17 minutes."""
+MINUTES: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("world", "recordings", "server", "processes", "study", "browser", "scripted", "matches"), ()),
+    "agents": (),
+    "answers": (),
+    "attacks": ("--seconds", "5"),
+    "soak": ("--minutes", "5"),
+    "crowd": ("--participants", "60"),
+}
+"""What `make bench` runs, with which options: about 17 minutes up to `matches`, then about as long again."""
 
 
 def main(words: list[str]) -> int:
@@ -33,9 +40,9 @@ def main(words: list[str]) -> int:
         print(f"{options[0]}: put options after the one benchmark they are for, if it takes any", file=sys.stderr)
         return 2
     print(machine())
-    for name in names or MINUTES:
+    for name, chosen in dict.fromkeys(names, tuple(options)).items() if names else MINUTES.items():
         run = importlib.import_module(f"bench.{name}").main
-        run(options) if _takes_options(name) else run()
+        run([*chosen]) if _takes_options(name) else run()
     return 0
 
 

@@ -10,8 +10,6 @@ import tempfile
 from pathlib import Path
 from random import Random
 
-import numpy as np
-
 from tests.attacks.soak import Soak, Tally, faults_of, server_at
 
 WARM_UP = 0.25  # of the time, which the slope of the memory leaves out
@@ -41,8 +39,8 @@ def _tell(tally: Tally, faults: list[str], recordings: int) -> None:
     print(f"seats lost: {len(tally.lost)} {tally.lost[:5]}")
     print(f"recordings: {recordings}, of which faulty: {len(faults)} {faults[:5]}")
     kept = slice(int(WARM_UP * len(tally.rss_mb)), None)
-    minutes = np.arange(len(tally.rss_mb))[kept] / 60.0
-    slope = np.polyfit(minutes, tally.rss_mb[kept], 1)[0] if len(minutes) > 1 else float("nan")
-    first, last = tally.rss_mb[kept][0], tally.rss_mb[-1]
-    print(f"memory of all processes: {first:.0f} to {last:.0f} MB, {10 * slope:+.1f} MB per 10 min")
+    slope = 10 * tally.mb_per_minute(tally.at_s[kept][0])
+    print(
+        f"memory of all processes: {tally.rss_mb[kept][0]:.0f} to {tally.rss_mb[-1]:.0f} MB, {slope:+.1f} MB per 10 min"
+    )
     print(f"open files: {min(tally.open_files[kept])} to {max(tally.open_files[kept])}")

@@ -10,6 +10,7 @@ import movingout
 from movingout.maps.commands.parser import CommandParser
 from movingout.maps.errors import MovingOutError
 from movingout.maps.suggestion import known_names
+from movingout.server.security.passwords import password_warning
 
 
 class Command(NamedTuple):
@@ -109,7 +110,10 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     try:
         command, parser = configured(arguments[0])
-        code = command.run(parser.parse_args(arguments[1:]))
+        args = parser.parse_args(arguments[1:])
+        if warning := password_warning(args):
+            print(warning, file=sys.stderr)
+        code = command.run(args)
         sys.stdout.flush()
         return code
     except MovingOutError as error:

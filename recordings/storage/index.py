@@ -7,7 +7,7 @@ are new, changed or gone (name, size, time of change). Journals are few and chan
 import os
 import sqlite3
 from collections.abc import Iterable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -102,8 +102,9 @@ def _files(folder: Path) -> tuple[dict[str, Stamp], list[str]]:
         with os.scandir(folder) as entries:
             for entry in entries:
                 if entry.name.endswith(SUFFIX):
-                    found = entry.stat()
-                    files[entry.name] = (found.st_size, found.st_mtime_ns)
+                    with suppress(FileNotFoundError):  # deleted meanwhile
+                        found = entry.stat()
+                        files[entry.name] = (found.st_size, found.st_mtime_ns)
                 elif entry.name.endswith(JOURNAL_SUFFIX):
                     journals.append(entry.name)
     except OSError as error:

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 import segno
 from fastapi import APIRouter, Depends, FastAPI, Request
+from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse, Response
 
 from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, AgentCard, agent_card, agent_cards
@@ -90,6 +91,11 @@ def shape_errors(app: FastAPI, host: PublicHost) -> None:
     async def wrong_method(request: Request, error: Exception) -> Response:
         text = f"This address does not answer to {request.method}."
         return JSONResponse(error_json("bad_request", text), 405, getattr(error, "headers", None))
+
+    @app.exception_handler(RequestValidationError)
+    async def wrong_parameters(request: Request, error: RequestValidationError) -> JSONResponse:
+        wrong = ", ".join(sorted({str(one["loc"][-1]) for one in error.errors()}))
+        return JSONResponse(error_json("bad_request", f"Missing or wrong in this address: {wrong}."), 422)
 
 
 # ---- rooms ----------------------------------------------------------------------------------------------------

@@ -40,6 +40,8 @@ class Figures(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     core_per_agent: FigurePerAgent
     core_per_other_agent: MeasuredFigure
     core_for_agents: MeasuredFigure
+    agent_worker_mb: MeasuredFigure
+    agent_mb: MeasuredFigure
     node_mb: MeasuredFigure
     room_mb: MeasuredFigure
     client_bytes_per_s: MeasuredFigure
@@ -62,7 +64,7 @@ class Plan:
     nodes: int
     workers_per_node: int
     cores: int
-    memory_gb: float  # of nodes and rooms; agent workers come in addition
+    memory_gb: float  # of nodes with their rooms and agent workers
     network_mbit_s: float  # to the participants
     recorded_gb_per_hour: float  # while all of them play
     notes: tuple[str, ...]
@@ -87,7 +89,9 @@ def plan(participants: int, agent: str, figures: Figures) -> Plan:
     agents_per_node = math.ceil(rooms / nodes) * share
     workers = max(1, math.ceil(agents_per_node / figures.core_for_agents.value))
     cores = nodes + (math.ceil(nodes * agents_per_node / figures.core_for_agents.value) if share else 0)
-    memory_mb = nodes * figures.node_mb.value + rooms * figures.room_mb.value
+    each_node_mb = figures.node_mb.value + workers * figures.agent_worker_mb.value
+    each_room_mb = figures.room_mb.value + (figures.agent_mb.value if agent else 0.0)
+    memory_mb = nodes * each_node_mb + rooms * each_room_mb
     ticks_per_hour = 3600.0 / TICK_SECONDS
     return Plan(
         participants=participants,

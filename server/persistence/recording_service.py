@@ -156,8 +156,8 @@ class RecordingService:
             if recording is not None:
                 self._on_finished(recording)
         except (RecordingError, OSError) as error:
-            if not journal.exists() and journal.with_name(journal.name.removesuffix(".journal")).exists():
-                # another node that shares the folder was faster
+            if journal.parent.is_dir() and not journal.exists():
+                # another node that shares the folder was faster, or whoever played has asked for the deletion
                 self.unfinished.pop(journal.name, None)
                 return
             log.error("the recording %s stays a journal for now: %s", journal.name, error)

@@ -3,6 +3,7 @@
 import asyncio
 import time
 from collections.abc import Callable
+from concurrent import futures
 from concurrent.futures import ThreadPoolExecutor
 from typing import ParamSpec, TypeVar
 
@@ -11,8 +12,10 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.data.versions import code_versions, model_hashes
 from movingout.study.errors import StoreError, StoreLocked, StudyError
 from movingout.study.store import IdentityStore, Store
+from movingout.study.store.database import Database
 from movingout.study.store.rounds import Rounds
 
+LOOK_S = 1.0  # between two looks whether a query is answered
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
@@ -37,7 +40,11 @@ class StudyDatabases:
         self.rounds = Rounds(self.store)
         self._alerts = alerts
         self.problem = ""  # of the newest query, empty when it succeeded
-        self._locked_at = float("-inf")  # when a query last gave up waiting for another program
+        for database in self._databases():
+            database.hurry()
+        self._locked = ""  # what a query was told that last gave up waiting, and when
+        self._locked_at = float("-inf")
+        self._working_since: float | None = None  # of the monotonic clock; None while no query runs
         self._waiting = 0  # queries, with the one that is under way
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="study-store")
 
@@ -59,17 +66,20 @@ class StudyDatabases:
 
         def unless_locked() -> Result:
             if asked < self._locked_at:  # it waited behind a query that gave up: it need not give up after as long
-                raise StoreLocked("the database is locked; another program holds it; close it")
+                raise StoreLocked(self._locked)
+            self._working_since = time.monotonic()
             try:
                 return work(*args, **kwargs)
-            except StoreLocked:
-                self._locked_at = time.monotonic()
+            except StoreLocked as error:
+                self._locked, self._locked_at = str(error), time.monotonic()
                 raise
+            finally:
+                self._working_since = None
 
         loop = asyncio.get_running_loop()
         self._waiting += 1
         try:
-            found = await loop.run_in_executor(self._thread, unless_locked)
+            found = await self._answer(loop.run_in_executor(self._thread, unless_locked))
             self.problem = ""
             return found
         except StoreError as error:
@@ -79,7 +89,28 @@ class StudyDatabases:
         finally:
             self._waiting -= 1
 
+    async def _answer(self, future: asyncio.Future[Result]) -> Result:
+        try:
+            while not (await asyncio.wait([future], timeout=LOOK_S))[0]:
+                self._give_up_silent()
+            return future.result()
+        finally:
+            future.cancel()  # what still waits when nobody wants it any more
+
+    def _give_up_silent(self) -> None:
+        """Let a query fail that PostgreSQL does not answer: a thread cannot be interrupted otherwise."""
+        since = self._working_since
+        if since is not None:
+            silent = [database.give_up(since) for database in self._databases()]
+            self.problem = "the database does not answer" if any(silent) else self.problem
+
+    def _databases(self) -> tuple[Database, Database]:
+        return self.store.database, self.identities.database
+
     def close(self) -> None:
+        last = self._thread.submit(int)
+        while not futures.wait([last], LOOK_S).done:
+            self._give_up_silent()
         self._thread.shutdown()
         self.store.close()
         self.identities.close()

@@ -1,7 +1,11 @@
 """Leaving a study before its end: the code, the partner who is left behind, and the deletion of data."""
 
 import asyncio
+import contextlib
+import time
+from collections.abc import Coroutine, Iterable
 from pathlib import Path
+from typing import Any
 
 from movingout.server.notices import Notice
 from movingout.server.public_host import PublicHost
@@ -9,15 +13,18 @@ from movingout.server.study.alerts import Alerts
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.participants import Participants
+from movingout.server.study.rounds.round_recovery import FINISHED_S
 from movingout.server.study.rounds.study_rooms import StudyRooms
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
 from movingout.server.study.units import Units
-from movingout.study.data.erasure import remove_recordings
+from movingout.study.data.erasure import is_being_recorded, named_in_recordings, remove_recordings
 from movingout.study.design.definition import Outcome
 from movingout.study.errors import StudyError
 from movingout.study.store.removal import episodes_of, has_data, withdraw_data
 
+LOOK_S = 0.5  # between two looks whether a recording is finished
+LOOK_AGAIN_S = (10.0, 60.0, 600.0)  # after a deletion; the last one again and again while it fails
 PARTICIPANT_LEFT = Notice("participant_left", "The round was ended, because somebody left the study.")
 
 
@@ -42,6 +49,7 @@ class Departures:
         self._units = units
         self._rooms = rooms
         self._deletions: set[asyncio.Task[None]] = set()
+        self._ending = asyncio.Event()
 
     async def dismiss(self, tx: Transaction, session: ParticipantSession, outcome: Outcome, keep: bool = True) -> None:
         """End the study for one participant, with a code; a partner who cannot play on gets one as well."""
@@ -54,10 +62,12 @@ class Departures:
         self._units.stop_waiting(tx, session)
         notify([session])
         unit = self._units.of(session)
-        if unit is not None:
-            await self.release_partners(tx, unit)
-        if not keep:
-            self.delete_data(session)
+        try:
+            if unit is not None:
+                await self.release_partners(tx, unit)
+        finally:  # the machine of their room may be away
+            if not keep:
+                self.delete_data(session)
 
     async def release_partners(self, tx: Transaction, unit: StudyUnit) -> None:
         """Somebody of the unit has left: finish those whose remaining rounds cannot be played."""
@@ -69,23 +79,69 @@ class Departures:
 
     def delete_data(self, session: ParticipantSession) -> None:
         """In the background; after a kill it is done at the next start."""
-        task = asyncio.create_task(self._delete(session.pid))
+        self._begin(self._delete(session.pid))
+
+    def delete_again(self, sessions: Iterable[ParticipantSession]) -> None:
+        """At a start: what is still there, or came since, of those who asked for the deletion."""
+        self._begin(self._delete_rest([session.pid for session in sessions]))
+
+    def _begin(self, deletion: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(deletion)
         self._deletions.add(task)
         task.add_done_callback(self._deletions.discard)
 
+    async def _delete_rest(self, pids: list[str]) -> None:
+        run, store = self._databases.run, self._databases.store
+        try:
+            named = await asyncio.to_thread(named_in_recordings, self._recordings, pids)
+            left = [pid for pid in pids if pid in named or await run(has_data, store, pid)]
+        except StudyError:
+            left = pids
+        for pid in left:
+            self._begin(self._delete(pid))
+
     async def _delete(self, pid: str) -> None:
-        """Delete answers and recordings once the last recording is on the disk. The code stays, for the payment."""
+        """Delete answers and recordings once the last recording is on the disk, and look again for some time.
+
+        The code stays, for the payment. Another node may finish a recording, and tells nobody here when it does.
+        """
         await self._rooms.finished.saved()
         await self._host.recording_service.settled()
+        pauses = iter(LOOK_AGAIN_S)
+        while True:
+            done = await self._delete_found(pid)
+            pause = next(pauses, None if done else LOOK_AGAIN_S[-1])
+            if pause is None or await self._ends_within(pause):
+                return
+
+    async def _delete_found(self, pid: str) -> bool:
+        """Whether it could be deleted."""
         store, run = self._databases.store, self._databases.run
         try:
-            if await run(has_data, store, pid):
-                episodes = set(await run(episodes_of, store, pid))
-                removed = await asyncio.to_thread(remove_recordings, self._recordings, pid, episodes)
-                await run(withdraw_data, store, pid, removed)
+            episodes = set(await run(episodes_of, store, pid))
+            await self._wait_until_recorded(pid, episodes)
+            removed = await asyncio.to_thread(remove_recordings, self._recordings, pid, episodes)
+            await run(withdraw_data, store, pid, removed)
         except StudyError as error:
             self._alerts.add("deletion", f"The data of {pid} could not be deleted.", str(error), pid=pid)
+            return False
+        return True
 
-    async def deleted(self) -> None:
-        """Wait until every deletion that has begun is done."""
-        await asyncio.gather(*self._deletions, return_exceptions=True)
+    async def _wait_until_recorded(self, pid: str, episodes: set[str]) -> None:
+        """Whoever finishes a recording would write it again if it were deleted meanwhile."""
+        deadline = time.monotonic() + FINISHED_S
+        while await asyncio.to_thread(is_being_recorded, self._recordings, pid, episodes):
+            if time.monotonic() > deadline or await self._ends_within(LOOK_S):
+                return
+
+    async def _ends_within(self, seconds: float) -> bool:
+        """Whether the study is ended here by then."""
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._ending.wait(), seconds)
+        return self._ending.is_set()
+
+    async def end(self) -> None:
+        """Wait until every deletion that has begun is done; the next start looks for what comes later."""
+        self._ending.set()
+        while self._deletions:
+            await asyncio.gather(*self._deletions, return_exceptions=True)

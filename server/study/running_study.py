@@ -119,11 +119,10 @@ class RunningStudy:
             await self.progress.catch_up_all(tx)
             for unit in self.units:
                 await self.units.move_to_first_step(tx, unit)
-        for session in self.participants:
-            if session.record.keep is False and session.finished:
-                self.departures.delete_data(session)
+        withdrawn = [one for one in self.participants if one.record.keep is False and one.finished]
+        self.departures.delete_again(withdrawn)
 
     async def stop(self) -> None:
         await self.rooms.finished.saved()
-        await self.departures.deleted()
+        await self.departures.end()
         await asyncio.to_thread(self.databases.close)  # a query may have to be given up first

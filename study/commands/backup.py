@@ -9,6 +9,8 @@ from typing import Any
 from movingout.maps.commands.parser import add_out
 from movingout.study.commands.place import add_databases, add_place, databases, folder_of
 from movingout.study.data.backup import back_up, restore
+from movingout.study.data.restore_check import check_backup
+from movingout.study.errors import StudyError
 
 
 def configure(commands: Any) -> None:
@@ -31,6 +33,9 @@ def configure(commands: Any) -> None:
     )
     restoring.add_argument("backup", type=Path, metavar="BACKUP", help="a folder written by `backup`")
     add_databases(restoring)
+    restoring.add_argument(
+        "--check", action="store_true", help="only try it, in a temporary folder that is removed: is the backup good?"
+    )
     restoring.add_argument("--json", action="store_true", help="one JSON document on standard output")
     restoring.set_defaults(perform=_restore)
 
@@ -53,10 +58,23 @@ def _back_up(args: argparse.Namespace) -> int:
 
 def _restore(args: argparse.Namespace) -> int:
     database, identities = databases(args)
+    if args.check:
+        return _check(args, database or identities)
     done = restore(args.backup, args.data, database, identities)
     if args.json:
         print(json.dumps({"study": done.study, "data": str(args.data), "files": done.files, "bytes": done.size}))
         return 0
     print(f"restored {done.study} into {args.data}: {done.recordings} recordings, every checksum right")
     print(f"the study file as it was is {args.backup / 'study.yaml'}")
+    return 0
+
+
+def _check(args: argparse.Namespace, address: str | None) -> int:
+    if address:
+        raise StudyError("--check writes into no database; leave --database, --identities and --cluster out")
+    done = check_backup(args.backup)
+    if args.json:
+        print(json.dumps({"study": done.study, "good": True, "files": done.files, "bytes": done.size}))
+    else:
+        print(f"the backup {args.backup} of {done.study} is good: restored and read, {done.recordings} recordings")
     return 0

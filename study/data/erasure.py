@@ -1,5 +1,6 @@
 """Deletes a participant, on request or at the end of retention: recordings, identity, then the rows."""
 
+from collections.abc import Collection
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 from movingout.recordings.annotation.search import SEARCH_NAME
 from movingout.recordings.annotation.verdicts import VERDICTS_NAME, forget_recordings
 from movingout.recordings.errors import RecordingError
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.index import INDEX_NAME, list_recordings
 from movingout.recordings.storage.listing import Summary
@@ -19,6 +21,9 @@ from movingout.study.store.store import Participant, Store
 from movingout.study.store.tables import consents
 
 DAY_MS = 86_400_000
+PART_SUFFIX = ".tmp"  # of a recording that is being written
+HEAD_BYTES = 65536  # of a journal, which begins with who plays
+LOOKS = 10  # at a folder in which files change their names
 _DAYS = {"d": 1, "y": 365}
 
 
@@ -87,29 +92,90 @@ def _expired(one: Participant, keep: str, now: int) -> bool:
 
 def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
     """Delete the recordings of these rounds, and all others that name the participant (practice, unfinished games)."""
-    if not folder.is_dir():
-        return 0
+    removed: set[Path] = set()
+    for _ in range(LOOKS):
+        if not folder.is_dir():
+            break
+        paths, missed = _files_of(folder, pid, episodes)
+        _remove(folder, paths)
+        removed |= paths
+        if not missed:
+            break
+    return len({_episode(path) for path in removed})
+
+
+def is_being_recorded(folder: Path, pid: str, episodes: set[str]) -> bool:
+    """Whether somebody may still write a recording of these rounds, or one that names the participant."""
+    try:
+        names = [path for path in folder.iterdir() if path.name.endswith((JOURNAL_SUFFIX, PART_SUFFIX))]
+    except OSError:
+        return False
+    return any(_episode(path) in episodes or pid.encode() in _bytes(path, HEAD_BYTES) for path in names)
+
+
+def named_in_recordings(folder: Path, pids: Collection[str]) -> set[str]:
+    """Those of them whom a recording names, also one that has become damaged. Raises StudyError."""
+    if not pids or not folder.is_dir():
+        return set()
+    found, rest = _listed(folder)
+    named = {pid for pid in pids for one in found if _names(pid, one)}
+    for path in rest:
+        content = _bytes(path)
+        named |= {pid for pid in pids if pid.encode() in content}
+    return named
+
+
+def _files_of(folder: Path, pid: str, episodes: set[str]) -> tuple[set[Path], bool]:
+    """What is to be deleted, and whether a file got another name meanwhile: a server may be finishing recordings."""
+    found, rest = _listed(folder)
+    paths = {one.path for one in found if one.id in episodes or _names(pid, one)}
+    paths |= {path for path in rest if _episode(path) in episodes or pid.encode() in _bytes(path)}
+    return paths, not all(path.exists() for path in (*rest, *paths))
+
+
+def _listed(folder: Path) -> tuple[list[Summary], set[Path]]:
+    """The readable recordings, and the other files: damaged ones, and parts of some that are being written."""
+    kept = (INDEX_NAME, SEARCH_NAME, VERDICTS_NAME)
     try:
         found, _ = list_recordings(folder)
+        readable = {one.path for one in found}
+        rest = {path for path in folder.iterdir() if path.name not in kept and path not in readable and path.is_file()}
     except RecordingError as error:
         raise StudyError(str(error)) from error
-    paths = {one.path for one in found if one.id in episodes or _names(pid, one)}
-    readable = {one.path for one in found}
+    except OSError as error:
+        raise StudyError(f"cannot list {folder}: {error.strerror or error}") from None
+    return found, rest
+
+
+def _bytes(path: Path, most: int = -1) -> bytes:
+    """The first bytes of a file, none of one that is gone by now."""
     try:
-        rest = {path for path in folder.iterdir() if path.is_file() and path not in readable}
-        kept = (INDEX_NAME, SEARCH_NAME, VERDICTS_NAME)
-        paths |= {path for path in rest if path.name not in kept and pid.encode() in path.read_bytes()}  # damaged ones
+        with path.open("rb") as stream:
+            return stream.read(most)
+    except FileNotFoundError:
+        return b""
+    except OSError as error:
+        raise StudyError(f"cannot read {path}: {error.strerror or error}") from None
+
+
+def _episode(path: Path) -> str:
+    return path.name.partition(".")[0]
+
+
+def _remove(folder: Path, paths: set[Path]) -> None:
+    if not paths:
+        return
+    try:
         delete_copies(folder.parent, [path.name for path in paths if path.suffix == SUFFIX])
-        forget_recordings(folder, {path.name.partition(".")[0] for path in paths})
+        forget_recordings(folder, {_episode(path) for path in paths})
         for path in paths:
-            path.unlink()
+            path.unlink(missing_ok=True)
         (folder / SEARCH_NAME).unlink(missing_ok=True)  # who sat where; it is made again from the files
         (folder / INDEX_NAME).unlink(missing_ok=True)  # it names the participant; it is rebuilt from the files
     except RecordingError as error:
         raise StudyError(f"nothing is deleted yet, because copies are elsewhere: {error}") from None
     except OSError as error:
         raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None
-    return len(paths)
 
 
 def remove_rooms(folder: StudyFolder, pid: str) -> None:

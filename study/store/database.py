@@ -6,6 +6,7 @@ in the database when it opens it, and every transaction reads that number under 
 
 import contextlib
 import os
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
@@ -13,14 +14,15 @@ from typing import Any, Literal
 from alembic import command
 from alembic.config import Config
 from sqlalchemy import Connection, Engine, create_engine, event, make_url, text
-from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 from sqlalchemy.schema import CreateSchema
 
-from movingout.maps.extras import needs_extra
 from movingout.study.errors import StoreError, StoreFenced, StoreLocked
+from movingout.study.store.postgres import Connections, gave_up, postgres_engine
 
 Kind = Literal["main", "identity"]
 BUSY_S = 1.0  # how long a query waits for another program; all others wait behind it
+ANSWER_S = 5  # the same for PostgreSQL, and for any answer of it
 FENCED_S = 3  # after which the database gives up a transaction of a server that hangs, so that another can go on
 UPGRADE = 7_306_412  # a lock of PostgreSQL, while tables are made: any number that nobody else uses
 SERVED = 7_306_413  # another one: fenced servers share it, who deletes or serves alone has it for itself
@@ -37,7 +39,11 @@ class Database:
     def __init__(self, address: Path | str, kind: Kind, fence: int = 0) -> None:
         self.address = address
         self._fence = 0
-        self._engine = _file_engine(address) if isinstance(address, Path) else _url_engine(address, fence > 0)
+        self._engine = _file_engine(address) if isinstance(address, Path) else postgres_engine(address)
+        self._connections = None if isinstance(address, Path) else Connections(self._engine)
+        self._patient = False  # while something takes long and is not to be given up
+        if fence:
+            event.listen(self._engine, "connect", _give_up_soon)
         self._writer = self._engine.execution_options(begin="BEGIN IMMEDIATE")  # SQLite: no upgrade can fail later
         try:
             with self.write() as connection:
@@ -101,8 +107,35 @@ class Database:
                     connection.exec_driver_sql("VACUUM")
                     connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
             else:
-                with self._engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
-                    connection.exec_driver_sql("VACUUM FULL")
+                self._vacuum()
+
+    def _vacuum(self) -> None:
+        self._patient = True
+        try:
+            with self._engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
+                usual = connection.exec_driver_sql("SHOW statement_timeout").scalar_one()
+                connection.exec_driver_sql("SET statement_timeout = 0")
+                connection.exec_driver_sql("VACUUM FULL")
+                connection.exec_driver_sql(f"SET statement_timeout = '{usual}'")
+        finally:
+            self._patient = False
+
+    # ---- a database that does not answer --------------------------------------------------------------------------
+
+    def hurry(self) -> None:
+        """From now on PostgreSQL itself gives up what takes longer than ANSWER_S: in a server, all wait behind it."""
+        if self._connections is not None:
+            event.listen(self._engine, "connect", _hurry)
+            self._engine.dispose()
+
+    def give_up(self, since: float) -> bool:
+        """Cut the connections if PostgreSQL has said nothing for ANSWER_S to who asks since then (monotonic clock)."""
+        if self._connections is None or self._patient:
+            return False
+        if time.monotonic() - max(since, self._connections.heard_at) < ANSWER_S:
+            return False
+        self._connections.hang_up()
+        return True
 
     def close(self) -> None:
         self._engine.dispose()
@@ -114,7 +147,7 @@ def _sentences(address: Path | str) -> Iterator[None]:
         yield
     except DBAPIError as error:
         reason = _reason(error)
-        kind = StoreLocked if "locked" in reason else StoreError
+        kind = StoreLocked if "locked" in reason or gave_up(error) else StoreError
         raise kind(f"the database {shown(address)} refused this: {reason}") from error
     except SQLAlchemyError as error:
         raise StoreError(f"the database {shown(address)} cannot be used: {error}") from error
@@ -137,6 +170,9 @@ def _reason(error: DBAPIError) -> str:
         "locked": "another program holds it; close it",
         "unable to open": "the folder must exist and be writable",
         "not a database": "it is no SQLite file; move it away",
+        "statement timeout": "another program may hold it",
+        "closed the connection": "it ended, or did not answer in time",
+        "timeout expired": "it does not answer",
     }
     return next((f"{text}; {hint}" for word, hint in hints.items() if word in text), text)
 
@@ -167,28 +203,6 @@ def _file_engine(path: Path) -> Engine:
     return engine
 
 
-def _url_engine(url: str, fenced: bool) -> Engine:
-    try:
-        parsed = make_url(url)
-    except ArgumentError:
-        raise StoreError(
-            f"{url!r} is not the address of a database; it should look like postgresql://user@host/name"
-        ) from None
-    if parsed.get_backend_name() != "postgresql":
-        raise StoreError(
-            f"{parsed.get_backend_name()} is not supported; give a postgresql:// address, or none for SQLite"
-        )
-    with needs_extra("postgres", "PostgreSQL"):
-        engine = create_engine(
-            parsed.set(drivername="postgresql+psycopg"),
-            pool_pre_ping=True,
-            connect_args={"connect_timeout": FENCED_S, "tcp_user_timeout": 1000 * FENCED_S} if fenced else {},
-        )
-    if fenced:
-        event.listen(engine, "connect", _give_up_soon)
-    return engine
-
-
 def _make_schema(connection: Connection) -> None:
     """The schema that the address names first, where it is not there yet."""
     if connection.exec_driver_sql("SELECT current_schema()").scalar_one() is None:
@@ -205,10 +219,16 @@ def _give_up_soon(connection: Any, record: Any) -> None:
     connection.commit()
 
 
+def _hurry(connection: Any, record: Any) -> None:
+    with connection.cursor() as cursor:
+        cursor.execute(f"SET statement_timeout = '{ANSWER_S}s'")
+    connection.commit()
+
+
 @contextlib.contextmanager
 def alone(address: str) -> Iterator[None]:
     """Keep fenced servers out of a PostgreSQL database. Raises StoreError while one serves from it."""
-    engine = _url_engine(address, fenced=False)
+    engine = postgres_engine(address)
     try:
         with _sentences(address), engine.connect() as connection:
             free = connection.execute(text("SELECT pg_try_advisory_lock(:lock)"), {"lock": SERVED}).scalar_one()

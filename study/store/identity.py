@@ -32,12 +32,12 @@ class IdentityStore:
     """Recruitment ids and the pseudonyms that stand for them everywhere else."""
 
     def __init__(self, address: Path | str, now: Callable[[], int] = now_ms, fence: int = 0) -> None:
-        self._database = Database(address, "identity", fence)
+        self.database = Database(address, "identity", fence)
         self._now = now
 
     def pid(self, source: str, external_id: str, parameters: Mapping[str, str] | None = None) -> tuple[str, bool]:
         """The pseudonym of a recruitment id, and whether it is new; returning participants keep theirs."""
-        with self._database.write() as connection:
+        with self.database.write() as connection:
             known = select(identities.c.pid).where(
                 identities.c.source == source, identities.c.external_id == external_id
             )
@@ -51,14 +51,14 @@ class IdentityStore:
 
     def external(self, pid: str) -> tuple[str, str] | None:
         """Source and id of a participant, to pay them; None when it was deleted or never given."""
-        with self._database.read() as connection:
+        with self.database.read() as connection:
             query = select(identities.c.source, identities.c.external_id).where(identities.c.pid == pid)
             row = connection.execute(query).one_or_none()
             return (str(row.source), str(row.external_id)) if row else None
 
     def known(self, source: str, external_id: str) -> str | None:
         """The pseudonym of a recruitment id that is already known, else None."""
-        with self._database.read() as connection:
+        with self.database.read() as connection:
             query = select(identities.c.pid).where(
                 identities.c.source == source, identities.c.external_id == external_id
             )
@@ -67,35 +67,35 @@ class IdentityStore:
 
     def open_session(self, pid: str, token_hash: str) -> None:
         """From now on only the browser with this secret acts for the participant."""
-        with self._database.write() as connection:
+        with self.database.write() as connection:
             connection.execute(update(identities).where(identities.c.pid == pid).values(token=token_hash))
 
     def of_session(self, token_hash: str) -> str | None:
         """The participant that a secret belongs to."""
-        with self._database.read() as connection:
+        with self.database.read() as connection:
             found = connection.execute(select(identities.c.pid).where(identities.c.token == token_hash)).scalar()
             return None if found is None else str(found)
 
     def everybody(self) -> dict[str, tuple[str, str]]:
         """Source and id by pseudonym."""
-        with self._database.read() as connection:
+        with self.database.read() as connection:
             rows = connection.execute(select(identities.c.pid, identities.c.source, identities.c.external_id))
             return {str(row.pid): (str(row.source), str(row.external_id)) for row in rows}
 
     def drop(self, pids: Sequence[str]) -> None:
         """Delete people who never consented, without the cost of overwriting the whole file each time."""
-        with self._database.write() as connection:
+        with self.database.write() as connection:
             connection.execute(delete(identities).where(identities.c.pid.in_(pids)))
 
     def forget(self, pid: str) -> int:
         """Delete a participant; returns the number of rows."""
-        with self._database.write() as connection:
+        with self.database.write() as connection:
             removed = connection.execute(delete(identities).where(identities.c.pid == pid)).rowcount
-        self._database.scrub()
+        self.database.scrub()
         return int(removed)
 
     def close(self) -> None:
-        self._database.close()
+        self.database.close()
 
 
 def new_pid() -> str:

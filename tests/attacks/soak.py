@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +17,7 @@ from random import Random
 from typing import Any
 
 import httpx
+import numpy as np
 import psutil
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
@@ -35,12 +36,15 @@ SMALL_FLOODS = ("pongs", "fragments", "inputs", "connects")
 
 
 @contextmanager
-def server_at(data: Path, processes: int) -> Iterator[tuple[str, str, psutil.Process]]:
+def server_at(
+    data: Path, processes: int, environment: Mapping[str, str] | None = None
+) -> Iterator[tuple[str, str, psutil.Process]]:
     """`movingout play` on a free port: its address, its admin token and its process. Its log is beside the data."""
+    around = {**os.environ, **(environment or {})}
     log = data.parent / f"{data.name}.log"
     command = [sys.executable, "-P", "-m", "movingout.server.cli", "play", "--port", "0", "--data", str(data)]
     command += ["--processes", str(processes), "--countdown", "0.3"]
-    with log.open("wb") as out, subprocess.Popen(command, stdout=out, stderr=out) as process:
+    with log.open("wb") as out, subprocess.Popen(command, stdout=out, stderr=out, env=around) as process:
         try:
             base, token = _printed(log, process)
             yield base, token, psutil.Process(process.pid)
@@ -58,6 +62,17 @@ def _printed(log: Path, process: "subprocess.Popen[bytes]") -> tuple[str, str]:
             return base[1], Path(token[1]).read_text(encoding="ascii").strip()
         time.sleep(0.1)
     raise RuntimeError(f"the server did not start:\n{log.read_text(encoding='utf-8')}")
+
+
+def collecting_often(folder: Path) -> dict[str, str]:
+    """An environment in which all processes collect garbage after little growth: what still grows then is a leak.
+
+    A busy server lets each process grow by 48 MB first, for which three minutes are too short.
+    """
+    lines = ["import movingout.server.memory as memory", "memory.BUSY_S, memory.GROWTH_BYTES = 10.0, 3e6"]
+    folder.mkdir()
+    (folder / "sitecustomize.py").write_text("\n".join(lines), encoding="utf-8")
+    return {"PYTHONPATH": os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])}
 
 
 def faults_of(recordings: Path) -> list[str]:
@@ -80,6 +95,14 @@ class Tally:
     lost: list[str] = field(default_factory=list)  # seats that nobody came back to, and games that did not end
     rss_mb: list[float] = field(default_factory=list)  # of all processes of the server, once a second
     open_files: list[int] = field(default_factory=list)
+    at_s: list[float] = field(default_factory=list)  # when these were measured
+
+    def mb_per_minute(self, from_s: float) -> float:
+        """How memory grows from then on: the median slope between two readings, which single peaks do not change."""
+        at, mb = np.array(self.at_s), np.array(self.rss_mb)
+        at, mb = at[at >= from_s] / 60.0, mb[at >= from_s]
+        half = len(at) // 2
+        return float(np.median((mb[half : 2 * half] - mb[:half]) / (at[half : 2 * half] - at[:half])))
 
 
 @dataclass
@@ -93,10 +116,11 @@ class Soak:
     tally: Tally = field(default_factory=Tally)
     _over: bool = False
 
-    async def run(self, players: int, seconds: float, kill_every_s: float) -> Tally:
+    async def run(self, players: int, seconds: float, kill_every_s: float, kills_for_s: float = float("inf")) -> Tally:
+        """Kills are over after `kills_for_s`: a process that has just begun hides what the one before has leaked."""
         async with httpx.AsyncClient(base_url=self.base, timeout=60.0) as http:
-            games = [asyncio.create_task(self._play_on(http)) for _ in range(players)]
-            beside = [self._kill(http, kill_every_s), self._flood(), self._measure()]
+            games = [asyncio.create_task(self._play_on(f"127.0.1.{1 + number}")) for number in range(players)]
+            beside = [self._kill(http, kill_every_s, kills_for_s), self._flood(), self._measure()]
             others = [asyncio.create_task(each) for each in beside]
             await asyncio.sleep(seconds)
             self._over = True
@@ -108,26 +132,37 @@ class Soak:
 
     # ---- players ------------------------------------------------------------------------------------------------
 
-    async def _play_on(self, http: httpx.AsyncClient) -> None:
-        while not self._over:
-            body = {"maps": ["HandOff"], "seats": [{"kind": "here"}, {"kind": "agent", "agent": "idle"}],
-                    "limit_ticks": ROUND_TICKS}  # fmt: skip
-            with contextlib.suppress(httpx.HTTPError):
-                answer = await http.post("/api/rooms", json=body)
-                if answer.status_code == 200:
-                    room = answer.json()
-                    await self._game(room["room"], room["tokens"][0])
-                    continue
-            await asyncio.sleep(0.5)
+    async def _play_on(self, address: str) -> None:
+        """Rounds of one stranger, whose address has limits of its own."""
+        transport = httpx.AsyncHTTPTransport(local_address=address)
+        async with httpx.AsyncClient(base_url=self.base, timeout=60.0, transport=transport) as http:
+            while not self._over:
+                body = {"maps": ["HandOff"], "seats": [{"kind": "here"}, {"kind": "agent", "agent": "idle"}],
+                        "limit_ticks": ROUND_TICKS}  # fmt: skip
+                with contextlib.suppress(httpx.HTTPError):
+                    answer = await http.post("/api/rooms", json=body)
+                    if answer.status_code == 200:
+                        room = answer.json()
+                        await self._game(room["room"], room["tokens"][0], address)
+                        await self._close(http, room["room"])
+                        continue
+                await asyncio.sleep(0.5)
 
-    async def _game(self, room: str, token: str) -> None:
+    async def _close(self, http: httpx.AsyncClient, room: str) -> None:
+        """A room without people stays for a quarter of an hour: as if that were over, so that the number is level."""
+        headers = {"authorization": f"Bearer {self.admin_token}"}
+        await http.post(f"/api/admin/rooms/{room}/close", json={}, headers=headers)
+
+    async def _game(self, room: str, token: str, address: str) -> None:
         """One round, over as many connections as it takes."""
         loop = asyncio.get_running_loop()
         leaves, tokens, until = self.random.random() < 0.1, [token], loop.time() + BACK_S
         while loop.time() < until:
             with contextlib.suppress(OSError, InvalidHandshake, ConnectionClosed, TimeoutError):
                 async with connect(
-                    f"{self.base.replace('http', 'ws')}/ws/{room}", subprotocols=[Subprotocol(m.SUBPROTOCOL)]
+                    f"{self.base.replace('http', 'ws')}/ws/{room}",
+                    subprotocols=[Subprotocol(m.SUBPROTOCOL)],
+                    local_addr=(address, 0),
                 ) as link:
                     await link.send(json.dumps({"type": "join", "room": room, "tokens": tokens[-1:]}))
                     if await self._connected(link, tokens, leaves):
@@ -171,9 +206,9 @@ class Soak:
 
     # ---- beside them --------------------------------------------------------------------------------------------
 
-    async def _kill(self, http: httpx.AsyncClient, every_s: float) -> None:
-        headers = {"authorization": f"Bearer {self.admin_token}"}
-        while True:
+    async def _kill(self, http: httpx.AsyncClient, every_s: float, for_s: float) -> None:
+        headers, ends = {"authorization": f"Bearer {self.admin_token}"}, time.monotonic() + for_s
+        while time.monotonic() + every_s < ends:
             await asyncio.sleep(every_s)
             state = (await http.get("/api/admin/state", headers=headers)).json()
             chosen = self.random.choice([row for row in state["processes"] if row["ready"]] or [None])
@@ -195,12 +230,14 @@ class Soak:
                 await flood.wait()
 
     async def _measure(self) -> None:
+        begun = time.monotonic()
         while True:
             rss, files = 0.0, 0
             for process in [self.server, *self.server.children(recursive=True)]:
                 with contextlib.suppress(psutil.Error):
                     rss += process.memory_info().rss / 1e6
                     files += process.num_fds()
+            self.tally.at_s.append(time.monotonic() - begun)
             self.tally.rss_mb.append(rss)
             self.tally.open_files.append(files)
             await asyncio.sleep(1.0)

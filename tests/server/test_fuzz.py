@@ -15,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from movingout.maps import load_map, map_to_json
 from movingout.server import messages as m
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.endpoint import WIRE, Message, SocketEndpoint
@@ -127,11 +128,15 @@ ROOMS = st.fixed_dictionaries(
 PART = st.text(max_size=12) | st.sampled_from(
     ["..", "%00", "rooms", "aaaaaaaaaaaa", "qr.svg", "answers", "poses", "file"]
 )
-PATHS = st.sampled_from(
-    ["/api/rooms", "/api/maps", "/api/maps/check", "/api/recordings", "/api/agents", "/api/admin/state", "/healthz",
-     "/api/questionnaire", "/metrics", "/", "/static/play/play.js"]
-) | st.lists(PART, min_size=1, max_size=4).map(lambda parts: "/api/" + "/".join(parts))  # fmt: skip
-BODIES = ROOMS.map(lambda body: json.dumps(body).encode()) | VALUES.map(lambda body: json.dumps(body).encode())
+REAL = (
+    "/api/rooms", "/api/maps", "/api/editor/check", "/api/editor/solve", "/api/recordings", "/api/agents",
+    "/api/admin/state", "/healthz", "/api/questionnaire", "/metrics", "/", "/static/play/play.js",
+)  # fmt: skip
+PATHS = st.sampled_from(REAL) | st.lists(PART, min_size=1, max_size=4).map(lambda parts: "/api/" + "/".join(parts))
+DRAWN = map_to_json(load_map("Simple"))
+SPOILED = st.dictionaries(st.sampled_from([*DRAWN]), VALUES, max_size=2).map(lambda part: {**DRAWN, **part})
+MAPS = st.fixed_dictionaries({"map": VALUES | SPOILED})
+BODIES = (ROOMS | MAPS | VALUES).map(lambda body: json.dumps(body).encode())
 
 
 @pytest.mark.slow
@@ -153,6 +158,12 @@ def test_no_request_is_a_fault(http: httpx.Client, method: str, path: str, body:
     if answer.status_code >= 400 and answer.request.url.path.startswith("/api/") and method != "HEAD":
         error: dict[str, Any] = answer.json()["error"]
         assert error["code"] and error["message"]
+
+
+@pytest.mark.parametrize("path", REAL)
+def test_what_is_drawn_is_there(http: httpx.Client, path: str) -> None:
+    found = {http.request(method, path).status_code for method in ("GET", "POST")}
+    assert found != {404}, "a path that is nowhere proves nothing"
 
 
 @pytest.fixture(scope="module")

@@ -1,13 +1,24 @@
 """A whole study served on PostgreSQL, as on SQLite; then what is done with its data."""
 
 import json
+import os
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
+import psycopg
 import pytest
 
 from movingout.server.cli import main
+from movingout.study.errors import StoreLocked
+from movingout.study.store import Store
 from movingout.study.store.tables import answers, participants, rounds
-from tests.server.study.support import SOLO, Visitor, served
+from tests.database import PostgresServer
+from tests.server.cluster.partition import cable_to
+from tests.server.cluster.processes import wait_until
+from tests.server.study.support import SOLO, Served, Visitor, served
 
 
 def test_a_study_is_served_from_postgresql_and_exported_and_forgotten(
@@ -30,3 +41,77 @@ def test_a_study_is_served_from_postgresql_and_exported_and_forgotten(
     assert json.loads(capsys.readouterr().out)["rows"]["rounds"] == 2
     assert main(["study", "forget", *place[:1], pid, *place[1:]]) == 0
     assert not any(pid.encode() in path.read_bytes() for path in (tmp_path / "recordings").iterdir())
+
+
+# ---- a database that does not answer ------------------------------------------------------------------------------
+
+
+def refused_within(visitor: Visitor, seconds: float) -> None:
+    """Two answers at once are refused, the second as soon as the first, and the server says what does not work."""
+    begun = time.monotonic()
+    status, answer = visitor.answer("teamwork", 4)
+    assert (status, answer["error"]["code"]) == (507, "not_saved")
+    assert time.monotonic() - begun < seconds
+    status, health = visitor.served.live.call("/healthz")
+    assert (status, "the database of the study does not answer" in str(health)) == (503, True)
+
+
+def works_again(study: Served, visitor: Visitor) -> None:
+    wait_until(lambda: visitor.answer("teamwork", 4)[0] == 200, "an answer is saved")
+    wait_until(lambda: study.live.call("/healthz")[0] == 200, "the server is healthy")
+
+
+def test_a_database_that_cannot_be_reached_is_given_up_and_found_again(tmp_path: Path, postgres: str) -> None:
+    with cable_to(postgres) as (cable, address), served(tmp_path, database=address) as study:
+        visitor = study.visitor().go_to("questionnaire")
+        cable.cut()
+        refused_within(visitor, 16.0)
+        cable.mend()
+        works_again(study, visitor)
+
+
+@contextmanager
+def stopped(server: PostgresServer) -> Iterator[None]:
+    """All processes of the database stand still; their machine goes on to accept connections and data."""
+    listed = Path(f"/proc/{server.pid}/task/{server.pid}/children").read_text().split()
+    pids = [server.pid, *map(int, listed)]
+    for pid in pids:
+        os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        for pid in pids:
+            os.kill(pid, signal.SIGCONT)
+
+
+def test_a_database_that_hangs_is_given_up_and_found_again(
+    tmp_path: Path, cluster: PostgresServer, postgres: str
+) -> None:
+    with served(tmp_path, database=postgres) as study:
+        visitor = study.visitor().go_to("questionnaire")
+        with stopped(cluster):
+            refused_within(visitor, 16.0)
+        works_again(study, visitor)
+
+
+def test_a_table_that_another_program_holds_is_waited_for_a_few_seconds(tmp_path: Path, postgres: str) -> None:
+    with served(tmp_path, database=postgres) as study:
+        visitor = study.visitor().go_to("questionnaire")
+        with psycopg.connect(postgres) as holder:
+            holder.execute("LOCK TABLE answers IN ACCESS EXCLUSIVE MODE")
+            assert visitor.answer("teamwork", 4)[0] == 507
+        works_again(study, visitor)
+
+
+def test_deleted_rows_are_overwritten_however_long_it_takes(postgres: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("movingout.study.store.database.ANSWER_S", 1)
+    with closing(Store(postgres)) as store:
+        store.database.hurry()
+        with pytest.raises(StoreLocked, match="statement timeout"), store.database.read() as connection:
+            connection.exec_driver_sql("SELECT pg_sleep(1.5)")
+        with closing(psycopg.connect(postgres)) as holder:
+            holder.execute("LOCK TABLE answers IN ACCESS SHARE MODE")
+            holder.execute("SET idle_in_transaction_session_timeout = '2s'")  # lets go by itself
+            store.database.scrub()
+        with pytest.raises(StoreLocked), store.database.read() as connection:
+            connection.exec_driver_sql("SELECT pg_sleep(1.5)")

@@ -3,10 +3,10 @@
 import csv
 import io
 from collections.abc import Awaitable, Callable
-from typing import Any
+from typing import Annotated, Any
 
 import segno
-from fastapi import APIRouter, Depends, Request
+from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from movingout.server.api.authentication import admin, body_of
@@ -15,6 +15,7 @@ from movingout.server.study.api.event_stream import event_stream, every_second
 from movingout.server.study.experimenter_actions import PAYMENT_COLUMNS, ExperimenterActions, ExperimenterRequest
 from movingout.server.study.running_study import RunningStudy
 
+LONGEST_CODE = 200  # letters; a QR code has no room for any number of them
 NO_STORE = {"cache-control": "no-store"}
 
 
@@ -47,7 +48,7 @@ def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: 
         return await experimenter.open_next(await body_of(request, ExperimenterRequest))
 
     @router.get("/qr.svg")
-    async def qr(request: Request, code: str) -> Response:
+    async def qr(request: Request, code: Annotated[str, Query(max_length=LONGEST_CODE)]) -> Response:
         address = str(request.base_url.replace(path="/study", query="")) + f"?code={code}"
         picture = io.BytesIO()  # with its namespace: the page shows it in an <img>
         segno.make(address, error="m").save(picture, kind="svg", border=2, scale=4, dark="#000", light="#fff")

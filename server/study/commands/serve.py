@@ -7,7 +7,6 @@ import sys
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from urllib.parse import urlsplit
 
 from fastapi import FastAPI
 
@@ -44,10 +43,6 @@ from movingout.study.errors import StudyError
 SWITCH_S = 0.0005  # the database thread yields to a tick within this time
 AT_ONE_ADDRESS = 1000  # a whole class may share one address
 FASTEST = 50.0
-PASSWORD_SEEN = (
-    "movingout: everybody on this machine can read the password of the database in the list of processes; "
-    "leave it out of the address, and set PGPASSWORD or use ~/.pgpass"
-)
 
 
 def serve(args: argparse.Namespace) -> int:
@@ -57,9 +52,6 @@ def serve(args: argparse.Namespace) -> int:
     _refuse_missing(found, args.file)
     settings = _settings(args)
     admission = Admission(args.codes, args.signed, args.any_device, simulated=args.rehearse is not None)
-    for address in (args.database, args.identities, settings.cluster):
-        if address and _has_password(address):
-            print(PASSWORD_SEEN, file=sys.stderr)
     if settings.cluster or settings.node:
         folder = folder_of_node(as_node(settings), study, args.database, args.identities)
         if not admission.simulated and not _has_begun(folder):
@@ -106,13 +98,6 @@ def _host(settings: Settings, lock: int, certificate: Certificate | None) -> tup
         return host, host.endpoint
     front = Front(settings, settings.processes, lock, certificate)
     return front, FrontEndpoint(front)
-
-
-def _has_password(address: str) -> bool:
-    try:
-        return bool(urlsplit(address).password)
-    except ValueError:  # it is no address, which is said later
-        return False
 
 
 def _refuse_missing(found: Review, file: Path) -> None:

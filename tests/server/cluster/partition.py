@@ -1,7 +1,6 @@
 """A way to the database that a test can cut: what is sent then arrives nowhere, and nobody is told."""
 
 import asyncio
-import contextlib
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -47,20 +46,28 @@ class Cable:
         for connection in connections:
             connection.cancel()
         await asyncio.gather(*connections, return_exceptions=True)
+        await asyncio.sleep(0)  # closed transports let go of their sockets in the next turn of the loop
 
     async def _connect(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        with contextlib.suppress(OSError):
+        try:
             await self._whole.wait()
             there, back = await asyncio.open_connection(*self._there)
             await asyncio.gather(self._pass(reader, back), self._pass(there, writer))
+        except OSError:
+            pass
+        finally:
+            writer.transport.abort()
 
     async def _pass(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        with contextlib.suppress(OSError):
+        try:
             while data := await reader.read(65536):
                 await self._whole.wait()
                 writer.write(data)
                 await writer.drain()
-        writer.close()
+        except OSError:
+            pass
+        finally:
+            writer.close()
 
 
 @contextmanager

@@ -24,6 +24,7 @@ from movingout.server.host import Host
 from tests.server.live import Live, Person
 
 WAIT_S = 120.0  # the machine may be busy
+LEASE_S = 10.0  # of the nodes
 
 
 def free_port() -> int:
@@ -70,7 +71,7 @@ class NodeProcess:
     def start(self) -> None:
         command = [sys.executable, "-m", "movingout.server.cli", "play", "--port", str(self.port)]
         command += ["--data", str(self.data), "--cluster", self.database, "--node", self.name, "--countdown", "0.3"]
-        command += ["--proxy", "127.0.0.1", "--agent-workers", "1", "--lease", "10"]
+        command += ["--proxy", "127.0.0.1", "--agent-workers", "1", "--lease", f"{LEASE_S:g}"]
         with self.log.open("ab") as log:
             self.process = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)
 

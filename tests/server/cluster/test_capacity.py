@@ -25,8 +25,22 @@ def test_pairs_need_half_as_many_rooms_and_no_agents() -> None:
     pairs, partners = planned(1000), planned(1000, "bass@any")
     assert (pairs.rooms, partners.rooms) == (500, 1000)
     assert pairs.cores == pairs.nodes == 8  # 69 rooms take half of a core
-    assert partners.nodes == 15 and partners.cores == 15 + 76  # 1,005 agents (67 a node) at 6 %, 80 % of a core each
+    assert partners.nodes == 15 and partners.cores == 15 + 101  # 1,005 agents (67 a node) at 8 %, 80 % of a core each
     assert partners.recorded_gb_per_hour == pytest.approx(2 * pairs.recorded_gb_per_hour, rel=0.01)
+
+
+def test_agents_need_memory_too() -> None:
+    figures = read_figures(FIGURES)
+    found = planned(1000, "bass@any")
+    workers = found.nodes * found.workers_per_node
+    agents_mb = workers * figures.agent_worker_mb.value + 1000 * figures.agent_mb.value
+    rooms_mb = found.nodes * figures.node_mb.value + 1000 * figures.room_mb.value
+    assert found.memory_gb == pytest.approx((rooms_mb + agents_mb) / 1e3, abs=0.06) and agents_mb > rooms_mb
+
+
+@pytest.mark.parametrize("agent", ["scripted", "dp@any", "bass@any"])
+def test_the_agents_that_play_anywhere_were_measured(agent: str) -> None:
+    assert not any("not measured" in note for note in planned(60, agent).notes)
 
 
 def test_idle_partners_cost_nothing_and_unknown_ones_are_said_to_be_unmeasured() -> None:

@@ -106,6 +106,18 @@ def test_a_journal_that_could_not_be_finished_is_named_and_tried_again(
     assert [path.suffix for path in tmp_path.iterdir()] == [".mcap"]
 
 
+def test_a_journal_that_was_deleted_is_not_tried_again(tmp_path: Path) -> None:
+    journal = journal_in(tmp_path)
+
+    async def work(service: RecordingService) -> bool:
+        journal.unlink()
+        service.finalise(journal)
+        await service.settled()
+        return service.knows(journal) or bool(service.unfinished)
+
+    assert run(tmp_path, work) is False
+
+
 def test_a_process_that_dies_twice_is_an_error_and_the_next_call_works(tmp_path: Path) -> None:
     async def work(service: RecordingService) -> float:
         with pytest.raises(RecordingError, match="died twice; is there enough memory"):

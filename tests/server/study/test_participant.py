@@ -103,7 +103,7 @@ def test_who_declines_is_a_number_and_nothing_else(tmp_path: Path) -> None:
         visitor.look()
         store = study.running.databases.store
         assert (store.rows(participants), store.rows(counts)) == ([], [{"name": "declined", "number": 1}])
-        with study.running.databases.identities._database.read() as connection:
+        with study.running.databases.identities.database.read() as connection:
             assert connection.execute(identities.select()).all() == []
         assert study.visitor(PROLIFIC_PID="curious").kind == "consent", "who changes their mind is welcome"
 

@@ -35,7 +35,7 @@ READERS = {
     Progress: {"is_paused", "note_standing"},
     StudyRooms: {"prepare", "map_of", "map_name", "refresh"},
     FinishedRounds: {"add", "save_soon", "saved", "count", "count_recovered", "count_stored", "close_left"},
-    Departures: {"delete_data", "deleted"},
+    Departures: {"delete_data", "delete_again", "end"},
 }
 """All public methods that may be called at any time; `heard` marks presence, `delete_data` begins in the background."""
 

@@ -1,0 +1,39 @@
+"""Whether a backup can be restored: it is, into a temporary folder that nobody keeps, and read there."""
+
+import tempfile
+from contextlib import closing
+from pathlib import Path
+
+from movingout.recordings.storage.index import list_recordings
+from movingout.study.data.backup import IDENTITY, MAIN, BackedUp, restore
+from movingout.study.errors import StudyError
+from movingout.study.store.identity import IdentityStore
+from movingout.study.store.store import Store
+
+
+def check_backup(backup: Path) -> BackedUp:
+    """Raises StudyError for a backup of which something is damaged, missing or cannot be read."""
+    try:
+        with tempfile.TemporaryDirectory(prefix="movingout-restore-") as folder:  # readable for the owner alone
+            data = Path(folder)
+            done = restore(backup, data)
+            _read_databases(data / "studies" / done.study, done)
+            _, unreadable = list_recordings(data / "recordings")
+    except OSError as error:
+        raise StudyError(
+            f"cannot restore into a temporary folder: {error.strerror or error}; TMPDIR names one"
+        ) from None
+    if unreadable:
+        names = ", ".join(one.path.name for one in unreadable[:5])
+        raise StudyError(f"the backup {backup} has recordings that cannot be read: {names}")
+    return done
+
+
+def _read_databases(own: Path, done: BackedUp) -> None:
+    with closing(Store(own / MAIN)) as store:
+        store.everybody()
+        if store.frozen().id != done.study:
+            raise StudyError(f"the database of the backup holds the study {store.frozen().id}, not {done.study}")
+    if done.identities:
+        with closing(IdentityStore(own / IDENTITY)) as identities:
+            identities.everybody()

@@ -1,0 +1,45 @@
+"""When a lease changed hands, by the clock of the database, which no busy machine makes late."""
+
+import threading
+from types import TracebackType
+
+import psycopg
+
+LOOK_S = 0.1
+ASKED = """SELECT extract(epoch FROM clock_timestamp())::float, extract(epoch FROM expires)::float, node
+FROM movingout_cluster.lease WHERE shard = %s"""
+
+
+class LeaseWatch:
+    """Looks at the lease of a shard until another node than `owner` has it."""
+
+    def __init__(self, database: str, shard: str, owner: str) -> None:
+        self._database, self._shard, self._owner = database, shard, owner
+        self._expires = self._taken = 0.0
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._watch)
+
+    def __enter__(self) -> "LeaseWatch":
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        self._over.set()
+        self._thread.join()
+
+    @property
+    def after_s(self) -> float:
+        """How long after the end of the owner's lease the other node took it: negative if it was still valid."""
+        assert self._taken, "nobody took it"
+        return self._taken - self._expires
+
+    def _watch(self) -> None:
+        with psycopg.connect(self._database, autocommit=True) as connection:
+            while not self._over.wait(LOOK_S) and not self._taken:
+                row = connection.execute(ASKED, (self._shard,)).fetchone()
+                assert row is not None
+                now, expires, node = row
+                if node == self._owner:
+                    self._expires = expires
+                elif node is not None:
+                    self._taken = now

@@ -1,0 +1,85 @@
+"""Who asks for the deletion of their data: recordings that somebody else finishes go too, whenever they come."""
+
+import shutil
+import time
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings import finalise
+from movingout.recordings.episode import SeatInfo
+from movingout.recordings.storage.index import list_recordings
+from movingout.server.study import departures
+from movingout.study.data.erasure import remove_recordings
+from movingout.study.errors import StudyError
+from movingout.study.store.tables import answers
+from tests.recordings.support import record
+from tests.server.cluster.processes import wait_until
+from tests.server.study.support import Visitor, served
+
+
+def journal_of(visitor: Visitor, folder: Path) -> Path:
+    """One that another node has closed, of a round that this participant has played."""
+    seats = (SeatInfo("human", visitor.pid), SeatInfo("agent", "idle"))
+    return record(folder, ticks=3, episode_id="elsewhere", seats=seats)[0]
+
+
+def names_in(folder: Path) -> list[str]:
+    return [path.name for path in folder.iterdir() if path.suffix in (".mcap", ".journal")]
+
+
+def test_a_recording_that_another_node_finishes_is_waited_for(tmp_path: Path) -> None:
+    recordings = tmp_path / "recordings"
+    with served(tmp_path) as study:
+        visitor = study.visitor().go_to("questionnaire")
+        journal = journal_of(visitor, recordings)
+        visitor.stop(False)
+        time.sleep(1.5)
+        assert journal.exists(), "or the other node writes a recording of what is deleted"
+        finalise(journal)
+        wait_until(lambda: not names_in(recordings), "nothing is left")
+        wait_until(lambda: not study.running.databases.store.rows(answers), "no answer either")
+
+
+def test_a_recording_that_comes_after_the_deletion_is_deleted_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(departures, "LOOK_AGAIN_S", (1.0, 1.0, 1.0, 1.0))
+    recordings = tmp_path / "recordings"
+    with served(tmp_path) as study:
+        visitor = study.visitor().go_to("questionnaire")
+        late = finalise(journal_of(visitor, tmp_path))
+        visitor.stop(False)
+        wait_until(lambda: not names_in(recordings), "the deletion")
+        shutil.move(late, recordings / late.name)
+        wait_until(lambda: not names_in(recordings), "nothing is left")
+
+
+def test_the_next_start_deletes_what_came_while_nobody_looked(tmp_path: Path) -> None:
+    recordings = tmp_path / "recordings"
+    with served(tmp_path) as study:
+        visitor = study.visitor().go_to("questionnaire")
+        other = study.visitor().go_to("questionnaire")
+        visitor.stop(False)
+    kept = {path.name for path in recordings.glob("*.mcap")}
+    finalise(journal_of(visitor, recordings))
+    with served(tmp_path):
+        wait_until(lambda: {path.name for path in recordings.glob("*.mcap")} == kept, "what came is deleted")
+    assert any(other.pid in one.blue + one.red for one in list_recordings(recordings)[0])
+
+
+def test_a_deletion_that_failed_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(departures, "LOOK_AGAIN_S", (0.3,))
+    fails = [True, True]
+
+    def failing(folder: Path, pid: str, episodes: set[str]) -> int:
+        if fails:
+            fails.pop()
+            raise StudyError("the disk hung")
+        return remove_recordings(folder, pid, episodes)
+
+    monkeypatch.setattr(departures, "remove_recordings", failing)
+    with served(tmp_path) as study:
+        study.visitor().go_to("questionnaire").stop(False)
+        wait_until(lambda: not names_in(tmp_path / "recordings"), "nothing is left")
+        assert study.alerts().count("deletion") == 1

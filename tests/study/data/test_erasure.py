@@ -1,0 +1,68 @@
+"""Recordings are deleted while a server finishes others: files appear, are renamed and go between two looks."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings import finalise
+from movingout.recordings.episode import SeatInfo
+from movingout.recordings.storage.listing import Summary
+from movingout.study.data import erasure
+from movingout.study.data.erasure import is_being_recorded, named_in_recordings, remove_recordings
+from tests.recordings.support import record
+
+PID = "P7QRS2"
+
+
+def journal(folder: Path, episode: str, pid: str = PID) -> Path:
+    return record(folder, ticks=3, episode_id=episode, seats=(SeatInfo("human", pid), SeatInfo("agent", "idle")))[0]
+
+
+def finished_meanwhile(monkeypatch: pytest.MonkeyPatch, part: Path, whole: Path) -> None:
+    """A part that somebody renames after the first look into the folder, and before it is read."""
+    really = erasure._listed
+
+    def listed(folder: Path) -> tuple[list[Summary], set[Path]]:
+        found = really(folder)
+        if part.exists():
+            part.rename(whole)
+        return found
+
+    monkeypatch.setattr(erasure, "_listed", listed)
+
+
+def test_a_part_that_becomes_a_recording_meanwhile_is_deleted_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = finalise(journal(tmp_path, "mine"))
+    part = whole.rename(whole.with_name(whole.name + ".tmp"))
+    finished_meanwhile(monkeypatch, part, whole)
+    assert remove_recordings(tmp_path, PID, {"mine"}) == 1
+    assert not any(tmp_path.glob("mine*"))
+
+
+def test_somebody_elses_part_that_is_finished_meanwhile_stops_no_deletion(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    finalise(journal(tmp_path, "mine"))
+    whole = finalise(journal(tmp_path, "other", "P3XYZ9"))
+    part = whole.rename(whole.with_name(whole.name + ".tmp"))
+    finished_meanwhile(monkeypatch, part, whole)
+    assert remove_recordings(tmp_path, PID, set()) == 1
+    assert [path.name for path in tmp_path.glob("*.mcap*")] == ["other.mcap"]
+
+
+def test_a_round_is_being_recorded_until_its_file_is_finished(tmp_path: Path) -> None:
+    mine = journal(tmp_path, "mine")
+    assert is_being_recorded(tmp_path, PID, set()) and is_being_recorded(tmp_path, "PNOBODY", {"mine"})
+    assert not is_being_recorded(tmp_path, "PNOBODY", {"another"})
+    finalise(mine)
+    assert not is_being_recorded(tmp_path, PID, {"mine"})
+
+
+def test_who_is_named_in_recordings_is_found_also_in_damaged_ones(tmp_path: Path) -> None:
+    finalise(journal(tmp_path, "mine"))
+    whole = finalise(journal(tmp_path, "broken", "P3XYZ9"))
+    whole.write_bytes(whole.read_bytes()[:-60])
+    assert named_in_recordings(tmp_path, [PID, "P3XYZ9", "PNOBODY"]) == {PID, "P3XYZ9"}
+    assert named_in_recordings(tmp_path / "nowhere", [PID]) == set()
