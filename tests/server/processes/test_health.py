@@ -10,7 +10,7 @@ from typing import Any, NoReturn, cast
 
 import pytest
 
-from movingout.server.agent_workers import lives
+from movingout.server.agent_workers import process_restarts
 from movingout.server.processes import agent_link, agent_service
 from movingout.server.processes.front import Front
 from movingout.server.processes.template import TemplateProcess
@@ -57,7 +57,7 @@ def test_rooms_whose_process_cannot_be_started_are_a_fault_until_it_can(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     until(lambda: not faults(live))
-    monkeypatch.setattr(lives, "AWAY_S", 2.5)  # the news come once a second
+    monkeypatch.setattr(process_restarts, "AWAY_S", 2.5)  # the news come once a second
     with monkeypatch.context() as broken:
         broken.setattr(TemplateProcess, "copy", no_number)
         os.kill(links(live)[0].pid, signal.SIGKILL)
@@ -70,7 +70,7 @@ def test_an_agent_service_that_cannot_be_started_is_a_fault_until_it_can(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     until(lambda: not faults(live))
-    monkeypatch.setattr(lives, "AWAY_S", 2.5)
+    monkeypatch.setattr(process_restarts, "AWAY_S", 2.5)
     with monkeypatch.context() as broken:
         broken.setattr(agent_link, "_spawn", no_files)
         os.kill(cast(Front, live.host).agents.pid, signal.SIGKILL)
