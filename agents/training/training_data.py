@@ -13,6 +13,7 @@ from movingout.agents.data.corrections import (
     correction_samples,
     expert_stretches,
     load_correction,
+    partner_samples,
 )
 from movingout.agents.data.dataset import (
     SeatChoice,
@@ -65,6 +66,12 @@ class TrainingData:
         recorded = trajectory_samples(self.trajectories, seen, spec.grasp, seats)
         return chain(recorded, correction_samples(self.corrections, seen))
 
+    def partners(self, spec: PolicySpec, seats: SeatChoice) -> Iterator[SeatSamples]:
+        """Whole episodes of those who play: the chosen seats of recordings, and the expert's partners."""
+        seen = FeatureSet.of(spec)
+        recorded = trajectory_samples(self.trajectories, seen, spec.grasp, seats)
+        return chain(recorded, partner_samples(self.corrections, seen))
+
     def parts(self, spec: PolicySpec, seats: SeatChoice) -> list[LearnedPart]:
         """The same samples, in the form that recombination takes."""
         recorded = [
@@ -100,5 +107,6 @@ def read_training_data(places: list[Path], without: Collection[FamilyMember] = (
     if not kept.files:
         raise DataError("somebody who is to be left out plays in every episode; name other recordings")
     if without and len(kept.files) == len(files):
-        raise DataError(f"{' or '.join(sorted(one.name for one in without)[:3])} plays in none of these {len(files)} episodes; nothing to leave out")
+        named = " or ".join(sorted(one.name for one in without)[:3])
+        raise DataError(f"{named} plays in none of these {len(files)} episodes; nothing to leave out")
     return kept
