@@ -37,7 +37,7 @@ class SearchPlan:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class TriedLatent:
     """A latent, the round in which it was tried, and its score there."""
 
     latent: Floats  # (size,)
@@ -45,16 +45,16 @@ class Found:
     score: float
 
 
-def search(plan: SearchPlan, score: Score, random: np.random.Generator) -> list[Found]:
+def search(plan: SearchPlan, score: Score, random: np.random.Generator) -> list[TriedLatent]:
     """All latents that were tried, the worst for the agent first."""
     plan.check()
     centre, spread = np.zeros(plan.size), np.ones(plan.size)
-    found: list[Found] = []
+    found: list[TriedLatent] = []
     for number in range(plan.rounds):
         drawn = centre + spread * random.standard_normal((plan.candidates, plan.size))
         latents = within(drawn, plan.radius)
         scores = score(number, list(latents))
-        tried = [Found(latent, number, value) for latent, value in zip(latents, scores, strict=True)]
+        tried = [TriedLatent(latent, number, value) for latent, value in zip(latents, scores, strict=True)]
         found += tried
         elite = np.array([one.latent for one in _worst(tried)[: max(round(ELITE * plan.candidates), 2)]])
         centre = KEPT * centre + (1 - KEPT) * elite.mean(axis=0)
@@ -69,5 +69,5 @@ def within(latents: Floats, radius: float) -> Floats:
     return shortened
 
 
-def _worst(found: Sequence[Found]) -> list[Found]:
+def _worst(found: Sequence[TriedLatent]) -> list[TriedLatent]:
     return sorted(found, key=lambda one: one.score)
