@@ -41,9 +41,7 @@ class Occasion:
         """The episodes with a partner: maps in turn, each in both seats by turns, another `seed` for each."""
         count = len(self.maps)
         return [
-            Trial(
-                agent, partner, self.maps[(seed + turn) % count], sum(divmod(turn, count)) % 2, seed + turn, self.ticks
-            )
+            Trial(agent, partner, self.maps[turn % count], sum(divmod(turn, count)) % 2, seed + turn, self.ticks)
             for turn in range(self.episodes)
         ]
 
