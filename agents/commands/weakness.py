@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, find_checkpoint
@@ -133,7 +133,9 @@ def _print(args: argparse.Namespace, worst: Sequence[Measured], usual: Sequence[
         document = [{"partner": one.partner, "tcr": one.mine, "idle": one.idle} for one in (*worst, *usual)]
         print(json.dumps({"agent": args.agent, "worst": document[: len(worst)], "random": document[len(worst) :]}))
         return
-    table = Table("partner", f"TCR of {args.agent}", "TCR of idle", "gain", box=None, header_style="dim")
+    table = Table(
+        Column("partner", overflow="fold"), f"TCR of {args.agent}", "TCR of idle", "gain", box=None, header_style="dim"
+    )
     for name, group in rows:
         columns = [[value for one in group for value in part(one)] for part in (_mine, _idle, _gains)]
         table.add_row(name, *(estimate_text(estimate(values)) for values in columns))
