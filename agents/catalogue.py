@@ -216,7 +216,8 @@ def _trained_card(card: Card) -> AgentCard:
     policy = card.policy.kind if card.policy else card.kind
     layout = card.policy.layout if card.policy else ""
     population = card.training.population
-    return AgentCard(card.id, card.name, card.kind, maps, card.description, scores, policy, population, layout)
+    offered = card.kind not in KINDS or KINDS[card.kind].offered
+    return AgentCard(card.id, card.name, card.kind, maps, card.description, scores, policy, population, layout, offered)
 
 
 def agent_card(agent_id: str) -> AgentCard:

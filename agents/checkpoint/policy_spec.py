@@ -39,6 +39,7 @@ class PolicySpec(BaseModel):
     train_steps: Annotated[int, Field(ge=1, le=1000)] = 36
     sample_steps: Annotated[int, Field(ge=1, le=1000)] = 4
     restless: Annotated[float, Field(ge=1.0, le=4.0)] = 1.0  # dp: factor on the sampling noise at a standstill
+    latent: Annotated[int, Field(ge=0, le=64)] = 0  # numbers behind each observation that say who plays
 
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:
@@ -56,14 +57,16 @@ class PolicySpec(BaseModel):
             raise ValueError(f"denoiser items is for layouts {known}; other layouts take --denoiser resmlp")
         if self.own_frame and self.obs_horizon > 1:
             raise ValueError(f"layout {self.layout} remembers by --lags; leave --obs-horizon at 1")
+        if self.latent and (self.obs_horizon > 1 or self.picture or self.denoiser == "unet"):
+            raise ValueError("a latent goes with --obs-horizon 1, a layout of numbers and --denoiser items or resmlp")
         if self.lags and not self.own_frame:
             raise ValueError(f"--lags is for layouts in the own frame, not for {self.layout}; use --obs-horizon")
         return self
 
     @property
     def features(self) -> int:
-        """D, the numbers of one observation."""
-        return LAYOUTS[self.layout].size + len(self.lags) * MEMORY_SIZE
+        """D, the numbers of one observation, and of the latent behind it."""
+        return LAYOUTS[self.layout].size + len(self.lags) * MEMORY_SIZE + self.latent
 
     @property
     def own_frame(self) -> bool:

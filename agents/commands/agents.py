@@ -1,4 +1,4 @@
-"""`movingout agents`: list, show, check, probe and quantize."""
+"""`movingout agents`: list, show, check, probe, quantize and weakness."""
 
 import argparse
 import json
@@ -24,6 +24,7 @@ from movingout.agents.catalogue import (
     unseen_map,
 )
 from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
+from movingout.agents.commands import weakness
 from movingout.agents.conformance import MAPS, TICKS, ConformanceError, check_agent
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
@@ -69,6 +70,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_out(quantize, "DIR", "folder for their folders", required=True)
     quantize.set_defaults(perform=_quantize)
+    worst = commands.add_parser(
+        "weakness",
+        help="search a model of partners for those with which an agent does worst",
+        example="movingout agents weakness dp@any --map HandOff -o worst.txt",
+    )
+    weakness.configure(worst)
+    worst.set_defaults(perform=weakness.perform)
     for command in (show, check, probe):
         command.add_argument("agent", metavar="ID", help="an id of the list, or package.module:Factory")
     for command in (listing, show, check, probe):

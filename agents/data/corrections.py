@@ -44,6 +44,18 @@ def correction_samples(corrections: Iterable[Correction], layout: str | FeatureS
             yield SeatSamples(one.trajectory.participants[one.seat], features[part], one.labels[part], turned)
 
 
+def partner_samples(corrections: Iterable[Correction], seen: FeatureSet) -> Iterator[SeatSamples]:
+    """The other seat of each episode, whole: what the partner did beside learner and expert."""
+    for one in corrections:
+        seat, trajectory = 1 - one.seat, one.trajectory
+        yield SeatSamples(
+            trajectory.participants[seat],
+            trajectory.features(seat, seen),
+            trajectory.targets(seat, "hold"),
+            trajectory.angles(seat, seen),
+        )
+
+
 def expert_stretches(one: Correction) -> Iterator[tuple[int, int]]:
     """(first, last + 1) of each sufficiently long run of ticks to learn from."""
     resting = 0

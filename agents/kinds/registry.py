@@ -7,11 +7,12 @@ from movingout.agents.checkpoint.checkpoint import Card, Checkpoint
 from movingout.agents.errors import CheckpointError
 from movingout.agents.kinds.bass import BASS
 from movingout.agents.kinds.kind import AgentKind
+from movingout.agents.kinds.latent import LATENT
 from movingout.agents.kinds.mappo import COMEDI, MAPPO
 from movingout.agents.kinds.policy import DP, GRU, MLP
 from movingout.agents.kinds.response import RESPONSE
 
-_ALL: tuple[AgentKind[Any], ...] = MLP, GRU, DP, BASS, RESPONSE, MAPPO, COMEDI
+_ALL: tuple[AgentKind[Any], ...] = MLP, GRU, DP, BASS, RESPONSE, MAPPO, COMEDI, LATENT
 KINDS = {kind.name: kind for kind in _ALL}
 
 

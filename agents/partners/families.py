@@ -23,6 +23,7 @@ from movingout.maps.suggestion import known_names
 
 MEMBERS = 20  # of each family
 CLONE_SEEDS = 3  # trainings of each age
+LATENT_MODEL = "latent@families"  # `movingout train latent`
 PEOPLE, FAMILY, ALL, WITHOUT = "people:", "family:", "families", "families:without-"
 
 
@@ -132,6 +133,8 @@ def _make() -> Iterator[Family]:
     yield Family("novice", "makes a beginner's mistakes and learns within the episode", tuple(_novices()))
     yield Family("late", "late and jittery hands on a planner, a greedy walker or a novice", tuple(_late()))
     yield Family("clone", "trained policies with noise and delay", tuple(_clones()))
+    latents = tuple(f"{LATENT_MODEL}:seed={number}" for number in range(MEMBERS))
+    yield Family("latent", "drawn from a generative model of all other families, another one in each episode", latents)
 
 
 def _greedy() -> Iterator[str]:

@@ -1,6 +1,6 @@
 """How a policy is trained: the configuration that MLP, GRU and diffusion policies share. Knows no torch."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Self
 
 from pydantic import Field
@@ -75,13 +75,13 @@ class PolicyConfig(Optimisation):
 
     def spec(self, kind: str) -> PolicySpec:
         """The network's description. Raises DataError for an impossible combination."""
-        names = set(PolicySpec.model_fields) - {"kind", "lags"}
+        names = {entry.name for entry in fields(self)} & set(PolicySpec.model_fields) - {"lags"}
         lags = tuple(map(int, self.lags.split(","))) if self.lags else ()
         return described(PolicySpec, {"kind": kind, "lags": lags} | {name: getattr(self, name) for name in names})
 
     def shaped(self, network: PolicySpec) -> Self:
         """The same training of another network."""
-        shape = network.model_dump(exclude={"kind", "lags"})
+        shape = network.model_dump(exclude={"kind", "lags", "latent"})
         return replace(self, lags=",".join(map(str, network.lags)), **shape)
 
     def check(self) -> None:

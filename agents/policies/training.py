@@ -41,8 +41,8 @@ def train_policy(
     torch.manual_seed(config.seed)
     policy = build(spec) if first is None else first
     if first is None:
-        _fit_normaliser(policy, windows)
-    augmentation = _augmentation(spec, config)
+        fit_normaliser(policy, windows)
+    change = augmentation(spec, config)
     train, held_out = windows.split(config.held_out, config.seed)
     random = np.random.default_rng(config.seed)
     if config.window_share < 1.0:
@@ -55,10 +55,10 @@ def train_policy(
     updates = math.ceil(config.epochs * len(train) / config.batch) if config.epochs else config.updates
 
     def losses(network: nn.Module) -> Losses:
-        return _losses(network, config, windows, random.choice(train, config.batch), augmentation)
+        return _losses(network, config, windows, random.choice(train, config.batch), change)
 
     def validate(network: nn.Module) -> Losses:
-        with torch.random.fork_rng(_gpus(network)):
+        with torch.random.fork_rng(drawing_devices(network)):
             torch.manual_seed(1)
             return _losses(network, config, windows, held_out)
 
@@ -67,7 +67,7 @@ def train_policy(
     return FitResult(trained.network.cpu(), trained.updates, trained.made)
 
 
-def _gpus(network: nn.Module) -> list[torch.device]:
+def drawing_devices(network: nn.Module) -> list[torch.device]:
     """The devices other than the CPU on which the network draws random numbers."""
     return list({parameter.device for parameter in network.parameters() if parameter.is_cuda})
 
@@ -82,7 +82,7 @@ def hand_changes(windows: Windows, rows: Indices) -> npt.NDArray[np.bool_]:
     return changes
 
 
-def _augmentation(spec: PolicySpec, config: PolicyConfig) -> Augmentation:
+def augmentation(spec: PolicySpec, config: PolicyConfig) -> Augmentation:
     """What is done to observations and chunks of a batch in training."""
     if spec.own_frame:
         return OwnFrameAugmentation(FeatureSet.of(spec), config.mirror, config.forget if spec.lags else 0.0)
@@ -110,7 +110,7 @@ def _losses(
     return {"loss": motion + config.grasp_weight * grasp, "motion": motion.detach(), "grasp": grasp.detach()}
 
 
-def _fit_normaliser(policy: Policy, windows: Windows) -> None:
+def fit_normaliser(policy: Policy, windows: Windows) -> None:
     most = PICTURES if policy.spec.picture else NORMALISER_ROWS
     stride = max(len(windows) // most, 1)
     sample = windows.features[::stride].astype(np.float32, copy=False)

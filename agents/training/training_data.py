@@ -13,6 +13,7 @@ from movingout.agents.data.corrections import (
     correction_samples,
     expert_stretches,
     load_correction,
+    partner_samples,
 )
 from movingout.agents.data.dataset import (
     SeatChoice,
@@ -64,6 +65,12 @@ class TrainingData:
         seen = FeatureSet.of(spec)
         recorded = trajectory_samples(self.trajectories, seen, spec.grasp, seats)
         return chain(recorded, correction_samples(self.corrections, seen))
+
+    def partners(self, spec: PolicySpec, seats: SeatChoice) -> Iterator[SeatSamples]:
+        """Whole episodes of those who play: the chosen seats of recordings, and the expert's partners."""
+        seen = FeatureSet.of(spec)
+        recorded = trajectory_samples(self.trajectories, seen, spec.grasp, seats)
+        return chain(recorded, partner_samples(self.corrections, seen))
 
     def parts(self, spec: PolicySpec, seats: SeatChoice) -> list[LearnedPart]:
         """The same samples, in the form that recombination takes."""

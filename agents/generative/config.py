@@ -1,0 +1,42 @@
+"""How a generative model of partners is trained. Knows no torch."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Field
+
+from movingout.agents.errors import DataError
+from movingout.agents.policies.config import PolicyConfig
+from movingout.agents.training.optimisation import NotNegativeFloat, documented
+
+
+@dataclass(frozen=True, kw_only=True)
+class LatentConfig(PolicyConfig):
+    """A diffusion policy that is told who plays by a latent vector, and an encoder of that vector."""
+
+    latent: Annotated[int, Field(ge=1, le=64)] = documented(8, "numbers that say who plays", "never")
+    beta: NotNegativeFloat = documented(
+        0.001, "weight of the divergence [nat] of an episode's latent from the prior in the loss"
+    )
+    episode_windows: Annotated[int, Field(ge=2, le=1024)] = documented(
+        32, "windows of an episode in a batch, an even number: each half says who plays in the other one"
+    )
+
+    def check(self) -> None:
+        super().check()
+        if self.recombine or self.event_weight > 1 or self.window_share < 1.0:
+            raise DataError(
+                "a latent model learns from episodes as they are: leave out --recombine, --event-weight and "
+                "--window-share"
+            )
+        if self.grasp != "hold":
+            raise DataError("a latent model learns which hold level is wanted; train with --grasp hold")
+        if self.episode_windows % 2 or self.episode_windows > self.batch:
+            raise DataError(
+                f"--episode-windows is an even number of at most --batch {self.batch}, not {self.episode_windows}"
+            )
+
+    @property
+    def batch_episodes(self) -> int:
+        """Episodes in a batch."""
+        return self.batch // self.episode_windows
