@@ -50,12 +50,15 @@ class Workspace:
     matches: MatchStore = field(default_factory=lambda: MatchStore(DATA / "matches"), compare=False)
 
     def begin(self) -> None:
-        """Note what the folder is begun with. Raises MatchError where it was begun with something else."""
+        """Note what the folder is begun with. Raises MatchError where something else was made in it.
+
+        A folder in which nothing was made yet, because its recordings were refused, is begun anew.
+        """
         mine = {
             "budget": self.budget.name, "evaluation": self.evaluation, "data": [str(path) for path in self.given],
             "min_tcr": self.min_tcr, "seed": self.seed,
         }  # fmt: skip
-        if not BEGUN.exists():
+        if not BEGUN.exists() or not _anything_made():
             write_whole(BEGUN, json.dumps(mine, indent=1) + "\n")
             return
         theirs = _begun_with()
@@ -120,6 +123,12 @@ def begun() -> Workspace:
         )  # fmt: skip
     except (KeyError, TypeError) as error:
         raise MatchError(f"{BEGUN.resolve()} is damaged ({error}); choose another folder with --out") from error
+
+
+def _anything_made() -> bool:
+    """Whether the folder has more than notes of how long steps took."""
+    folders = DATA, Path("tables"), Path("figures")
+    return any(path.is_file() and path != TIMES for folder in folders for path in folder.rglob("*"))
 
 
 def _begun_with() -> dict[str, Any]:

@@ -74,9 +74,20 @@ def test_challenge_2_is_evaluated_on_designed_maps_or_on_held_out_combinations(h
 
 def test_a_folder_is_of_one_budget(here: Path) -> None:
     Workspace(budget=SMOKE).begin()
+    Workspace(budget=SMOKE).keep("noise-0.2", {})
     Workspace(budget=SMOKE).begin()
     with pytest.raises(MatchError, match="was begun with budget smoke; choose another folder with --out"):
         Workspace(budget=BUDGETS["small"]).begin()
+
+
+def test_recordings_that_are_refused_do_not_claim_the_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "notes.md").write_text("no recording", encoding="utf-8")
+    recorded(here / "theirs", "one")
+    command = ["paper", "tables", "tab:cross_group_eval", "--budget", "smoke", "-o", "out"]
+    assert main([*command, "--data", "notes.md"]) == 2
+    assert "notes.md is not an MCAP file" in capsys.readouterr().err
+    assert main([*command, "--data", "theirs"]) == 2
+    assert "2 groups need 2 participants" in capsys.readouterr().err, "not that the folder was begun with other data"
 
 
 def test_measurements_are_kept(here: Path) -> None:
