@@ -2,10 +2,10 @@
 
 from movingout.matches.paper.drawing import Drawing
 from movingout.matches.paper.entry import PaperEntry
-from movingout.matches.paper.measurements import decision_time
 from movingout.matches.paper.other_games.overcooked import overcooked_change
 from movingout.matches.paper.pictures import positions, randomized, recombination_example, rollouts, tcl_distances
-from movingout.matches.paper.reinforced import behaviour
+from movingout.matches.paper.rows.measurements import decision_time
+from movingout.matches.paper.rows.reinforced import behaviour
 
 NO_PEOPLE = "needs people: a study with the template `paper`, then its report"
 

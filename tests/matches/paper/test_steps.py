@@ -8,13 +8,13 @@ import pytest
 from movingout.maps import map_names
 from movingout.matches.commands import paper
 from movingout.matches.errors import MatchError
-from movingout.matches.paper import measurements
 from movingout.matches.paper.bar_chart import bar_chart
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.data_sets import list_episodes
 from movingout.matches.paper.entry import played_cells
 from movingout.matches.paper.layout import laid_out
 from movingout.matches.paper.registry import ENTRIES
+from movingout.matches.paper.rows import measurements
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.workspace import Workspace
 from movingout.matches.paper.writers import html, latex, markdown

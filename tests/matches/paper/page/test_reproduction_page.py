@@ -10,10 +10,10 @@ from PIL import Image
 from movingout.agents.bass.recombination import RecombinedPiece
 from movingout.agents.overcooked.kitchen import is_installed
 from movingout.matches.paper.budgets import BUDGETS
-from movingout.matches.paper.diversity import diversity_cell, exchanged, learned_parts
 from movingout.matches.paper.entry import measurements
 from movingout.matches.paper.page.reproduction_page import BEGIN, END, write_page
 from movingout.matches.paper.registry import ENTRIES
+from movingout.matches.paper.rows.diversity import diversity_cell, exchanged, learned_parts
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups
 from movingout.server.cli import main

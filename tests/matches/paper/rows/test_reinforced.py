@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import map_names
-from movingout.matches.paper import reinforced
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell, Measurement, PlayedCell, PooledCell
 from movingout.matches.paper.costs import training_seconds
@@ -14,7 +13,8 @@ from movingout.matches.paper.entry import PaperEntry, played_cells
 from movingout.matches.paper.methods import METHODS, trained_id
 from movingout.matches.paper.published import PublishedColumn
 from movingout.matches.paper.registry import ENTRIES
-from movingout.matches.paper.reinforced import behaviour, reinforced_seen, reinforced_unseen, zero_shot
+from movingout.matches.paper.rows import reinforced
+from movingout.matches.paper.rows.reinforced import behaviour, reinforced_seen, reinforced_unseen, zero_shot
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.training import _words
 from movingout.matches.paper.workspace import Workspace

@@ -14,9 +14,9 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import RolloutStep, rollout
 from movingout.maps import load_map, map_names
 from movingout.matches.paper.cells import MeasuredCell, Measurement, PaperCell, Play, PlayedCell, PooledCell
-from movingout.matches.paper.diversity import diversity_over_maps
 from movingout.matches.paper.entry import RowCells
 from movingout.matches.paper.published import PublishedColumn
+from movingout.matches.paper.rows.diversity import diversity_over_maps
 from movingout.matches.paper.workspace import Measured, Workspace
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 from movingout.world.estimates import estimate

@@ -44,7 +44,7 @@ def accuracy(method: str, options: str, challenge: int, field: str) -> MeasuredC
         data=("b",) if challenge == 1 else ("c1",),
         seconds=lambda budget: 5.0 + 12 * EPISODES * (1.5 + 0.2 * budget.moments) * budget.ticks / 500,
     )
-    return MeasuredCell(measurement, field)
+    return MeasuredCell(measurement, field, may_lack=field == "selection_told_apart")  # else no moment told them apart
 
 
 def _accuracy(agent_id: str, challenge: int, space: Workspace) -> Measured:
