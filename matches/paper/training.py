@@ -12,6 +12,9 @@ from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.methods import METHODS, Method, TrainedId
 from movingout.matches.paper.workspace import DATA, Workspace
 from movingout.recordings.groups import read_groups
+from movingout.recordings.storage.listing import read_players
+
+IMITATING = ("mlp", "gru", "dp")  # kinds that learn what people do
 
 
 def train_agent(agent: TrainedId, space: Workspace) -> None:
@@ -23,12 +26,12 @@ def train_agent(agent: TrainedId, space: Workspace) -> None:
     log.parent.mkdir(parents=True, exist_ok=True)
     parser = CommandParser(prog="movingout train")
     train.configure(parser)
-    args = parser.parse_args([str(word) for word in _words(agent, space)])
+    args = parser.parse_args([str(word) for word in training_words(agent, space)])
     with log.open("a", encoding="utf-8") as file, contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
         train.run(args)
 
 
-def _words(agent: TrainedId, space: Workspace) -> list[Any]:
+def training_words(agent: TrainedId, space: Workspace) -> list[Any]:
     """The command, after `movingout train`."""
     method, budget = METHODS[agent.method], space.budget
     words: list[Any] = [
@@ -45,7 +48,16 @@ def _words(agent: TrainedId, space: Workspace) -> list[Any]:
         words += ["--simulator", agent.of(method.simulator).text]
     if method.simulator and not method.learns:
         return words
-    return [*words[:1], *_files(agent, space, method.maps), *words[1:]]
+    files = _files(agent, space, method.maps)
+    return [*words[:1], *files, *words[1:], *_seats(method, files, space)]
+
+
+def _seats(method: Method, files: list[Path], space: Workspace) -> list[str]:
+    """Of given recordings with people in them, people alone are imitated, not the agents that they played with."""
+    if not space.given or method.kind not in IMITATING:
+        return []
+    human = any(seat.kind == "human" for file in files for seat in read_players(file).seats)
+    return ["--seats", "human"] if human else []
 
 
 def _seed(agent: TrainedId) -> int:

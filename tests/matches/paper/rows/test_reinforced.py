@@ -16,7 +16,7 @@ from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows import reinforced
 from movingout.matches.paper.rows.reinforced import behaviour, reinforced_seen, reinforced_unseen, zero_shot
 from movingout.matches.paper.steps import paper_steps
-from movingout.matches.paper.training import _words
+from movingout.matches.paper.training import training_words as _words
 from movingout.matches.paper.workspace import Workspace
 from movingout.world.estimates import Estimate
 

@@ -1,0 +1,37 @@
+"""With which words `movingout train` is called for an agent of the tables."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.methods import trained_id
+from movingout.matches.paper.training import training_words
+from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.groups import grouped, write_groups
+from tests.agents.learning import recorded
+
+SMOKE = BUDGETS["smoke"]
+
+
+def _words(agent: str, here: Path, kinds: tuple[str, str], **changes: object) -> list[str]:
+    files = [recorded(here / "theirs", "one", people=("P1", "agent-b"), kinds=kinds)]  # type: ignore[arg-type]
+    space = Workspace(budget=SMOKE, **changes)  # type: ignore[arg-type]
+    write_groups(space.listing("c1"), grouped(files, 1))
+    return [str(word) for word in training_words(trained_id(agent), space)]
+
+
+def _said(words: list[str], option: str) -> str:
+    return words[words.index(option) + 1] if option in words else ""
+
+
+@pytest.mark.parametrize(
+    ("agent", "kinds", "seats"),
+    [("dp@c1", ("human", "agent"), "human"), ("dp@c1", ("agent", "agent"), ""), ("bass@c1", ("human", "agent"), "")],
+)
+def test_of_given_recordings_people_are_imitated_and_not_the_agents_that_they_played_with(
+    agent: str, kinds: tuple[str, str], seats: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = _words(agent, tmp_path, kinds, given=(tmp_path / "theirs",))
+    assert _said(words, "--seats") == seats
