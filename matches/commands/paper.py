@@ -150,11 +150,16 @@ def _entries(args: argparse.Namespace) -> list[PaperEntry]:
     entries = chosen_entries(args.label)
     if args.label == "all":
         return [entry for entry in entries if (entry.kind == "figure") == (args.action == "figures")]
-    (entry,) = entries
-    if not entry.runnable:
-        why = f"{entry.otherwise or 'nothing in it is measured'}" + (f"; try: {entry.command}" if entry.command else "")
-        raise MatchError(f"{entry.label} is not made by this command: {why}")
+    _check_runnable(*entries)
     return entries
+
+
+def _check_runnable(entry: PaperEntry) -> None:
+    """Raises MatchError, with the reason, for a label that is not made here."""
+    if not entry.runnable:
+        why = entry.otherwise or "nothing in it is measured"
+        other = f"; try: {entry.command}" if entry.command else ""
+        raise MatchError(f"{entry.label} is not made by this command: {why}{other}")
 
 
 def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
@@ -191,6 +196,7 @@ def _made(entries: Sequence[PaperEntry], space: Workspace) -> tuple[list[Path], 
     for number, entry in enumerate(entries, start=1):
         where = f"{entry.label} ({number}/{len(entries)}), " if len(entries) > 1 else ""
         try:
+            _check_runnable(entry)
             _carry_out(paper_steps([entry], space), space, where)
             written += _write(entry, space)
         except MovingOutError as error:

@@ -1,5 +1,6 @@
 """Labels of the paper that are no tables of agents: sentences, pictures, and what needs people or is not made here."""
 
+from movingout.agents.overcooked.kitchen import MISSING
 from movingout.matches.paper.drawing import Drawing
 from movingout.matches.paper.entry import PaperEntry
 from movingout.matches.paper.other_games.overcooked import overcooked_change
@@ -18,8 +19,8 @@ _SENTENCES = (
         },
     ),
     PaperEntry(
-        label="text:overcooked", kind="sentence", otherwise="needs the extra `overcooked`",
-        own_episodes=True,
+        label="text:overcooked", kind="sentence", otherwise=MISSING,
+        own_episodes=True, extra="overcooked",
         differs="learned from the games of 16 pairs of people that come with the package; the paper tells neither data "
         "nor sizes nor score; ours is the number of soups expected",
         rows={("", "DP + BASS"): lambda _: overcooked_change()},

@@ -253,9 +253,12 @@ ENTRIES: Mapping[str, PaperEntry] = {entry.label: entry for entry in _ENTRIES}
 
 
 def chosen_entries(label: str) -> list[PaperEntry]:
-    """The entry of a label, or all that can be made for `all`. Raises MatchError for one that is unknown."""
+    """The entry of a label, or for `all` every one that can be made, were all extras installed.
+
+    Raises MatchError for a label that is unknown.
+    """
     if label == "all":
-        return [entry for entry in ENTRIES.values() if entry.runnable]
+        return [entry for entry in ENTRIES.values() if entry.runnable or entry.extra]
     if label not in ENTRIES:
         raise MatchError(
             f"the paper has no label {label!r}{probably_meant(label, ENTRIES)}; see `movingout paper list`"

@@ -13,6 +13,7 @@ from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.data_sets import list_episodes
 from movingout.matches.paper.entry import played_cells
 from movingout.matches.paper.layout import laid_out
+from movingout.matches.paper.other_games import overcooked
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows import measurements
 from movingout.matches.paper.steps import paper_steps
@@ -157,6 +158,17 @@ def test_of_all_labels_one_that_cannot_be_made_is_named_and_the_others_are_made(
     assert "tab:ablation was not made: none of 3 recordings is on a varied map" in capsys.readouterr().err
     tables = {path.stem for path in (here / "out" / "tables").iterdir()}
     assert "tab_sampling_comparison" in tables and "tab_ablation" not in tables
+
+
+def test_of_all_labels_one_that_needs_an_extra_is_named_where_it_is_not_installed(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(overcooked, "is_installed", lambda: False)
+    monkeypatch.setattr(paper, "_carry_out", lambda steps, space, where: None)
+    assert main(["paper", "tables", "all", "--budget", "smoke", "-o", "out"]) == 1
+    said = capsys.readouterr().err
+    assert "text:overcooked was not made" in said and "'.[overcooked]'" in said
+    assert main(["paper", "tables", "text:overcooked", "--budget", "smoke", "-o", "out"]) == 2
 
 
 def test_a_dry_run_says_what_would_be_done_and_leaves_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
