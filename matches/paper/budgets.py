@@ -27,6 +27,7 @@ class Budget:
     options: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)  # of `movingout train`, by kind
 
 
+GROWING = "trainings", "seeds"  # sizes of which a folder may get more later: what it has is used again
 _TINY = "--updates", 3, "--batch", 16, "--width", 16, "--evaluate-every", 3
 _TINY_PLAY = (
     "--frames", 24, "--frames-per-batch", 24, "--envs", 3, "--passes", 1, "--batch", 24, "--width", 16, "--ticks", 8,

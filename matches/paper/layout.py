@@ -7,7 +7,6 @@ from movingout.matches.paper.cells import EmptyCell, Found
 from movingout.matches.paper.entry import EntryCell, PaperEntry
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
-from movingout.matches.results.table import COPIES
 
 HEADINGS = {
     "tcr": "TCR (↑)", "nfd": "NFD (↑)", "waiting_share": "WT (↓)", "ac": "AC (↑)",
@@ -26,6 +25,14 @@ HEADINGS = {
 NOT_REPRODUCED = (
     "The paper's agents learned from people, on other hardware. Equal numbers do not mean that a result was "
     "reproduced, and different ones do not mean that it was not."
+)
+COPIES = (
+    "Episodes that are not distinct are copies of others, action by action: nothing in them depends on the seed. "
+    "± counts each episode once; more seeds add nothing."
+)
+BETWEEN = (
+    "Every agent was trained {0} times. The first ± takes all matches or samples for independent; behind it stands the "
+    "standard error between the means of the trainings, n = {0}."
 )
 SCRIPTED = "Here all episodes are of scripted people, who stand in for the paper's participants."
 
@@ -98,8 +105,12 @@ def number_text(found: Found | None) -> str:
         return "–"
     if found.estimate is None:
         return "no value"
-    error = found.estimate.stderr
-    return f"{found.estimate.mean:.4f}" + ("" if error is None else f" ± {error:.4f}")
+    error, between = found.estimate.stderr, found.between.stderr if found.between else None
+    return (
+        f"{found.estimate.mean:.4f}"
+        + ("" if error is None else f" ± {error:.4f}")
+        + ("" if between is None else f" (trainings ± {between:.4f})")
+    )
 
 
 def paper_text(figure: Figure | None) -> str:
@@ -145,4 +156,7 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
     notes += [f"Not done here: {', '.join(names)}: {reason}." for reason, names in reasons.items()]
     if any("distinct" in _count([cell], found) for cell in cells):
         notes.append(COPIES)
+    trainings = {one.between.n for one in found.values() if one is not None and one.between is not None}
+    if trainings:
+        notes.append(BETWEEN.format(max(trainings)))
     return [*notes, "± is the standard error over matches or samples; n counts them."]

@@ -14,6 +14,7 @@ from movingout.matches.paper.workspace import DATA, Workspace
 from movingout.recordings.groups import read_groups
 from movingout.recordings.storage.listing import read_players
 
+SEEDS_APART = 1000  # more than the trainings of an agent, so that no --seed repeats those of another
 IMITATING = ("mlp", "gru", "dp")  # kinds that learn what people do
 
 
@@ -36,7 +37,7 @@ def training_words(agent: TrainedId, space: Workspace) -> list[Any]:
     method, budget = METHODS[agent.method], space.budget
     words: list[Any] = [
         method.kind, "--id", agent.text, "--name", f"{agent.method}, {agent.data}"[:60], "--data", DATA,
-        "--preset", budget.preset, "--seed", _seed(agent), "--threads", space.workers, "--go-on",
+        "--preset", budget.preset, "--seed", _seed(agent, space), "--threads", space.workers, "--go-on",
         *method.options, *_sizes(method, budget),
     ]  # fmt: skip
     if method.plays:
@@ -60,11 +61,16 @@ def _seats(method: Method, files: list[Path], space: Workspace) -> list[str]:
     return ["--seats", "human"] if human else []
 
 
-def _seed(agent: TrainedId) -> int:
+def training_seed(training: int, space: Workspace) -> int:
+    """Of a training: --seed 0 trains with 0, 1, …, --seed 1 with 1000, 1001, …"""
+    return SEEDS_APART * space.seed + training
+
+
+def _seed(agent: TrainedId, space: Workspace) -> int:
     """What is trained from episodes differs in these; what learns from its own play needs another seed."""
     if METHODS[agent.method].plays:
-        return 2 * agent.seed + (agent.data == "b")
-    return agent.seed
+        return training_seed(2 * agent.seed + (agent.data == "b"), space)
+    return training_seed(agent.seed, space)
 
 
 def _sizes(method: Method, budget: Budget) -> list[Any]:

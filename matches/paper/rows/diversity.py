@@ -49,12 +49,12 @@ def learned_parts(trajectories: Sequence[Trajectory]) -> list[LearnedPart]:
     ]
 
 
-def _recorded(data: str, space: Workspace) -> Measured:
+def _recorded(data: str, space: Workspace, training: int) -> Measured:
     paths = [(one.map.name, path_of(one)) for one in read_trajectories(space.episodes(data))]
     return diversity_over_maps(paths)
 
 
-def _augmented(matching: Matching, space: Workspace) -> Measured:
+def _augmented(matching: Matching, space: Workspace, training: int) -> Measured:
     trajectories = read_trajectories(space.episodes("c1"))
     parts = learned_parts(trajectories)
     pieces = islice(draw_pieces(parts, space.seed, matching), PIECES * len(trajectories))

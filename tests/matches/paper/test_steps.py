@@ -73,24 +73,6 @@ def test_challenge_2_is_evaluated_on_designed_maps_or_on_held_out_combinations(h
     assert tuple(match.map for match in official) == map_names()
 
 
-def test_a_folder_is_of_one_budget(here: Path) -> None:
-    Workspace(budget=SMOKE).begin()
-    Workspace(budget=SMOKE).keep("noise-0.2", {})
-    Workspace(budget=SMOKE).begin()
-    with pytest.raises(MatchError, match="was begun with budget smoke; choose another folder with --out"):
-        Workspace(budget=BUDGETS["small"]).begin()
-
-
-def test_recordings_that_are_refused_do_not_claim_the_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (here / "notes.md").write_text("no recording", encoding="utf-8")
-    recorded(here / "theirs", "one")
-    command = ["paper", "tables", "tab:cross_group_eval", "--budget", "smoke", "-o", "out"]
-    assert main([*command, "--data", "notes.md"]) == 2
-    assert "notes.md is not an MCAP file" in capsys.readouterr().err
-    assert main([*command, "--data", "theirs"]) == 2
-    assert "2 groups need 2 participants" in capsys.readouterr().err, "not that the folder was begun with other data"
-
-
 def test_measurements_are_kept(here: Path) -> None:
     space = Workspace(budget=SMOKE)
     assert space.measured("noise-0.2") is None
@@ -140,6 +122,7 @@ def test_the_command_refuses_in_sentences(here: Path, capsys: pytest.CaptureFixt
         (["fig:failure_cases"], "is not made by this command: needs people"),
         (["tab:ablation", "--data", "nowhere"], "there are no recordings at nowhere"),
         (["tab:ablation", "--workers", "0"], "--workers is at least 1"),
+        (["tab:ablation", "--trainings", "0"], "--trainings is at least 1"),
     ):
         assert main(["paper", "tables", *words]) == 2
         assert sentence in capsys.readouterr().err
@@ -195,6 +178,6 @@ def test_each_decision_that_is_timed_is_made_anew(here: Path, monkeypatch: pytes
             calls.append("act")
 
     monkeypatch.setattr(measurements, "load_agent", lambda agent_id: Deciding())
-    found = measurements.decision_time("bass", "").measurement.perform(Workspace(budget=SMOKE))
+    found = measurements.decision_time("bass", "").measurement.perform(Workspace(budget=SMOKE), 0)
     assert calls == ["reset", "act"] * (1 + measurements.DECISIONS)
     assert found["decision_ms"].n == measurements.DECISIONS

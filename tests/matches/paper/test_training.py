@@ -15,7 +15,7 @@ SMOKE = BUDGETS["smoke"]
 
 
 def _words(agent: str, here: Path, kinds: tuple[str, str], **changes: object) -> list[str]:
-    files = [recorded(here / "theirs", "one", people=("P1", "agent-b"), kinds=kinds)]  # type: ignore[arg-type]
+    files = [recorded(here / f"theirs of {agent}", "one", people=("P1", "agent-b"), kinds=kinds)]  # type: ignore[arg-type]
     space = Workspace(budget=SMOKE, **changes)  # type: ignore[arg-type]
     write_groups(space.listing("c1"), grouped(files, 1))
     return [str(word) for word in training_words(trained_id(agent), space)]
@@ -33,5 +33,15 @@ def test_of_given_recordings_people_are_imitated_and_not_the_agents_that_they_pl
     agent: str, kinds: tuple[str, str], seats: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    words = _words(agent, tmp_path, kinds, given=(tmp_path / "theirs",))
+    words = _words(agent, tmp_path, kinds, given=(tmp_path,))
     assert _said(words, "--seats") == seats
+
+
+def test_each_training_and_each_seed_of_the_command_has_a_seed_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    agents = "dp@c1", "dp@c1-2", "mappo-6@a", "mappo-6@b", "mappo-6@b-1"
+    for seed, expected in ((0, ["0", "2", "0", "1", "3"]), (3, ["3000", "3002", "3000", "3001", "3003"])):
+        words = [_words(agent, tmp_path / f"{seed}", ("agent", "agent"), seed=seed) for agent in agents]
+        assert [_said(one, "--seed") for one in words] == expected

@@ -126,7 +126,7 @@ def test_diversity_is_measured_of_the_listed_episodes_and_copies_give_no_error(h
     write_groups(space.listing("c1"), grouped(files, 1))
     cell = diversity_cell("c1", "entropy")
     assert cell.found(space) is None
-    space.keep(cell.measurement.name, cell.measurement.perform(space))
+    space.keep(cell.measurement.name, cell.measurement.perform(space, 0))
     found = cell.found(space)
     assert found is not None and found.estimate is not None
     assert found.estimate.n == 3 and 0.0 < found.estimate.mean < 1.0 and found.estimate.stderr is not None
