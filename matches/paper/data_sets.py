@@ -7,6 +7,7 @@ from movingout.agents.scripted.populations import population
 from movingout.maps import load_map, map_names
 from movingout.maps.randomize import Split
 from movingout.matches.errors import MatchError
+from movingout.matches.paper.given_variants import fair_variants
 from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
 from movingout.matches.run import OnProgress
 from movingout.recordings.groups import GroupedRecording, grouped, write_groups
@@ -36,6 +37,8 @@ def list_episodes(challenge: int, space: Workspace) -> None:
     paths = [path for path in found if bool(read_summary(path).variant) == (challenge == 2)]
     if not paths:
         raise MatchError(_nothing(challenge, len(found)))
+    if space.given and challenge == 2:
+        paths = fair_variants(paths, space.evaluation)
     rows = grouped(paths, len(GROUPS) if challenge == 1 else 1, space.seed, space.min_tcr if space.given else 0.0)
     _check(rows, challenge)
     write_groups(space.listing(f"c{challenge}"), rows)

@@ -72,9 +72,10 @@ def recorded(
     kinds: tuple[SeatKind, SeatKind] = ("agent", "agent"),
     source: Source = "scripted",
     outcome: Outcome = "time",
+    the_map: MapSpec | None = None,
 ) -> Path:
     """A finished recording of random motion."""
-    the_map, actions = load_map("HandOff"), random_walk(ticks, seed)
+    the_map, actions = the_map or load_map("HandOff"), random_walk(ticks, seed)
     world = World(the_map, record_sub_poses=False)
     header = EpisodeHeader(
         episode_id, the_map, seed, ticks, (SeatInfo(kinds[0], people[0]), SeatInfo(kinds[1], people[1])), 1, source
