@@ -204,7 +204,7 @@ def _dry_run(entries: Sequence[PaperEntry], space: Workspace, as_json: bool) -> 
     for step in todo:
         print(f"{span(step.seconds):>8}  {step.about}")
     print(f"{counted(len(todo), 'step')} to do, {len(steps) - len(todo)} done; about {span(seconds)} in all, roughly")
-    if space.budget.preset == "paper":
+    if space.budget.gpu:
         print("(trainings and decisions of the paper's networks as on an NVIDIA RTX A6000; on a CPU far longer)")
     return 0
 

@@ -12,7 +12,7 @@ NO_PEOPLE = "needs people: a study with the template `paper`, then its report"
 
 _SENTENCES = (
     PaperEntry(
-        label="text:inference_time", kind="sentence", differs="on one core of a CPU, with the small networks",
+        label="text:inference_time", kind="sentence", differs="on one core of a CPU, with the networks of the budget",
         rows={
             ("", "Sample 4x independently"): lambda _: decision_time("bass", ":sampling=4"),
             ("", "4x4 combination"): lambda _: decision_time("bass", ":sampling=4x4"),

@@ -6,6 +6,7 @@ from typing import Any
 
 from movingout.agents.checkpoint.checkpoint import folder_name
 from movingout.agents.commands import train
+from movingout.agents.kinds.registry import KINDS
 from movingout.maps.commands.parser import CommandParser
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import Budget
@@ -76,6 +77,8 @@ def _seed(agent: TrainedId, space: Workspace) -> int:
 def _sizes(method: Method, budget: Budget) -> list[Any]:
     """The options of the budget: a quarter of the updates on single maps, a quarter of the batch with pictures."""
     words = list(budget.options.get(method.kind, ()))
+    if method.pictures and "--batch" not in words:
+        words += ["--batch", KINDS[method.kind].presets[budget.preset].batch]
     fewer = ["--updates", "--progress-updates"] if method.maps else []
     for option in [*fewer, *(["--batch"] if method.pictures else [])]:
         if option in words:

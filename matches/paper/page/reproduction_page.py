@@ -43,7 +43,7 @@ def _measured(entries: list[PaperEntry], space: Workspace, day: str, earlier: Ma
         now = PageLabel(line(_row(entry, space, day)), tables.get(entry.label, ""))
         then = earlier.get(entry.label)
         labels.append(then if then is not None and then.is_better_than(now) else now)
-    head = "On 2 cores without a GPU: `movingout paper tables LABEL --budget small`, for figures `paper figures LABEL`."
+    head = "`movingout paper tables LABEL --budget` and the budget of the row; for figures `paper figures LABEL`."
     rows = [line(HEADS), line(["---"] * len(HEADS)), *(one.row for one in labels)]
     return "\n".join([head, "", *rows, "", "## All numbers", "", *(one.table for one in labels if one.table), ""])
 

@@ -45,3 +45,24 @@ def test_each_training_and_each_seed_of_the_command_has_a_seed_of_its_own(
     for seed, expected in ((0, ["0", "2", "0", "1", "3"]), (3, ["3000", "3002", "3000", "3001", "3003"])):
         words = [_words(agent, tmp_path / f"{seed}", ("agent", "agent"), seed=seed) for agent in agents]
         assert [_said(one, "--seed") for one in words] == expected
+
+
+@pytest.mark.parametrize(
+    ("agent", "budget", "said"),
+    [
+        ("dp@c1", "paper-size", {"--preset": "paper", "--updates": "600", "--batch": "256", "--warmup": "50"}),
+        ("gru@c1", "paper-size", {"--preset": "paper", "--updates": "600", "--batch": "256", "--warmup": ""}),
+        ("dp-image@c1", "full", {"--preset": "paper", "--updates": "", "--batch": "256"}),
+        ("dp@c1", "full", {"--preset": "paper", "--updates": "", "--batch": ""}),
+        ("dp-image@c1", "small", {"--preset": "fast", "--updates": "250", "--batch": "32"}),
+        ("bass@c1", "full", {"--progress-updates": "8000", "--updates": ""}),
+    ],
+)
+def test_budgets_say_how_long_and_in_which_batches_is_trained(
+    agent: str, budget: str, said: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("movingout.matches.paper.training._files", lambda agent, space, maps: [])
+    space = Workspace(budget=BUDGETS[budget])
+    words = [str(word) for word in training_words(trained_id(agent), space)]
+    assert {option: _said(words, option) for option in said} == said
