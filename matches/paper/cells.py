@@ -27,6 +27,7 @@ class Found(NamedTuple):
     estimate: Estimate | None  # None where what was played has no such value, as AC where nobody carried together
     distinct: int | None = None  # different episodes among those played; None where nothing was played, or unknown
     between: Estimate | None = None  # over the means of trainings, where there are several
+    defined: float | None = None  # a setting, which is not measured
 
 
 class PaperCell(Protocol):
@@ -49,6 +50,17 @@ class EmptyCell:
 
     def found(self, space: Workspace) -> Found | None:
         return None
+
+
+@dataclass(frozen=True, slots=True)
+class DefinedCell:
+    """A setting of this project, beside the paper's."""
+
+    value: float
+    agents: tuple[str, ...] = ()
+
+    def found(self, space: Workspace) -> Found | None:
+        return Found(None, defined=self.value)
 
 
 class Play(NamedTuple):

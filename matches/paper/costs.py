@@ -42,7 +42,7 @@ def training_seconds(method: Method, budget: Budget) -> float:
         return _reinforcement_seconds(method, words)
     if "--updates" not in words:
         return _PAPER_TRAINING[method.kind]
-    updates = words[words.index("--updates") + 1] / (4 if method.maps else 1)
+    updates = float(words[words.index("--updates") + 1]) / (4 if method.maps else 1)
     if method.pictures:
         return _START + _PICTURES + _PICTURE_UPDATE[method.kind] * updates
     return _START + (_PAPER_UPDATE if budget.preset == "paper" else _UPDATE)[method.kind] * updates

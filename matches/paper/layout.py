@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 
 from movingout.matches.paper.cells import EmptyCell, Found
 from movingout.matches.paper.entry import EntryCell, PaperEntry
@@ -19,6 +20,7 @@ HEADINGS = {
     "tcr_map_6": "TCR, map 6 (↑)", "tcr_map_11": "TCR, map 11 (↑)",
     "map_6_middle_first": "map 6: middle-sized first", "map_6_first_grasp_s": "map 6: first grasp [s]",
     "map_11_first_grasp_s": "map 11: first grasp [s]", "map_11_first_shared_s": "map 11: first shared item [s]",
+    "pose_shift": "pose shift", "value": "value", "participants": "participants", "p_value": "p",
     "decision_ms": "decision [ms]", "change": "change",
     "no_handover": "no handover", "no_help": "no help", "no_grasp": "no grasp",
 }  # fmt: skip
@@ -103,6 +105,8 @@ def number_text(found: Found | None) -> str:
     """Our number with its standard error."""
     if found is None:
         return "–"
+    if found.defined is not None:
+        return plain(found.defined)
     if found.estimate is None:
         return "no value"
     error, between = found.estimate.stderr, found.between.stderr if found.between else None
@@ -117,7 +121,12 @@ def paper_text(figure: Figure | None) -> str:
     """The paper's number as it prints it."""
     if figure is None:
         return "–"
-    return f"{figure.mean:g}" + ("" if figure.stderr is None else f" ± {figure.stderr:g}")
+    return plain(figure.mean) + ("" if figure.stderr is None else f" ± {figure.stderr:g}")
+
+
+def plain(value: float) -> str:
+    """Without an exponent: 0.00005, 30,000,000."""
+    return f"{value:,.0f}" if abs(value) >= 1e4 else f"{Decimal(repr(value)).normalize():f}"
 
 
 def _change(before: float | None, now: float | None) -> str:

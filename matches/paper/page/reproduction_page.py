@@ -52,7 +52,7 @@ def _row(entry: PaperEntry, space: Workspace, day: str) -> tuple[str, ...]:
     cells = list(entry.cells())
     found = [(cell, cell.ours.found(space)) for cell in cells]
     measured = [(cell, one) for cell, one in found if one is not None]
-    made = bool(measured) or entry.drawn()
+    made = any(one.defined is None for _, one in measured) or entry.drawn()
     spent = _seconds(entry, space) if made else 0.0
     return (
         f"`{entry.label}`", _status(entry, found, space), _made_with(space, day) if made else "–",
@@ -71,13 +71,19 @@ def _status(entry: PaperEntry, found: list[tuple[EntryCell, Found | None]], spac
     if entry.drawing:
         return DRAWN if entry.drawn() else "not drawn yet"
     ours = [one for cell, one in found if not isinstance(cell.ours, EmptyCell)]
-    there = sum(one is not None for one in ours)
-    if there:
+    if _is_defined(found):
+        return "a definition"
+    if any(one is not None and one.defined is None for one in ours):
         missing = any(one is None and not cell.without_number for cell, one in found)
         return IN_PART if missing else MEASURED
     if ours:
         return "not measured with this budget"
     return "needs people" if entry.people else "another command" if entry.command else "not built"
+
+
+def _is_defined(found: list[tuple[EntryCell, Found | None]]) -> bool:
+    """Whether an entry is of settings alone, which no budget changes."""
+    return bool(found) and all(one is not None and one.defined is not None for _, one in found)
 
 
 def _headline(measured: list[tuple[EntryCell, Found]]) -> Iterator[str]:
@@ -90,8 +96,9 @@ def _headline(measured: list[tuple[EntryCell, Found]]) -> Iterator[str]:
 
 
 def _first_columns(measured: list[tuple[EntryCell, Found]]) -> list[PublishedColumn]:
+    """Of each challenge; a column of settings only where nothing is measured."""
     first: dict[int, PublishedColumn] = {}
-    for cell, _ in measured:
+    for cell, _ in sorted(measured, key=lambda pair: pair[1].defined is not None):
         first.setdefault(cell.column.challenge, cell.column)
     return list(first.values())
 

@@ -7,6 +7,7 @@ from movingout.matches.paper.cells import PLAYED, PaperCell, Play, PlayedCell
 from movingout.matches.paper.entry import RowCells
 from movingout.matches.paper.methods import NOISE_MAP
 from movingout.matches.paper.published import PublishedColumn
+from movingout.matches.paper.rows.definitions import pose_shift
 from movingout.matches.paper.rows.diversity import augmented_cell, diversity_cell
 from movingout.matches.paper.rows.measurements import accuracy, noise_validity
 
@@ -56,7 +57,8 @@ def bass_zero_shot(column: PublishedColumn) -> PaperCell:
 def noise(level: str) -> RowCells:
     """How much of what is recorded stays valid under noise, and what an agent reaches that learned with it."""
     play = self_play(f"dp-noise-{level}", maps=(NOISE_MAP,))
-    return lambda column: noise_validity(level) if column.measure == "valid_share" else play(column)
+    made: dict[str, PaperCell] = {"pose_shift": pose_shift(float(level)), "valid_share": noise_validity(level)}
+    return lambda column: made.get(column.measure) or play(column)
 
 
 def recombined(method: str, matching: Matching | None = None) -> RowCells:
