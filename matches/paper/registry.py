@@ -12,7 +12,7 @@ from movingout.matches.paper.cells import EmptyCell
 from movingout.matches.paper.entry import PaperEntry, RowCells
 from movingout.matches.paper.methods import NOISE_LEVELS, ORDER_MAPS, PICTURE_MAP
 from movingout.matches.paper.other_labels import NO_PEOPLE, OTHER_LABELS
-from movingout.matches.paper.rows.diversity import augmented_cell, diversity_cell
+from movingout.matches.paper.rows.diversity import augmented_cell, diversity_cell, equal_cell
 from movingout.matches.paper.rows.measurements import accuracy
 from movingout.matches.paper.rows.method_rows import (
     bass_zero_shot,
@@ -75,12 +75,15 @@ _NO_PIECES = EmptyCell("recorded episodes are valid by themselves")
 _ENTRIES: tuple[PaperEntry, ...] = (
     PaperEntry(
         label="table:task_1_diversity", kind="table",
-        notes=("Means over maps; the experts' episodes are those of Challenge 2, on variants of the maps.",),
+        notes=(
+            "Means over maps, of equally many episodes of each population; the experts' episodes are those of "
+            "Challenge 2, on variants of the maps.",
+        ),
         differs="units and kernels are ours, the paper gives none: compare rows; `movingout recordings diversity` "
         "measures any recordings",
         rows=named_rows(**{
-            "Moving Out Challenge 1": lambda column: diversity_cell("c1", column.measure),
-            "Expert dataset": lambda column: diversity_cell("c2", column.measure),
+            "Moving Out Challenge 1": lambda column: equal_cell("c1", column.measure),
+            "Expert dataset": lambda column: equal_cell("c2", column.measure),
             "RL agent collected data": lambda column: played_diversity(column.measure),
         }),
     ),

@@ -18,7 +18,7 @@ from movingout.matches.paper.entry import RowCells
 from movingout.matches.paper.methods import with_seed
 from movingout.matches.paper.pooling import averaged
 from movingout.matches.paper.published import PublishedColumn
-from movingout.matches.paper.rows.diversity import diversity_over_maps
+from movingout.matches.paper.rows.diversity import diversity_over_maps, equal_sizes
 from movingout.matches.paper.workspace import Measured, Workspace
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 from movingout.world.estimates import estimate
@@ -72,11 +72,12 @@ def behaviour(method: str) -> RowCells:
 
 
 def played_diversity(field: str) -> MeasuredCell:
-    """How different the episodes are that MAPPO plays with itself, averaged over maps."""
+    """How different the episodes are that MAPPO plays with itself, as many as people have recorded, over maps."""
     agents = tuple(f"mappo-{number}@a" for number in range(1, len(map_names()) + 1))
     measurement = Measurement(
-        name="diversity-mappo",
-        about="diversity of the episodes of MAPPO",
+        name="diversity-equal-mappo",
+        about="diversity of the episodes of MAPPO, equally many of each population",
+        data=("c1", "c2"),
         perform=partial(_diversity, agents),
         agents=agents,
         repeated=True,
@@ -87,12 +88,14 @@ def played_diversity(field: str) -> MeasuredCell:
 
 
 def _diversity(agents: tuple[str, ...], space: Workspace, training: int) -> Measured:
+    sizes = equal_sizes(space)
     return diversity_over_maps(
         [
             (name, _path(with_seed(agent_id, training), name, seed, space.budget.ticks))
             for name, agent_id in zip(map_names(), agents, strict=True)
-            for seed in range(max(EPISODES, space.budget.seeds))
-        ]
+            for seed in range(sizes.get(name, 0))
+        ],
+        sizes,
     )
 
 
