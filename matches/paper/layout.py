@@ -141,7 +141,8 @@ def _count(row: Sequence[EntryCell], found: FoundCells) -> str:
         if one is not None and one.estimate is not None:
             copies = one.distinct is not None and one.distinct < one.estimate.n
             texts.append(f"{one.estimate.n}" + (f" ({one.distinct} distinct)" if copies else ""))
-    return ", ".join(dict.fromkeys(texts)) or "0"
+    settings = all((one := found[_key(cell)]) is not None and one.defined is not None for cell in row)
+    return ", ".join(dict.fromkeys(texts)) or ("–" if settings else "0")
 
 
 def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], found: FoundCells) -> list[str]:
