@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from movingout.agents.base import EpisodeInfo
@@ -25,4 +26,4 @@ def test_each_kind_is_trained_with_the_papers_network(tmp_path: Path, monkeypatc
         agent = load_agent(f"{kind}@paper")
         agent.reset(EpisodeInfo(the_map, 0, 0, 40))
         actions = agent.act(observe(the_map, World(the_map).state(), 0))
-        assert actions.shape[-1] == 3, kind
+        assert len(actions) and np.isfinite(actions).all(), kind
