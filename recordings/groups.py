@@ -75,7 +75,8 @@ def _why_nothing(found: Sequence[_Read], counted: Sequence[_Read], min_tcr: floa
     if not found:
         return "there are no recordings"
     if not counted:
-        return f"none of {len(found)} recordings counts: they are tutorials, were broken off, or their study leaves them out"
+        why = "they are tutorials, were broken off, or their study leaves them out"
+        return f"none of {len(found)} recordings counts: {why}"
     return f"none of {len(counted)} recordings has a TCR of {min_tcr:g} or more"
 
 

@@ -183,6 +183,7 @@ class MeasuredCell:
     measurement: Measurement
     field: str
     may_lack: bool = False  # whether it has no value where what it counts never happened
+    of_first: bool = False  # whether it is the same for every training, so that only the first counts
 
     @property
     def agents(self) -> tuple[str, ...]:
@@ -192,6 +193,7 @@ class MeasuredCell:
         measured = self.measurement.of_all(space)
         if measured is None:
             return None
+        measured = measured[:1] if self.of_first else measured
         parts = fields(measured, self.field)
         if not parts or (len(parts) < len(measured) and not self.may_lack):
             return Found(None) if self.may_lack else None

@@ -45,7 +45,12 @@ def accuracy(method: str, options: str, challenge: int, field: str) -> MeasuredC
         repeated=True,
         seconds=lambda budget: 5.0 + 12 * EPISODES * (1.5 + 0.2 * budget.moments) * budget.ticks / 500,
     )
-    return MeasuredCell(measurement, field, may_lack=field == "selection_told_apart")  # else no moment told them apart
+    return MeasuredCell(
+        measurement,
+        field,
+        may_lack=field == "selection_told_apart",  # perhaps in no moment
+        of_first=field == "random_state_l2",  # says nothing of the agent: the same in every training
+    )
 
 
 def _accuracy(first: str, challenge: int, space: Workspace, training: int) -> Measured:

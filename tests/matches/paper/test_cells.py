@@ -64,6 +64,10 @@ def test_what_is_measured_of_agents_is_measured_of_every_training(
     found = cell.found(space)
     assert found is not None and found.estimate is not None and found.between is not None
     assert found.estimate.mean == pytest.approx(0.3) and found.estimate.n == 20 and found.between.n == 2
+    first = replace(cell, of_first=True).found(space)
+    assert first is not None and first.estimate == Estimate(0.2, 0.1, 10) and first.between is None
+    random = [cell.ours for cell in ENTRIES["tab:next_state_pred"].cells() if cell.row.name == "Random States"]
+    assert all(isinstance(one, MeasuredCell) and one.of_first for one in random)
 
 
 def test_a_measurement_of_other_weights_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
