@@ -15,7 +15,9 @@ from typing import NamedTuple
 
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.exports.split import divided
+from movingout.recordings.report.facts import FINISHED
 from movingout.recordings.storage.listing import Players, Summary, read_players, read_summary
+from movingout.recordings.storage.study_rounds import uncounted_episodes
 
 COLUMNS = ("file", "group", "episode", "map", "variant", "blue", "red", "tcr")
 
@@ -33,21 +35,49 @@ class GroupedRecording(NamedTuple):
 
 
 def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 0.0) -> list[GroupedRecording]:
-    """Divide recordings into groups that share no participant; those with a TCR below `min_tcr` are left out.
+    """Divide recordings into groups that share no participant.
+
+    Left out are those with a TCR below `min_tcr`, tutorials, live rounds that were broken off, and what a study does
+    not count (`storage.study_rounds`).
 
     Raises RecordingError for a file that cannot be read, when none is left, or for too few participants.
     """
     found = [(path, read_summary(path), read_players(path)) for path in paths]
-    kept = [entry for entry in found if _tcr(entry[1]) >= min_tcr and entry[1].source != "tutorial"]
+    counted = _counted(found)
+    kept = [entry for entry in counted if _tcr(entry[1]) >= min_tcr]
     if not kept:
-        why = (
-            f"none of {len(found)} recordings has a TCR of {min_tcr:g} or more" if found else "there are no recordings"
-        )
-        raise RecordingError(f"{why}; nothing can be divided into groups")
+        raise RecordingError(f"{_why_nothing(found, counted, min_tcr)}; nothing can be divided into groups")
     numbers = divided([players for _, _, players in kept], groups, seed)
     return [
         _line(path, summary, players, number) for (path, summary, players), number in zip(kept, numbers, strict=True)
     ]
+
+
+_Read = tuple[Path, Summary, Players]
+
+
+def _counted(found: Sequence[_Read]) -> list[_Read]:
+    """Those that count for whoever recorded them."""
+    uncounted = uncounted_episodes(path for path, _, _ in found)
+    return [
+        (path, summary, players)
+        for path, summary, players in found
+        if summary.source != "tutorial" and not _broken_off(summary) and summary.id not in uncounted
+    ]
+
+
+def _broken_off(summary: Summary) -> bool:
+    """Whether a live round ended before its time; what was imported may end where its file ends."""
+    return summary.source == "live" and not (summary.complete and summary.outcome in FINISHED)
+
+
+def _why_nothing(found: Sequence[_Read], counted: Sequence[_Read], min_tcr: float) -> str:
+    if not found:
+        return "there are no recordings"
+    if not counted:
+        why = "they are tutorials, were broken off, or their study leaves them out"
+        return f"none of {len(found)} recordings counts: {why}"
+    return f"none of {len(counted)} recordings has a TCR of {min_tcr:g} or more"
 
 
 def _line(path: Path, summary: Summary, players: Players, group: int) -> GroupedRecording:

@@ -3,9 +3,10 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from movingout.agents.bass.progress import LearnedProgress
-from movingout.agents.bass.state_vector import item_places, robot_places
+from movingout.agents.bass.state_vector import held_of, item_places, robot_places
 from movingout.agents.bass.value import Value, ValueQuery
 from movingout.agents.checkpoint.checkpoint import SelectionSpec
 from movingout.agents.errors import AgentError
@@ -48,16 +49,30 @@ def _by_distance(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
 
 def _by_distance_and_consistency(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
     """NFD plus weighted action consistency (R,)."""
-    return _by_distance(map_spec, joint, predicted) + AC_WEIGHT * _consistency(joint, predicted)
+    return _by_distance(map_spec, joint, predicted) + AC_WEIGHT * _consistency(map_spec, joint, predicted)
 
 
-def _consistency(joint: Floats, predicted: Floats) -> Floats:
-    """Action consistency (R,): mean over ticks of |(f1 + f2) . d| / (|f1| + |f2|), forces f, axis d between robots."""
+def _consistency(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
+    """Action consistency (R,) as `world.metrics` has it: mean of |(f1 + f2) . d| / (|f1| + |f2|), forces f, axis d.
+
+    Only ticks count after which both hands are on one middle or large item and in which somebody pushes; 0 where there
+    is none, as nothing is carried together then.
+    """
     pushes = joint[..., 0:1] * np.stack((-joint[..., 2], joint[..., 1]), axis=-1)  # (R, depth, 2, 2)
     places = robot_places(predicted)
     line = places[:, :, 1] - places[:, :, 0]
     line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-6)
     along = np.abs((pushes.sum(axis=2) * line).sum(axis=-1))
     total = np.linalg.norm(pushes, axis=-1).sum(axis=-1)
-    consistency: Floats = (along / np.maximum(total, 1e-6)).mean(axis=-1)
+    counted = _carried_together(map_spec, predicted) & (total > 1e-6)
+    terms = np.where(counted, along / np.maximum(total, 1e-6), 0.0)
+    consistency: Floats = terms.sum(axis=-1) / np.maximum(counted.sum(axis=-1), 1)
     return consistency
+
+
+def _carried_together(map_spec: MapSpec, predicted: Floats) -> npt.NDArray[np.bool_]:
+    """Whether both hold the same item (R, depth), one that takes two."""
+    big = np.array([*(item.size != "small" for item in map_spec.items), False])  # the last one is the empty hand, -1
+    held = held_of(predicted.reshape(-1, predicted.shape[-1])).reshape(*predicted.shape[:2], 2)
+    together: npt.NDArray[np.bool_] = (held[..., 0] == held[..., 1]) & big[np.minimum(held[..., 0], len(big) - 1)]
+    return together

@@ -16,7 +16,8 @@ from movingout.maps.suggestion import counted
 from movingout.matches.commands.progress import bar
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.bar_chart import bar_chart
-from movingout.matches.paper.budgets import BUDGETS, budget_of
+from movingout.matches.paper.beginning import begin, begun, grown
+from movingout.matches.paper.budgets import BUDGETS, GROWING, budget_of
 from movingout.matches.paper.costs import span
 from movingout.matches.paper.drawing import save_drawing
 from movingout.matches.paper.entry import PaperEntry
@@ -24,7 +25,7 @@ from movingout.matches.paper.layout import laid_out
 from movingout.matches.paper.page.reproduction_page import write_page
 from movingout.matches.paper.registry import ENTRIES, chosen_entries
 from movingout.matches.paper.steps import PaperStep, paper_steps
-from movingout.matches.paper.workspace import Evaluation, Workspace, begun
+from movingout.matches.paper.workspace import Evaluation, Workspace
 from movingout.matches.paper.writers import WRITERS
 from movingout.matches.results.results_folder import write_whole
 from movingout.world.exactness import inexact_engine
@@ -87,7 +88,17 @@ def _making_options(parser: argparse.ArgumentParser) -> None:
         help="Challenge 2: evaluated on the maps as designed, as in the paper, or on held-out combinations",
     )  # fmt: skip
     parser.add_argument("--min-tcr", type=float, default=0.0, metavar="TCR", help="leave out poorer episodes of --data")
-    parser.add_argument("--seed", type=int, default=0, help="seed of the division into groups (%(default)s)")
+    parser.add_argument(
+        "--trainings", type=int, metavar="N",
+        help="of each agent, with other seeds; may be raised in a folder later (default: of the budget)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seeds", type=int, metavar="N",
+        help="matches per pair, map and training; may be raised in a folder later (default: of the budget)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seed", type=int, default=0, help="of everything: scripted people, groups, trainings (%(default)s)"
+    )
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N", help="default: one per core")
     parser.add_argument("--dry-run", action="store_true", help="only say what would be done, and how long it takes")
     parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
@@ -122,27 +133,40 @@ def _list(args: argparse.Namespace) -> int:
 
 
 def _make(args: argparse.Namespace) -> int:
-    if args.workers < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
-        raise MatchError("--workers is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
+    _check_numbers(args)
     entries = _entries(args)
-    space = Workspace(
-        budget=budget_of(args.budget), evaluation=args.evaluation, workers=args.workers, seed=args.seed,
-        given=_existing(args.data or ()), min_tcr=args.min_tcr,
-    )  # fmt: skip
-    folder: Path = args.out
+    given, folder = _existing(args.data or ()), args.out
     if args.dry_run and not folder.exists():
-        return _dry_run(paper_steps(entries, space), args.json, space.budget.preset == "paper")
+        return _dry_run(entries, _workspace(args, given), args.json)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise MatchError(f"cannot make the folder {folder}: {error.strerror or error}") from error
     with contextlib.chdir(folder):  # where commands look for trained agents
+        space = _workspace(args, given)
         if args.dry_run:
-            return _dry_run(paper_steps(entries, space), args.json, space.budget.preset == "paper")
-        space.begin()
+            return _dry_run(entries, space, args.json)
+        begin(space)
         written, failed = _made(entries, space)
     _show(args, folder, written, failed)
     return 1 if failed else 0
+
+
+def _check_numbers(args: argparse.Namespace) -> None:
+    if args.workers < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
+        raise MatchError("--workers is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
+    for name in GROWING:
+        if (number := getattr(args, name)) is not None and number < 1:
+            raise MatchError(f"--{name} is at least 1")
+
+
+def _workspace(args: argparse.Namespace, given: tuple[Path, ...]) -> Workspace:
+    """The workspace in the current folder."""
+    budget = grown(budget_of(args.budget), trainings=args.trainings, seeds=args.seeds)
+    return Workspace(
+        budget=budget, evaluation=args.evaluation, workers=args.workers, seed=args.seed, given=given,
+        min_tcr=args.min_tcr,
+    )  # fmt: skip
 
 
 def _entries(args: argparse.Namespace) -> list[PaperEntry]:
@@ -150,11 +174,16 @@ def _entries(args: argparse.Namespace) -> list[PaperEntry]:
     entries = chosen_entries(args.label)
     if args.label == "all":
         return [entry for entry in entries if (entry.kind == "figure") == (args.action == "figures")]
-    (entry,) = entries
-    if not entry.runnable:
-        why = f"{entry.otherwise or 'nothing in it is measured'}" + (f"; try: {entry.command}" if entry.command else "")
-        raise MatchError(f"{entry.label} is not made by this command: {why}")
+    _check_runnable(*entries)
     return entries
+
+
+def _check_runnable(entry: PaperEntry) -> None:
+    """Raises MatchError, with the reason, for a label that is not made here."""
+    if not entry.runnable:
+        why = entry.otherwise or "nothing in it is measured"
+        other = f"; try: {entry.command}" if entry.command else ""
+        raise MatchError(f"{entry.label} is not made by this command: {why}{other}")
 
 
 def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
@@ -164,7 +193,8 @@ def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
     return tuple(path.resolve() for path in paths)
 
 
-def _dry_run(steps: Sequence[PaperStep], as_json: bool, paper_networks: bool) -> int:
+def _dry_run(entries: Sequence[PaperEntry], space: Workspace, as_json: bool) -> int:
+    steps = paper_steps(entries, space)
     todo = [step for step in steps if not step.is_done()]
     seconds = sum(step.seconds for step in todo)
     if as_json:
@@ -174,7 +204,7 @@ def _dry_run(steps: Sequence[PaperStep], as_json: bool, paper_networks: bool) ->
     for step in todo:
         print(f"{span(step.seconds):>8}  {step.about}")
     print(f"{counted(len(todo), 'step')} to do, {len(steps) - len(todo)} done; about {span(seconds)} in all, roughly")
-    if paper_networks:
+    if space.budget.gpu:
         print("(trainings and decisions of the paper's networks as on an NVIDIA RTX A6000; on a CPU far longer)")
     return 0
 
@@ -191,6 +221,7 @@ def _made(entries: Sequence[PaperEntry], space: Workspace) -> tuple[list[Path], 
     for number, entry in enumerate(entries, start=1):
         where = f"{entry.label} ({number}/{len(entries)}), " if len(entries) > 1 else ""
         try:
+            _check_runnable(entry)
             _carry_out(paper_steps([entry], space), space, where)
             written += _write(entry, space)
         except MovingOutError as error:

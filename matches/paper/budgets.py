@@ -1,4 +1,4 @@
-"""How much is recorded, trained and played for a table. Only `full` has the paper's sizes."""
+"""How much is recorded, trained and played for a table. Only `full` has the paper's sizes throughout."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,6 +15,7 @@ class Budget:
 
     name: str
     about: str
+    gpu: bool = False  # whether its times are those of the paper's GPU
     preset: str  # of `movingout train`
     people: int  # scripted people of each population who record, where no recordings are given
     episodes: int  # that each pair records per map, for Challenge 1
@@ -27,12 +28,14 @@ class Budget:
     options: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)  # of `movingout train`, by kind
 
 
+GROWING = "trainings", "seeds"  # sizes of which a folder may get more later: what it has is used again
 _TINY = "--updates", 3, "--batch", 16, "--width", 16, "--evaluate-every", 3
 _TINY_PLAY = (
     "--frames", 24, "--frames-per-batch", 24, "--envs", 3, "--passes", 1, "--batch", 24, "--width", 16, "--ticks", 8,
 )  # fmt: skip
 _SMALL_PLAY = "--frames", 12_000, "--members", 2
 _SMALL = "--evaluate-every", 500, "--batch", 128, "--width", 128
+_PAPER_SIZE = "--evaluate-every", 500, "--batch", 256, "--precision", "bf16"
 _BUDGETS = (
     Budget(
         name="smoke",
@@ -52,9 +55,21 @@ _BUDGETS = (
         },
     ),
     Budget(
-        name="full",
+        name="paper-size",
+        about="the paper's networks, with the episodes and about the updates of small; shows what their size changes",
+        preset="paper", people=4, episodes=2, variants=6, seeds=1, moments=2, states=400,
+        options={
+            "mlp": ("--updates", 1000, *_PAPER_SIZE), "gru": ("--updates", 600, *_PAPER_SIZE),
+            "dp": ("--updates", 600, *_PAPER_SIZE, "--warmup", 50),  # the preset's warm-up of 500 would be most of it
+            "bass": ("--updates", 1000, "--progress-updates", 1000, *_PAPER_SIZE),
+            "mappo": _SMALL_PLAY[:2], "comedi": _SMALL_PLAY,
+        },
+    ),
+    Budget(
+        name="full", gpu=True,
         about="the paper's networks, epochs and numbers of episodes, three trainings: for a GPU, or a cluster",
         preset="paper", people=18, episodes=6, variants=60, trainings=3, seeds=20, moments=10, states=2000,
+        options={"bass": ("--progress-updates", 8000)},  # the paper gives none; the preset's 800 are a small network's
     ),
 )  # fmt: skip
 BUDGETS = {budget.name: budget for budget in _BUDGETS}

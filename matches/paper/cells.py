@@ -3,17 +3,18 @@
 A cell is a value; it says which agents it needs and which matches, and finds its number once they are there.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import NamedTuple, Protocol
 
 from movingout.maps import map_names
-from movingout.matches.match import Challenge, Match
+from movingout.matches.match import Challenge, Match, MatchResult
 from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.methods import with_seed
+from movingout.matches.paper.pooling import between, fields, of_matches, pooled
 from movingout.matches.paper.workspace import Measured, Workspace
-from movingout.matches.results.table import MEASURES, Measure, distinct, estimate_of
+from movingout.matches.results.table import MEASURES, Measure
 from movingout.world.estimates import Estimate
 
 WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.waiting_share, "Waiting time")
@@ -25,6 +26,8 @@ class Found(NamedTuple):
 
     estimate: Estimate | None  # None where what was played has no such value, as AC where nobody carried together
     distinct: int | None = None  # different episodes among those played; None where nothing was played, or unknown
+    between: Estimate | None = None  # over the means of trainings, where there are several
+    defined: float | None = None  # a setting, which is not measured
 
 
 class PaperCell(Protocol):
@@ -47,6 +50,17 @@ class EmptyCell:
 
     def found(self, space: Workspace) -> Found | None:
         return None
+
+
+@dataclass(frozen=True, slots=True)
+class DefinedCell:
+    """A setting of this project, beside the paper's."""
+
+    value: float
+    agents: tuple[str, ...] = ()
+
+    def found(self, space: Workspace) -> Found | None:
+        return Found(None, defined=self.value)
 
 
 class Play(NamedTuple):
@@ -78,7 +92,11 @@ class PlayedCell:
         return tuple(dict.fromkeys(ids))
 
     def matches(self, space: Workspace) -> list[Match]:
-        """Per pair, map and training as many as the budget says, in both seats where the two differ.
+        """Per pair, map and training as many as the budget says, in both seats where the two differ."""
+        return [match for training in range(space.budget.trainings) for match in self.of_training(training, space)]
+
+    def of_training(self, training: int, space: Workspace) -> list[Match]:
+        """The matches of one training.
 
         Officially, who learned from varied maps is evaluated on the maps as designed.
         """
@@ -86,18 +104,13 @@ class PlayedCell:
         challenge: Challenge = 2 if varied else 1
         pairs = [seats for play in self.plays for seats in play.seats]
         budget = space.budget
-        sizes = range(budget.trainings), self.maps or map_names(), range(budget.seeds)
         return [
             Match(name, with_seed(blue, training), with_seed(red, training), seed, challenge, budget.ticks)
-            for (blue, red), training, name, seed in product(pairs, *sizes)
+            for (blue, red), name, seed in product(pairs, self.maps or map_names(), range(budget.seeds))
         ]
 
     def found(self, space: Workspace) -> Found | None:
-        matches = self.matches(space)
-        results = [result for match in matches if (result := space.result(match)) is not None]
-        if len(results) < len(matches):
-            return None
-        return Found(estimate_of(results, PLAYED[self.measure]), distinct(results))
+        return _found([self], space)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,23 +124,56 @@ class PooledCell:
         return tuple(dict.fromkeys(agent for part in self.parts for agent in part.agents))
 
     def found(self, space: Workspace) -> Found | None:
-        matches = [match for part in self.parts for match in part.matches(space)]
-        results = [result for match in matches if (result := space.result(match)) is not None]
-        if len(results) < len(matches):
+        return _found(self.parts, space)
+
+
+def _found(parts: Sequence[PlayedCell], space: Workspace) -> Found | None:
+    """The mean over all matches, and over the means of trainings; None where one has not been played."""
+    measure = PLAYED[parts[0].measure]
+    groups: list[list[MatchResult]] = []
+    for training in range(space.budget.trainings):
+        matches = [match for part in parts for match in part.of_training(training, space)]
+        groups.append([result for match in matches if (result := space.result(match)) is not None])
+        if len(groups[-1]) < len(matches):
             return None
-        return Found(estimate_of(results, PLAYED[self.parts[0].measure]), distinct(results))
+    estimate, count = of_matches([result for group in groups for result in group], measure)
+    return Found(estimate, count, between(of_matches(group, measure)[0] for group in groups))
 
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """Something that is measured once and kept under a name."""
+    """Something that is measured once, or of every training, and kept under a name."""
 
-    name: str  # of its file
+    name: str  # of its file, for the first training
     about: str  # for people who wait for it
-    perform: Callable[[Workspace], Measured] = field(compare=False)
+    perform: Callable[[Workspace, int], Measured] = field(compare=False)  # of a training, counted from 0
     agents: tuple[str, ...] = ()
     data: tuple[str, ...] = ()  # the episodes that it reads: names of `methods.DATA_SETS`
     seconds: Callable[[Budget], float] = field(default=lambda budget: 60.0, compare=False)  # of one core, roughly
+    repeated: bool = False  # whether every training is measured, else the first alone
+    pool: Callable[[Sequence[Estimate]], Estimate] = field(default=pooled, compare=False)  # of trainings
+
+    def trainings(self, budget: Budget) -> range:
+        return range(budget.trainings if self.repeated else 1)
+
+    def name_of(self, training: int) -> str:
+        return f"{self.name}-{training}" if training else self.name
+
+    def about_of(self, training: int) -> str:
+        return f"{self.about}, training {training + 1}" if training else self.about
+
+    def agents_of(self, training: int) -> tuple[str, ...]:
+        return tuple(with_seed(agent_id, training) for agent_id in self.agents)
+
+    def measured(self, training: int, space: Workspace) -> Measured | None:
+        """What was found with the present weights."""
+        return space.measured(self.name_of(training), self.agents_of(training))
+
+    def of_all(self, space: Workspace) -> list[Measured] | None:
+        """What was found of every training; None where one has not been measured."""
+        found = [self.measured(training, space) for training in self.trainings(space.budget)]
+        there = [numbers for numbers in found if numbers is not None]
+        return there if len(there) == len(found) else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,13 +183,18 @@ class MeasuredCell:
     measurement: Measurement
     field: str
     may_lack: bool = False  # whether it has no value where what it counts never happened
+    of_first: bool = False  # whether it is the same for every training, so that only the first counts
 
     @property
     def agents(self) -> tuple[str, ...]:
         return self.measurement.agents
 
     def found(self, space: Workspace) -> Found | None:
-        numbers = space.measured(self.measurement.name)
-        if numbers is None or (self.field not in numbers and not self.may_lack):
+        measured = self.measurement.of_all(space)
+        if measured is None:
             return None
-        return Found(numbers.get(self.field))
+        measured = measured[:1] if self.of_first else measured
+        parts = fields(measured, self.field)
+        if not parts or (len(parts) < len(measured) and not self.may_lack):
+            return Found(None) if self.may_lack else None
+        return Found(self.measurement.pool(parts), between=between(parts))

@@ -7,9 +7,9 @@ from movingout.agents.scripted.populations import population
 from movingout.maps import load_map, map_names
 from movingout.maps.randomize import Split
 from movingout.matches.errors import MatchError
+from movingout.matches.paper.given_variants import fair_variants
 from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
 from movingout.matches.run import OnProgress
-from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import GroupedRecording, grouped, write_groups
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_summary
@@ -33,10 +33,12 @@ def list_episodes(challenge: int, space: Workspace) -> None:
 
     Raises RecordingError or MatchError for recordings that the tables cannot be made from.
     """
-    found = _given(space) if space.given else sorted(_recorded(challenge).glob(f"*{SUFFIX}"))
+    found = space.given_files() if space.given else sorted(_recorded(challenge).glob(f"*{SUFFIX}"))
     paths = [path for path in found if bool(read_summary(path).variant) == (challenge == 2)]
     if not paths:
         raise MatchError(_nothing(challenge, len(found)))
+    if space.given and challenge == 2:
+        paths = fair_variants(paths, space.evaluation)
     rows = grouped(paths, len(GROUPS) if challenge == 1 else 1, space.seed, space.min_tcr if space.given else 0.0)
     _check(rows, challenge)
     write_groups(space.listing(f"c{challenge}"), rows)
@@ -63,13 +65,6 @@ def _challenge_2(space: Workspace) -> list[EpisodeJob]:
     maps, experts = [load_map(name) for name in map_names()], population("A")[:EXPERTS]
     split: Split = "official" if space.evaluation == "official" else "train"
     return variant_jobs(experts, maps, space.budget.variants, space.budget.ticks, space.seed, "A2", split)
-
-
-def _given(space: Workspace) -> list[Path]:
-    files = [file for path in space.given for file in (path.rglob(f"*{SUFFIX}") if path.is_dir() else [path])]
-    if not files:
-        raise RecordingError(f"no recording (*{SUFFIX}) in {', '.join(map(str, space.given))}")
-    return sorted(set(files))
 
 
 def _nothing(challenge: int, count: int) -> str:

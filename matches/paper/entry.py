@@ -37,6 +37,7 @@ class PaperEntry:
     rows: Mapping[tuple[str, str], RowCells] = field(default_factory=dict)  # by group and name
     otherwise: str = ""  # why other rows are empty, or nothing is made
     command: str = ""  # another command that makes it
+    extra: str = ""  # of the installation, without which it cannot be made
     people: bool = False  # whether only people can fill it
     own_episodes: bool = False  # whether it learns from other episodes than those of the workspace
     drawing: Drawing | None = None  # of a figure without numbers

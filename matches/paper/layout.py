@@ -1,13 +1,15 @@
 """A table as text: the paper's rows and columns, its figure and ours side by side."""
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
+from typing import NamedTuple
 
 from movingout.matches.paper.cells import EmptyCell, Found
 from movingout.matches.paper.entry import EntryCell, PaperEntry
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
-from movingout.matches.results.table import COPIES
 
 HEADINGS = {
     "tcr": "TCR (↑)", "nfd": "NFD (↑)", "waiting_share": "WT (↓)", "ac": "AC (↑)",
@@ -20,6 +22,7 @@ HEADINGS = {
     "tcr_map_6": "TCR, map 6 (↑)", "tcr_map_11": "TCR, map 11 (↑)",
     "map_6_middle_first": "map 6: middle-sized first", "map_6_first_grasp_s": "map 6: first grasp [s]",
     "map_11_first_grasp_s": "map 11: first grasp [s]", "map_11_first_shared_s": "map 11: first shared item [s]",
+    "pose_shift": "pose shift", "value": "value", "participants": "participants", "p_value": "p",
     "decision_ms": "decision [ms]", "change": "change",
     "no_handover": "no handover", "no_help": "no help", "no_grasp": "no grasp",
 }  # fmt: skip
@@ -27,18 +30,41 @@ NOT_REPRODUCED = (
     "The paper's agents learned from people, on other hardware. Equal numbers do not mean that a result was "
     "reproduced, and different ones do not mean that it was not."
 )
+COPIES = (
+    "Episodes that are not distinct are copies of others, action by action: nothing in them depends on the seed. "
+    "± counts each episode once; more seeds add nothing."
+)
+BETWEEN = (
+    "Every agent was trained {0} times. The first ± takes all matches or samples for independent; behind it stands the "
+    "standard error between the means of the trainings, n = {0}."
+)
 SCRIPTED = "Here all episodes are of scripted people, who stand in for the paper's participants."
+
+
+class CellText(NamedTuple):
+    """A number as it is written."""
+
+    value: str
+    error: str = ""  # its standard error
+    behind: str = ""  # the error between trainings, and the change from another row
+    best: bool = False  # of its column in its group of rows
+
+    @property
+    def text(self) -> str:
+        return self.value + (f" ± {self.error}" if self.error else "") + self.behind
 
 
 @dataclass(frozen=True, slots=True)
 class LaidOutTable:
-    """Headings, rows of text, and the notes below."""
+    """Headings, rows of text, and the notes below; the numbers also one by one."""
 
     label: str
     title: str
     heads: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     notes: tuple[str, ...]
+    columns: tuple[PublishedColumn, ...] = ()
+    numbers: tuple[tuple[CellText, ...], ...] = ()  # of each row, ours and theirs of each column
 
 
 def laid_out(entry: PaperEntry, space: Workspace) -> LaidOutTable:
@@ -48,15 +74,21 @@ def laid_out(entry: PaperEntry, space: Workspace) -> LaidOutTable:
     found = {_key(cell): cell.ours.found(space) for cell in cells}
     many = len({column.challenge for column in columns}) > 1
     heads = ["", *(part for column in columns for part in (f"{column_head(column, many)} here", "paper")), "n"]
-    rows = []
-    for start in range(0, len(cells), len(columns)):
-        row = cells[start : start + len(columns)]
-        name = f"{row[0].row.group}: {row[0].row.name}" if row[0].row.group else row[0].row.name
-        texts = [text for cell in row for text in _texts(cell, found, entry)]
-        rows.append((name, *texts, _count(row, found)))
+    lines = [cells[start : start + len(columns)] for start in range(0, len(cells), len(columns))]
+    best = _best(cells, found)
+    numbers = [tuple(text for cell in line for text in _texts(cell, found, entry, best)) for line in lines]
+    rows = [
+        (_row_name(line[0]), *(one.text for one in texts), _count(line, found))
+        for line, texts in zip(lines, numbers, strict=True)
+    ]
     return LaidOutTable(
-        entry.label, entry.heading, tuple(heads), tuple(rows), tuple(_notes(entry, space, cells, found))
-    )
+        entry.label, entry.heading, tuple(heads), tuple(rows), tuple(_notes(entry, space, cells, found)),
+        tuple(columns), tuple(numbers),
+    )  # fmt: skip
+
+
+def _row_name(cell: EntryCell) -> str:
+    return f"{cell.row.group}: {cell.row.name}" if cell.row.group else cell.row.name
 
 
 Key = tuple[str, str, PublishedColumn]
@@ -73,7 +105,7 @@ def column_head(column: PublishedColumn, many: bool) -> str:
     return f"C{column.challenge} {measure}" if many and column.challenge else measure
 
 
-def _texts(cell: EntryCell, found: FoundCells, entry: PaperEntry) -> tuple[str, str]:
+def _texts(cell: EntryCell, found: FoundCells, entry: PaperEntry, best: "Best") -> tuple[CellText, CellText]:
     """Ours and theirs, each with the change from the row that it is compared with."""
     group = entry.against.get(cell.row.group)
     ours, theirs = found[_key(cell)], cell.theirs
@@ -82,10 +114,41 @@ def _texts(cell: EntryCell, found: FoundCells, entry: PaperEntry) -> tuple[str, 
     if group is not None:
         other = next((one for one in entry.cells() if _key(one) == (group, cell.row.name, cell.column)), None)
         before, published = (found[_key(other)], other.theirs) if other else (None, None)
-    here = "not measured" if ours is None and not isinstance(cell.ours, EmptyCell) else number_text(ours)
-    return here + _change(_mean(before), _mean(ours)), paper_text(theirs) + _change(
-        published.mean if published else None, theirs.mean if theirs else None
+    missing = ours is None and not isinstance(cell.ours, EmptyCell)
+    here = CellText("not measured") if missing else _number(ours)
+    change = _change(_mean(before), _mean(ours))
+    said = _change(published.mean if published else None, theirs.mean if theirs else None)
+    place = cell.row.group, cell.column
+    return (
+        here._replace(behind=here.behind + change, best=_mean(ours) is not None and _mean(ours) == best[0].get(place)),
+        _published(theirs)._replace(behind=said, best=theirs is not None and theirs.mean == best[1].get(place)),
     )
+
+
+Best = tuple[dict[tuple[str, PublishedColumn], float], dict[tuple[str, PublishedColumn], float]]
+"""By group of rows and column, the best number of ours and of theirs."""
+
+
+def _best(cells: Sequence[EntryCell], found: FoundCells) -> Best:
+    """Only where numbers differ, and where more or less is better."""
+    ours: defaultdict[tuple[str, PublishedColumn], set[float]] = defaultdict(set)
+    theirs: defaultdict[tuple[str, PublishedColumn], set[float]] = defaultdict(set)
+    for cell in cells:
+        place = cell.row.group, cell.column
+        if (mean := _mean(found[_key(cell)])) is not None:
+            ours[place].add(mean)
+        if cell.theirs is not None:
+            theirs[place].add(cell.theirs.mean)
+    return _extremes(ours), _extremes(theirs)
+
+
+def _extremes(values: Mapping[tuple[str, PublishedColumn], set[float]]) -> dict[tuple[str, PublishedColumn], float]:
+    directions = {"↑": max, "↓": min}
+    return {
+        place: directions[arrow](numbers)
+        for place, numbers in values.items()
+        if len(numbers) > 1 and (arrow := HEADINGS.get(place[1].measure, "")[-2:-1]) in directions
+    }
 
 
 def _mean(found: Found | None) -> float | None:
@@ -93,20 +156,39 @@ def _mean(found: Found | None) -> float | None:
 
 
 def number_text(found: Found | None) -> str:
-    """Our number with its standard error."""
+    """Our number with its standard errors."""
+    return _number(found).text
+
+
+def _number(found: Found | None) -> CellText:
     if found is None:
-        return "–"
+        return CellText("–")
+    if found.defined is not None:
+        return CellText(plain(found.defined))
     if found.estimate is None:
-        return "no value"
-    error = found.estimate.stderr
-    return f"{found.estimate.mean:.4f}" + ("" if error is None else f" ± {error:.4f}")
+        return CellText("no value")
+    error, between = found.estimate.stderr, found.between.stderr if found.between else None
+    return CellText(
+        f"{found.estimate.mean:.4f}",
+        "" if error is None else f"{error:.4f}",
+        "" if between is None else f" (trainings ± {between:.4f})",
+    )
 
 
 def paper_text(figure: Figure | None) -> str:
     """The paper's number as it prints it."""
+    return _published(figure).text
+
+
+def _published(figure: Figure | None) -> CellText:
     if figure is None:
-        return "–"
-    return f"{figure.mean:g}" + ("" if figure.stderr is None else f" ± {figure.stderr:g}")
+        return CellText("–")
+    return CellText(plain(figure.mean), "" if figure.stderr is None else f"{figure.stderr:g}")
+
+
+def plain(value: float) -> str:
+    """Without an exponent: 0.00005, 30,000,000."""
+    return f"{value:,.0f}" if abs(value) >= 1e4 else f"{Decimal(repr(value)).normalize():f}"
 
 
 def _change(before: float | None, now: float | None) -> str:
@@ -121,7 +203,8 @@ def _count(row: Sequence[EntryCell], found: FoundCells) -> str:
         if one is not None and one.estimate is not None:
             copies = one.distinct is not None and one.distinct < one.estimate.n
             texts.append(f"{one.estimate.n}" + (f" ({one.distinct} distinct)" if copies else ""))
-    return ", ".join(dict.fromkeys(texts)) or "0"
+    settings = all((one := found[_key(cell)]) is not None and one.defined is not None for cell in row)
+    return ", ".join(dict.fromkeys(texts)) or ("–" if settings else "0")
 
 
 def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], found: FoundCells) -> list[str]:
@@ -145,4 +228,7 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
     notes += [f"Not done here: {', '.join(names)}: {reason}." for reason, names in reasons.items()]
     if any("distinct" in _count([cell], found) for cell in cells):
         notes.append(COPIES)
+    trainings = {one.between.n for one in found.values() if one is not None and one.between is not None}
+    if trainings:
+        notes.append(BETWEEN.format(max(trainings)))
     return [*notes, "± is the standard error over matches or samples; n counts them."]

@@ -19,7 +19,7 @@ from movingout.maps.picture import paint_scene
 from movingout.maps.randomize import randomize
 from movingout.maps.scene import LIGHT, start_of
 from movingout.maps.spec import ARENA_HALF
-from movingout.matches.paper.diversity import learned_parts
+from movingout.matches.paper.rows.diversity import learned_parts
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.diversity.position_plot import position_plot
 from movingout.world import World

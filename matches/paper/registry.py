@@ -6,62 +6,41 @@ paper's numbers and one here for ours.
 
 from collections.abc import Mapping
 
-from movingout.agents.bass.recombination import Matching
 from movingout.maps.suggestion import probably_meant
 from movingout.matches.errors import MatchError
-from movingout.matches.paper.cells import PLAYED, EmptyCell, PaperCell, Play, PlayedCell
-from movingout.matches.paper.diversity import augmented_cell, diversity_cell
+from movingout.matches.paper.cells import EmptyCell
 from movingout.matches.paper.entry import PaperEntry, RowCells
-from movingout.matches.paper.measurements import accuracy, noise_validity
-from movingout.matches.paper.methods import NOISE_LEVELS, NOISE_MAP, ORDER_MAPS, PICTURE_MAP
+from movingout.matches.paper.methods import NOISE_LEVELS, ORDER_MAPS, PICTURE_MAP
 from movingout.matches.paper.other_labels import NO_PEOPLE, OTHER_LABELS
-from movingout.matches.paper.published import PublishedColumn
-from movingout.matches.paper.reinforced import (
-    played_diversity,
-    reinforced_seen,
-    reinforced_unseen,
-    zero_shot,
+from movingout.matches.paper.rows.diversity import augmented_cell, diversity_cell, equal_cell
+from movingout.matches.paper.rows.measurements import accuracy
+from movingout.matches.paper.rows.method_rows import (
+    bass_zero_shot,
+    by_challenge,
+    named_rows,
+    noise,
+    recombined,
+    seen,
+    self_play,
+    unseen,
+)
+from movingout.matches.paper.rows.reinforced import played_diversity, reinforced_seen, reinforced_unseen, zero_shot
+
+SELF_PLAY = "Pairs of one agent with itself, trained on all episodes of the challenge."
+SEEN_AND_ALL = (
+    "Challenge 1: as the rows Seen of tab:task_1_results, whose numbers the paper repeats here; Challenge 2: pairs of "
+    "one agent with itself, trained on all episodes."
+)
+OF_BOTH = (
+    "Prediction and selection are measured with agents of group a on episodes of group b. Of a selection, only moments "
+    "count in which the engine tells the candidates apart."
 )
 
-_ACCURACY = ("selection", "next_state_l2", "partner_10", "partner_20")
-SELF_PLAY = "Pairs of one agent with itself, trained on all episodes of the challenge."
-OF_BOTH = "Prediction and selection are measured with agents of group a on episodes of group b."
-
-
-def self_play(method: str, options: str = "", maps: tuple[str, ...] = ()) -> RowCells:
-    """An agent with itself; columns of accuracy are measured on episodes that it has not learned from."""
-
-    def cell(column: PublishedColumn) -> PaperCell:
-        if column.measure in _ACCURACY:
-            return accuracy(method, options, column.challenge, column.measure)
-        agent = f"{method}@c{column.challenge}{options}"
-        return PlayedCell((Play(agent),), column.challenge, column.measure, maps)
-
-    return cell
-
-
-def _seen(method: str, maps: tuple[str, ...] = ()) -> RowCells:
-    plays = Play(f"{method}@a"), Play(f"{method}@b")
-    return lambda column: PlayedCell(plays, 1, column.measure, maps)
-
-
-def _unseen(method: str, maps: tuple[str, ...] = ()) -> RowCells:
-    plays = (Play(f"{method}@a", f"{method}@b"),)
-    return lambda column: PlayedCell(plays, 1, column.measure, maps)
-
-
-def _zero_shot(column: PublishedColumn) -> PaperCell:
-    """tcr_map_12_unseen: a map by its number, and who plays."""
-    _, _, number, who = column.measure.split("_")
-    maps = ({"1": "HandOff", "12": "SequentialRotations"}[number],)
-    make = _seen if who == "seen" else _unseen
-    return make("bass", maps)(PublishedColumn(1, "tcr"))
-
-
+ACCURACY = "accuracy: agents of group a on episodes of group b, moments in which the engine tells candidates apart"
 _NAMES = {"MLP": "mlp", "GRU": "gru", "DP": "dp", "DP/BASS": "bass"}
 _GROUPS: Mapping[tuple[str, str], RowCells] = {
-    **{("Seen", name): _seen(method) for name, method in _NAMES.items()},
-    **{("Unseen", name): _unseen(method) for name, method in _NAMES.items()},
+    **{("Seen", name): seen(method) for name, method in _NAMES.items()},
+    **{("Unseen", name): unseen(method) for name, method in _NAMES.items()},
     ("Seen", "MAPPO"): reinforced_seen,
     ("Unseen", "MAPPO"): reinforced_unseen,
 }
@@ -90,40 +69,21 @@ REINFORCED = (
 )
 
 
-def _noise(level: str) -> RowCells:
-    """How much of what is recorded stays valid under noise, and what an agent reaches that learned with it."""
-    play = self_play(f"dp-noise-{level}", maps=(NOISE_MAP,))
-    return lambda column: noise_validity(level) if column.measure == "valid_share" else play(column)
-
-
-def _recombined(method: str, matching: Matching | None = None) -> RowCells:
-    """How diverse episodes are after recombination, and what an agent reaches that learned with it."""
-    play = self_play(method)
-
-    def cell(column: PublishedColumn) -> PaperCell:
-        if column.measure in PLAYED:
-            return play(column)
-        return augmented_cell(matching, column.measure) if matching else diversity_cell("c1", column.measure)
-
-    return cell
-
-
 _NO_PIECES = EmptyCell("recorded episodes are valid by themselves")
-
-
-def _rows(**rows: RowCells) -> Mapping[tuple[str, str], RowCells]:
-    return {("", name): cells for name, cells in rows.items()}
 
 
 _ENTRIES: tuple[PaperEntry, ...] = (
     PaperEntry(
         label="table:task_1_diversity", kind="table",
-        notes=("Means over maps; the experts' episodes are those of Challenge 2, on variants of the maps.",),
+        notes=(
+            "Means over maps, of equally many episodes of each population; the experts' episodes are those of "
+            "Challenge 2, on variants of the maps.",
+        ),
         differs="units and kernels are ours, the paper gives none: compare rows; `movingout recordings diversity` "
         "measures any recordings",
-        rows=_rows(**{
-            "Moving Out Challenge 1": lambda column: diversity_cell("c1", column.measure),
-            "Expert dataset": lambda column: diversity_cell("c2", column.measure),
+        rows=named_rows(**{
+            "Moving Out Challenge 1": lambda column: equal_cell("c1", column.measure),
+            "Expert dataset": lambda column: equal_cell("c2", column.measure),
             "RL agent collected data": lambda column: played_diversity(column.measure),
         }),
     ),
@@ -144,8 +104,8 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         differs="groups of participants drawn at random, as in the paper",
         against={"Cross-Group": "Same-Group"}, notes=(_CROSS,),
         rows={
-            ("Same-Group", "DP"): _seen("dp"), ("Same-Group", "DP/BASS"): _seen("bass"),
-            ("Cross-Group", "DP"): _unseen("dp"), ("Cross-Group", "DP/BASS"): _unseen("bass"),
+            ("Same-Group", "DP"): seen("dp"), ("Same-Group", "DP/BASS"): seen("bass"),
+            ("Cross-Group", "DP"): unseen("dp"), ("Cross-Group", "DP/BASS"): unseen("bass"),
         },
     ),
     PaperEntry(
@@ -167,15 +127,15 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         rows=_METHODS, notes=(SELF_PLAY,)),
     PaperEntry(
         label="tab:simulator", kind="table",
-        differs="accuracy: agents of group a on episodes of group b",
+        differs=ACCURACY,
         notes=(SELF_PLAY, OF_BOTH),
-        rows=_rows(**{"DP + BASS": _BASS, "DP + BASS w/ Oracle Simulator": _ORACLE}),
+        rows=named_rows(**{"DP + BASS": _BASS, "DP + BASS w/ Oracle Simulator": _ORACLE}),
     ),
     PaperEntry(
         label="tab:zsc_comparison", kind="table",
         differs="MAPPO, CoMeDi: seen is self-play, unseen is with DP of group b, which stands for people; the paper "
         "has no numbers for CoMeDi's training: ours are two or three conventions, weights of 0.3",
-        rows=_rows(**{"DP/BASS": _zero_shot, "MAPPO": zero_shot("mappo"), "CoMeDi": zero_shot("comedi")}),
+        rows=named_rows(**{"DP/BASS": bass_zero_shot, "MAPPO": zero_shot("mappo"), "CoMeDi": zero_shot("comedi")}),
         notes=(_CROSS, REINFORCED),
     ),
     PaperEntry(
@@ -183,7 +143,7 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         differs="pictures of 128 x 128; those who see them learn from map 6 alone, without pose noise, and BASS "
         "chooses by learned progress",
         notes=(SELF_PLAY, "Map 6 is DistancePriority; agents that see pictures learn from its episodes alone."),
-        rows=_rows(**{
+        rows=named_rows(**{
             "DP (State)": self_play("dp", maps=(PICTURE_MAP,)),
             "DP/BASS (State)": self_play("bass", maps=(PICTURE_MAP,)),
             "DP (Image)": self_play("dp-image", maps=(PICTURE_MAP,)),
@@ -200,7 +160,7 @@ _ENTRIES: tuple[PaperEntry, ...] = (
     ),
     PaperEntry(
         label="tab:random_partner", kind="table",
-        differs="accuracy: agents of group a on episodes of group b",
+        differs=ACCURACY,
         notes=(SELF_PLAY, OF_BOTH),
         rows={
             ("BASS", "BASS"): _BASS,
@@ -211,7 +171,7 @@ _ENTRIES: tuple[PaperEntry, ...] = (
     PaperEntry(
         label="tab:next_state_models", kind="table", notes=(SELF_PLAY, OF_BOTH),
         differs="a qVAE of our own making: the paper gives no sizes; accuracy as in tab:simulator",
-        rows=_rows(**{
+        rows=named_rows(**{
             "BASS": _BASS, "BASS (GRU)": self_play("bass-gru-dynamics"), "BASS (qVAE)": self_play("bass-qvae-dynamics"),
             "BASS w/ Oracle Simulator": _ORACLE,
         }),
@@ -219,7 +179,7 @@ _ENTRIES: tuple[PaperEntry, ...] = (
     PaperEntry(
         label="text:autoencoder_order", kind="sentence", differs="all three predict the next state itself",
         notes=(SELF_PLAY, "All three predict the next state itself, as the paper does, not its change."),
-        rows=_rows(**{
+        rows=named_rows(**{
             "Joint training": self_play("bass-joint", maps=ORDER_MAPS),
             "Fine-tuning the second AE from the first AE": self_play("bass-fine-tuned", maps=ORDER_MAPS),
             "Training two AEs separately": self_play("bass-separate", maps=ORDER_MAPS),
@@ -231,10 +191,10 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         "either-end --confirm no`)",
         otherwise="",
         notes=("Each with itself. All three have no pose noise, so that recombination alone differs.",),
-        rows=_rows(**{
-            "Multi-agent Recombination": _recombined("dp-recombined", "both-ends"),
-            "Single-agent Recombination": _recombined("dp-recombined-single", "either-end"),
-            "No Recombination": _recombined("dp"),
+        rows=named_rows(**{
+            "Multi-agent Recombination": recombined("dp-recombined", "both-ends"),
+            "Single-agent Recombination": recombined("dp-recombined-single", "either-end"),
+            "No Recombination": recombined("dp"),
         }),
     ),
     PaperEntry(
@@ -242,12 +202,12 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         differs='the paper does not define "valid"; ours: it can be staged, hands as recorded, ends within 0.06 u '
         'over 8 ticks',
         notes=("Map 10 is SingleRotation; agents learn from its episodes alone and play with themselves.",),
-        rows=_rows(**{level: _noise(level) for level in NOISE_LEVELS}),
+        rows=named_rows(**{level: noise(level) for level in NOISE_LEVELS}),
     ),
     PaperEntry(
         label="tab:next_state_pred", kind="table", differs="L2 over our state vector; compare rows, not columns",
         notes=(OF_BOTH, "L2 over our state vector, so compare the rows of a column, not the columns.",),
-        rows=_rows(**{
+        rows=named_rows(**{
             "BASS": _BASS, "GRU": self_play("bass-gru-dynamics"),
             "Random States": lambda column: accuracy("bass", "", column.challenge, "random_state_l2"),
         }),
@@ -255,33 +215,36 @@ _ENTRIES: tuple[PaperEntry, ...] = (
     PaperEntry(
         label="text:partner_prediction", kind="sentence",
         differs="relative error of the mean of four samples",
-        rows=_rows(BASS=_BASS), notes=(OF_BOTH,)),
+        rows=named_rows(BASS=_BASS), notes=(OF_BOTH,)),
     PaperEntry(
         label="tab:nfd_vs_ac", kind="table",
         differs="the weight of AC is ours (0.05); the paper gives none",
         notes=(SELF_PLAY,),
-        rows=_rows(**{"BASS with NFD": _BASS, "BASS with NFD+AC": self_play("bass", ":score=nfd+ac")}),
+        rows=named_rows(**{"BASS with NFD": _BASS, "BASS with NFD+AC": self_play("bass", ":score=nfd+ac")}),
     ),
     PaperEntry(
         label="tab:w1_simulation", kind="table",
         differs="single-agent: the partner is taken to stand still and to keep what it holds",
         notes=(SELF_PLAY, "Single-agent: the partner is taken to stand still."),
-        rows=_rows(**{
+        rows=named_rows(**{
             "Multi-agent Action Simulation": self_play("bass-plain"),
             "Single-agent Action Simulation": self_play("bass-plain", ":partner=none"),
             "No Action Simulation": self_play("dp"),
         }),
     ),
     PaperEntry(
-        label="tab:tcl_results", kind="table", notes=(SELF_PLAY,),
+        label="tab:tcl_results", kind="table", notes=(SEEN_AND_ALL,),
         differs="the loss is that of R3M on our state vector; the paper gives none",
-        rows=_rows(**{"DP/BASS": _BASS, "DP/BASS w/ reward estimation": self_play("bass-tcl"), "DP": self_play("dp")}),
+        rows=named_rows(**{
+            name: by_challenge(seen(method), self_play(method))
+            for name, method in {"DP/BASS": "bass", "DP/BASS w/ reward estimation": "bass-tcl", "DP": "dp"}.items()
+        }),
     ),
     PaperEntry(
         label="text:augmentation", kind="sentence",
         differs="recombined paths go on in the other episode to its end, as in the paper's example; valid: the engine "
         "plays the piece and ends within 0.06 u",
-        rows=_rows(
+        rows=named_rows(
             Recorded=lambda column: diversity_cell("c1", column.measure) if column.measure == "entropy" else _NO_PIECES,
             Recombined=lambda column: augmented_cell("both-ends", column.measure),
         ),
@@ -293,9 +256,12 @@ ENTRIES: Mapping[str, PaperEntry] = {entry.label: entry for entry in _ENTRIES}
 
 
 def chosen_entries(label: str) -> list[PaperEntry]:
-    """The entry of a label, or all that can be made for `all`. Raises MatchError for one that is unknown."""
+    """The entry of a label, or for `all` every one that can be made, were all extras installed.
+
+    Raises MatchError for a label that is unknown.
+    """
     if label == "all":
-        return [entry for entry in ENTRIES.values() if entry.runnable]
+        return [entry for entry in ENTRIES.values() if entry.runnable or entry.extra]
     if label not in ENTRIES:
         raise MatchError(
             f"the paper has no label {label!r}{probably_meant(label, ENTRIES)}; see `movingout paper list`"

@@ -41,7 +41,7 @@ def paper_steps(entries: Sequence[PaperEntry], space: Workspace) -> list[PaperSt
         *(step for challenge in sorted(challenges) for step in _data_steps(challenge, space)),
         *(_training_step(agent, space) for agent in agents),
         *_match_steps(list(dict.fromkeys(_matches(chosen, space))), space),
-        *(_measuring_step(one, space) for one in measured),
+        *(_measuring_step(one, training, space) for one in measured for training in one.trainings(space.budget)),
     ]
 
 
@@ -49,10 +49,11 @@ def _agents(entries: list[PaperEntry], space: Workspace) -> list[TrainedId]:
     """The agents to train, each after those that it is made of."""
     ids = dict.fromkeys(agent for entry in entries for cell in entry.cells() for agent in cell.ours.agents)
     ids |= dict.fromkeys(agent for entry in entries if entry.drawing for agent in entry.drawing.agents)
-    played = {agent for cell in played_cells(entries) for agent in cell.agents}
+    several = {agent for cell in played_cells(entries) for agent in cell.agents}
+    several |= {agent for one in measurements(entries) if one.repeated for agent in one.agents}
     found: dict[TrainedId, None] = {}
     for agent_id in ids:
-        for seed in range(space.budget.trainings if agent_id in played else 1):
+        for seed in range(space.budget.trainings if agent_id in several else 1):
             agent = trained_id(agent_id)._replace(seed=seed)
             found |= dict.fromkeys([*trained_before(agent), agent])
     return list(found)
@@ -103,10 +104,10 @@ def _match_steps(matches: list[Match], space: Workspace) -> Iterator[PaperStep]:
         )
 
 
-def _measuring_step(one: Measurement, space: Workspace) -> PaperStep:
+def _measuring_step(one: Measurement, training: int, space: Workspace) -> PaperStep:
     return PaperStep(
-        f"measure {one.about}",
+        f"measure {one.about_of(training)}",
         one.seconds(space.budget),
-        lambda: space.measured(one.name) is not None,
-        lambda progress: space.keep(one.name, one.perform(space)),
+        lambda: one.measured(training, space) is not None,
+        lambda progress: space.keep(one.name_of(training), one.perform(space, training), one.agents_of(training)),
     )

@@ -6,12 +6,17 @@ from typing import Any
 
 from movingout.agents.checkpoint.checkpoint import folder_name
 from movingout.agents.commands import train
+from movingout.agents.kinds.registry import KINDS
 from movingout.maps.commands.parser import CommandParser
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.methods import METHODS, Method, TrainedId
 from movingout.matches.paper.workspace import DATA, Workspace
 from movingout.recordings.groups import read_groups
+from movingout.recordings.storage.listing import read_players
+
+SEEDS_APART = 1000  # more than the trainings of an agent, so that no --seed repeats those of another
+IMITATING = ("mlp", "gru", "dp")  # kinds that learn what people do
 
 
 def train_agent(agent: TrainedId, space: Workspace) -> None:
@@ -23,17 +28,17 @@ def train_agent(agent: TrainedId, space: Workspace) -> None:
     log.parent.mkdir(parents=True, exist_ok=True)
     parser = CommandParser(prog="movingout train")
     train.configure(parser)
-    args = parser.parse_args([str(word) for word in _words(agent, space)])
+    args = parser.parse_args([str(word) for word in training_words(agent, space)])
     with log.open("a", encoding="utf-8") as file, contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
         train.run(args)
 
 
-def _words(agent: TrainedId, space: Workspace) -> list[Any]:
+def training_words(agent: TrainedId, space: Workspace) -> list[Any]:
     """The command, after `movingout train`."""
     method, budget = METHODS[agent.method], space.budget
     words: list[Any] = [
         method.kind, "--id", agent.text, "--name", f"{agent.method}, {agent.data}"[:60], "--data", DATA,
-        "--preset", budget.preset, "--seed", _seed(agent), "--threads", space.workers, "--go-on",
+        "--preset", budget.preset, "--seed", _seed(agent, space), "--threads", space.workers, "--go-on",
         *method.options, *_sizes(method, budget),
     ]  # fmt: skip
     if method.plays:
@@ -45,19 +50,35 @@ def _words(agent: TrainedId, space: Workspace) -> list[Any]:
         words += ["--simulator", agent.of(method.simulator).text]
     if method.simulator and not method.learns:
         return words
-    return [*words[:1], *_files(agent, space, method.maps), *words[1:]]
+    files = _files(agent, space, method.maps)
+    return [*words[:1], *files, *words[1:], *_seats(method, files, space)]
 
 
-def _seed(agent: TrainedId) -> int:
+def _seats(method: Method, files: list[Path], space: Workspace) -> list[str]:
+    """Of given recordings with people in them, people alone are imitated, not the agents that they played with."""
+    if not space.given or method.kind not in IMITATING:
+        return []
+    human = any(seat.kind == "human" for file in files for seat in read_players(file).seats)
+    return ["--seats", "human"] if human else []
+
+
+def training_seed(training: int, space: Workspace) -> int:
+    """Of a training: --seed 0 trains with 0, 1, …, --seed 1 with 1000, 1001, …"""
+    return SEEDS_APART * space.seed + training
+
+
+def _seed(agent: TrainedId, space: Workspace) -> int:
     """What is trained from episodes differs in these; what learns from its own play needs another seed."""
     if METHODS[agent.method].plays:
-        return 2 * agent.seed + (agent.data == "b")
-    return agent.seed
+        return training_seed(2 * agent.seed + (agent.data == "b"), space)
+    return training_seed(agent.seed, space)
 
 
 def _sizes(method: Method, budget: Budget) -> list[Any]:
     """The options of the budget: a quarter of the updates on single maps, a quarter of the batch with pictures."""
     words = list(budget.options.get(method.kind, ()))
+    if method.pictures and "--batch" not in words:
+        words += ["--batch", KINDS[method.kind].presets[budget.preset].batch]
     fewer = ["--updates", "--progress-updates"] if method.maps else []
     for option in [*fewer, *(["--batch"] if method.pictures else [])]:
         if option in words:

@@ -1,6 +1,6 @@
 """The folder in which tables are made: what was recorded, trained, played and measured for them.
 
-paper.json           what the folder was begun with; another budget or other recordings need another folder
+paper.json           what the folder was begun with (`beginning`)
 data/c1.csv, c2.csv  the episodes of each challenge, with the group of participants that each belongs to
 data/demos/          recordings of scripted people, where none were given
 data/models, runs    trained agents, where every command looks for them
@@ -12,18 +12,19 @@ All paths are relative to the current folder, because trained agents are looked 
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from movingout.agents.checkpoint.checkpoint import CARD, folder_name
-from movingout.matches.errors import MatchError
+from movingout.agents.checkpoint.checkpoint import CARD, fingerprint, folder_name
 from movingout.matches.match import Match, MatchResult
-from movingout.matches.paper.budgets import Budget, budget_of
+from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.match_store import MatchStore
 from movingout.matches.results.results_folder import write_whole
+from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import read_groups
+from movingout.recordings.storage.finished import SUFFIX
 from movingout.world.estimates import Estimate
 
 Evaluation = Literal["official", "held-out"]
@@ -31,10 +32,10 @@ Evaluation = Literal["official", "held-out"]
 there (the paper), or on variants whose combinations of size and shape occur in no training map."""
 
 DATA = Path("data")
-BEGUN = Path("paper.json")
 TIMES = DATA / "times.json"
 GROUPS = {"a": 1, "b": 2}
 Measured = Mapping[str, Estimate]
+_WEIGHTS, _NUMBERS = "weights", "numbers"  # keys of the file of a measurement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,20 +50,12 @@ class Workspace:
     workers: int = 1
     matches: MatchStore = field(default_factory=lambda: MatchStore(DATA / "matches"), compare=False)
 
-    def begin(self) -> None:
-        """Note what the folder is begun with. Raises MatchError where it was begun with something else."""
-        mine = {
-            "budget": self.budget.name, "evaluation": self.evaluation, "data": [str(path) for path in self.given],
-            "min_tcr": self.min_tcr, "seed": self.seed,
-        }  # fmt: skip
-        if not BEGUN.exists():
-            write_whole(BEGUN, json.dumps(mine, indent=1) + "\n")
-            return
-        theirs = _begun_with()
-        other = [name for name in mine if theirs.get(name) != mine[name]]
-        if other:
-            said = ", ".join(f"{name} {theirs.get(name)}" for name in other)
-            raise MatchError(f"{Path.cwd()} was begun with {said}; choose another folder with --out")
+    def given_files(self) -> list[Path]:
+        """The recordings that were given. Raises RecordingError where there is none."""
+        files = [file for path in self.given for file in (path.rglob(f"*{SUFFIX}") if path.is_dir() else [path])]
+        if not files:
+            raise RecordingError(f"no recording (*{SUFFIX}) in {', '.join(map(str, self.given))}")
+        return sorted(set(files))
 
     def episodes(self, data: str) -> list[Path]:
         """The recordings of one of `methods.DATA_SETS`, once they have been listed."""
@@ -81,16 +74,28 @@ class Workspace:
         """The result of a match, if it has been played with the present weights."""
         return self.matches.find(match)
 
-    def measured(self, name: str) -> Measured | None:
-        """What was measured under a name; None when it was not."""
+    def measured(self, name: str, agents: Sequence[str] = ()) -> Measured | None:
+        """What was measured of agents under a name; None when it was not, or when they have other weights now.
+
+        Earlier versions wrote the numbers alone; these stay.
+        """
         path = self._measured(name)
         if not path.exists():
             return None
-        return {key: Estimate(*numbers) for key, numbers in json.loads(path.read_text(encoding="utf-8")).items()}
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if _NUMBERS in found:
+            if found[_WEIGHTS] != self._weights(agents):
+                return None
+            found = found[_NUMBERS]
+        return {key: Estimate(*numbers) for key, numbers in found.items()}
 
-    def keep(self, name: str, numbers: Measured) -> None:
-        """Keep a measurement."""
-        write_whole(self._measured(name), json.dumps(numbers, indent=1) + "\n")
+    def keep(self, name: str, numbers: Measured, agents: Sequence[str] = ()) -> None:
+        """Keep what was measured of agents."""
+        document = {_WEIGHTS: self._weights(agents), _NUMBERS: numbers}
+        write_whole(self._measured(name), json.dumps(document, indent=1) + "\n")
+
+    def _weights(self, agents: Sequence[str]) -> dict[str, str]:
+        return {agent_id: fingerprint(agent_id) for agent_id in agents}
 
     def times(self) -> dict[str, float]:
         """Processor time [s] of the steps done so far, by what they are about."""
@@ -106,24 +111,3 @@ class Workspace:
 
     def _measured(self, name: str) -> Path:
         return DATA / "measured" / f"{name}.json"
-
-
-def begun() -> Workspace:
-    """The workspace in the current folder. Raises MatchError where nothing has been made."""
-    if not BEGUN.exists():
-        raise MatchError(f"no table has been made in {Path.cwd()} yet: `movingout paper tables LABEL -o DIR` makes one")
-    said = _begun_with()
-    try:
-        return Workspace(
-            budget=budget_of(said["budget"]), evaluation=said["evaluation"], min_tcr=said["min_tcr"],
-            given=tuple(Path(path) for path in said["data"]), seed=said["seed"],
-        )  # fmt: skip
-    except (KeyError, TypeError) as error:
-        raise MatchError(f"{BEGUN.resolve()} is damaged ({error}); choose another folder with --out") from error
-
-
-def _begun_with() -> dict[str, Any]:
-    try:
-        return dict(json.loads(BEGUN.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError) as error:
-        raise MatchError(f"{BEGUN.resolve()} is damaged ({error}); choose another folder with --out") from error

@@ -13,9 +13,12 @@ from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.imports.convert import ImportReport, PlayerKind, import_source
 from movingout.recordings.imports.known_plays import known_plays
 from movingout.recordings.imports.map_match import maps_of
+from movingout.recordings.imports.participants import read_participants, with_participants
 from movingout.recordings.imports.sources import find, read, without_copies
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.terminal import printable
+
+NAMELESS = "no participant-disjoint split is possible; name them with --participants, into a new folder"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -35,6 +38,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default="",
         help="who played (default: as the file says, else agents in the evaluator's files and people in others)",
     )
+    parser.add_argument(
+        "--participants",
+        type=Path,
+        metavar="FILE.csv",
+        help="who played, where the files do not say it: trajectory_id,blue,red",
+    )
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
     add_json(parser)
     parser.set_defaults(perform=perform)
@@ -45,6 +54,8 @@ def perform(args: argparse.Namespace) -> int:
     folder = args.out or args.data / "recordings"
     _make(folder)
     found = [source for file in find(args.paths) for source in read(file)]
+    if args.participants is not None:
+        found = with_participants(found, read_participants(args.participants))
     sources = without_copies(found)
     known = known_plays(folder, maps_of(sources), args.workers)
     convert = partial(import_source, folder=folder, salt=args.salt, kind=args.kind, known=known)
@@ -91,7 +102,7 @@ def _page(reports: Sequence[ImportReport], folder: Path, copies: int) -> list[st
         f"  positions outside the arena: {sum(r.outside for r in made)}",
         f"  last tick: {sum(r.last_tick == 'simulated' for r in made)} simulated, "
         f"{sum(r.last_tick == 'left out' for r in made)} left out",
-        *([f"  ! {nameless} name no participants: no participant-disjoint split is possible"] if nameless else []),
+        *([f"  ! {nameless} name no participants: {NAMELESS}"] if nameless else []),
         *_drifting(made),
     ]
 

@@ -24,12 +24,14 @@ def perform(args: argparse.Namespace) -> int:
     """Write the list and say what is in it."""
     if args.groups < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
         raise RecordingError("--groups is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
-    rows = grouped(expanded(args.paths), args.groups, args.seed, args.min_tcr)
+    paths = expanded(args.paths)
+    rows = grouped(paths, args.groups, args.seed, args.min_tcr)
     write_groups(args.out, rows)
     if args.json:
         print_json({"file": str(args.out), "recordings": [_document(row) for row in rows]})
         return 0
-    print(f"{len(rows)} recordings in {args.out}")
+    left_out = f"; {len(paths) - len(rows)} left out" if len(paths) > len(rows) else ""
+    print(f"{len(rows)} recordings in {args.out}{left_out}")
     print("\n".join(group_sentences(rows)))
     return 0
 

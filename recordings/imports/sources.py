@@ -31,6 +31,7 @@ class TrajectoryFile:
     red: str
     time: str  # as the recorder wrote it, may be empty
     recorded_ns: int  # when the file was last changed
+    trajectory_id: str = ""  # of a row that has one
     kinds: tuple[str, str] = ("", "")  # of blue and red where the file says them, as our own exports do
 
     @property
@@ -129,6 +130,7 @@ def _row(file: Path, number: int, row: Any) -> TrajectoryFile:
         red=str(row.get("red") or ""),
         time="",
         recorded_ns=file.stat().st_mtime_ns,
+        trajectory_id=str(row.get("trajectory_id") or ""),
         kinds=(str(row.get("blue_kind") or ""), str(row.get("red_kind") or "")),
     )
 

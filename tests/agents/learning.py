@@ -8,6 +8,7 @@ from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.data.dataset import Trajectory
 from movingout.maps import MapSpec, load_map
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
+from movingout.recordings.episode import Outcome, SeatKind, Source
 from movingout.world import World
 from movingout.world.state import WorldState
 
@@ -62,17 +63,26 @@ def states_of(the_map: MapSpec, actions: np.ndarray[tuple[int, ...], np.dtype[np
 
 
 def recorded(
-    folder: Path, episode_id: str, ticks: int = 40, seed: int = 0, people: tuple[str, str] = ("a", "b")
+    folder: Path,
+    episode_id: str,
+    ticks: int = 40,
+    seed: int = 0,
+    people: tuple[str, str] = ("a", "b"),
+    *,
+    kinds: tuple[SeatKind, SeatKind] = ("agent", "agent"),
+    source: Source = "scripted",
+    outcome: Outcome = "time",
+    the_map: MapSpec | None = None,
 ) -> Path:
     """A finished recording of random motion."""
-    the_map, actions = load_map("HandOff"), random_walk(ticks, seed)
+    the_map, actions = the_map or load_map("HandOff"), random_walk(ticks, seed)
     world = World(the_map, record_sub_poses=False)
     header = EpisodeHeader(
-        episode_id, the_map, seed, ticks, (SeatInfo("agent", people[0]), SeatInfo("agent", people[1])), 1, "scripted"
+        episode_id, the_map, seed, ticks, (SeatInfo(kinds[0], people[0]), SeatInfo(kinds[1], people[1])), 1, source
     )
     writer = EpisodeWriter.create(folder, header, world.state())
     for action in actions:
         world.step(action)
         delivered = tuple(bool(flag) for flag in world.delivered())
         writer.tick(TickRecord(action, ("agent", "agent"), (-1, -1), world.state(), delivered, 0.0))
-    return finalise(writer.close("time"))
+    return finalise(writer.close(outcome))

@@ -40,6 +40,17 @@ def test_poor_episodes_are_left_out(tmp_path: Path) -> None:
         grouped([], 1)
 
 
+def test_live_rounds_that_were_broken_off_are_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    left = recorded(tmp_path, "left", ticks=9, source="live", outcome="left")
+    with pytest.raises(RecordingError, match="none of 1 recordings counts: they are tutorials, were broken off, or"):
+        grouped([left], 1)
+    short = recorded(tmp_path, "short", ticks=9, source="import", outcome="stopped")
+    ended = recorded(tmp_path, "ended", ticks=9, source="live")
+    assert {row.path for row in grouped([left, short, ended], 1)} == {short, ended}
+    assert main(["recordings", "split", str(tmp_path), "--groups", "1", "-o", str(tmp_path / "groups.csv")]) == 0
+    assert "2 recordings in" in (shown := capsys.readouterr().out) and "; 1 left out" in shown
+
+
 def test_the_list_is_read_back_wherever_its_folder_lies(tmp_path: Path) -> None:
     _episodes(tmp_path / "here" / "recordings")
     rows = grouped(sorted((tmp_path / "here" / "recordings").glob("*.mcap")), 2)

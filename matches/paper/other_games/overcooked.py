@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 from movingout.agents.overcooked.kitchen import MISSING, is_installed
 from movingout.matches.paper.cells import EmptyCell, Found, MeasuredCell, Measurement, PaperCell
+from movingout.matches.paper.pooling import between, fields, pooled
+from movingout.matches.paper.training import training_seed
 from movingout.matches.paper.workspace import DATA, Measured, Workspace
 from movingout.world.estimates import Estimate, estimate
 
@@ -28,17 +30,22 @@ class _Sizes(NamedTuple):
 _SIZES = {
     "smoke": _Sizes(3, 3, 16, 16, 2, 0.5),
     "small": _Sizes(8000, 3000, 256, 256, 60, 15.0),
+    "paper-size": _Sizes(8000, 3000, 256, 256, 60, 15.0),
     "full": _Sizes(20_000, 20_000, 256, 1024, 400, 200.0),
 }
 
 
 @dataclass(frozen=True, slots=True)
 class _ChangeCell(MeasuredCell):
-    """No value, rather than no measurement, where the policy alone made no point."""
+    """By how much the mean score over all trainings changes; no value where the policy alone made no point."""
 
     def found(self, space: Workspace) -> Found | None:
-        numbers = space.measured(self.measurement.name)
-        return None if numbers is None else Found(numbers.get(self.field))
+        measured = self.measurement.of_all(space)
+        if measured is None:
+            return None
+        before, after = (pooled(fields(measured, name)) for name in ("dp_score", "bass_score"))
+        each = [relative_change(one["dp_score"], one["bass_score"]) for one in measured]
+        return Found(relative_change(before, after), between=between(each))
 
 
 def overcooked_change() -> PaperCell:
@@ -55,7 +62,8 @@ def relative_change(before: Estimate, after: Estimate) -> Estimate | None:
     return Estimate(ratio - 1.0, error, before.n + after.n)
 
 
-def _measure(space: Workspace) -> Measured:
+def _measure(space: Workspace, training: int) -> Measured:
+    """The scores of one training."""
     from movingout.agents.overcooked.play import play_kitchen
     from movingout.agents.overcooked.recordings import kitchen_episodes
     from movingout.agents.overcooked.training import KitchenSizes, train_kitchen
@@ -64,21 +72,17 @@ def _measure(space: Workspace) -> Measured:
     sizes = KitchenSizes(
         updates=said.updates, simulator_updates=said.simulator_updates, width=said.width, batch=said.batch
     )
-    episodes = kitchen_episodes()
-    scores: dict[str, list[float]] = {"dp": [], "bass": []}
-    for seed in range(space.budget.trainings):
-        with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
-            parts = train_kitchen(episodes, sizes, seed, DATA / "runs" / f"overcooked-{seed}")
-        for name, points in scores.items():
-            points += play_kitchen(parts, said.games, TICKS, space.seed, bass=name == "bass")
-    found = {f"{name}_score": value for name, points in scores.items() if (value := estimate(points))}
-    change = relative_change(found["dp_score"], found["bass_score"])
-    return found | ({"change": change} if change else {})
+    with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
+        seed, folder = training_seed(training, space), DATA / "runs" / f"overcooked-{training}"
+        parts = train_kitchen(kitchen_episodes(), sizes, seed, folder)
+    games = {name: play_kitchen(parts, said.games, TICKS, space.seed, bass=name == "bass") for name in ("dp", "bass")}
+    return {f"{name}_score": value for name, points in games.items() if (value := estimate(points))}
 
 
 _MEASUREMENT = Measurement(
     name="overcooked",
     about="BASS and its Diffusion Policy in Overcooked-AI, trained on what people played there",
     perform=_measure,
-    seconds=lambda budget: 60.0 * _SIZES[budget.name].minutes * budget.trainings,
+    seconds=lambda budget: 60.0 * _SIZES[budget.name].minutes,
+    repeated=True,
 )

@@ -43,7 +43,7 @@ def _measured(entries: list[PaperEntry], space: Workspace, day: str, earlier: Ma
         now = PageLabel(line(_row(entry, space, day)), tables.get(entry.label, ""))
         then = earlier.get(entry.label)
         labels.append(then if then is not None and then.is_better_than(now) else now)
-    head = "On 2 cores without a GPU: `movingout paper tables LABEL --budget small`, for figures `paper figures LABEL`."
+    head = "`movingout paper tables LABEL --budget` and the budget of the row; for figures `paper figures LABEL`."
     rows = [line(HEADS), line(["---"] * len(HEADS)), *(one.row for one in labels)]
     return "\n".join([head, "", *rows, "", "## All numbers", "", *(one.table for one in labels if one.table), ""])
 
@@ -52,7 +52,7 @@ def _row(entry: PaperEntry, space: Workspace, day: str) -> tuple[str, ...]:
     cells = list(entry.cells())
     found = [(cell, cell.ours.found(space)) for cell in cells]
     measured = [(cell, one) for cell, one in found if one is not None]
-    made = bool(measured) or entry.drawn()
+    made = any(one.defined is None for _, one in measured) or entry.drawn()
     spent = _seconds(entry, space) if made else 0.0
     return (
         f"`{entry.label}`", _status(entry, found, space), _made_with(space, day) if made else "–",
@@ -71,8 +71,9 @@ def _status(entry: PaperEntry, found: list[tuple[EntryCell, Found | None]], spac
     if entry.drawing:
         return DRAWN if entry.drawn() else "not drawn yet"
     ours = [one for cell, one in found if not isinstance(cell.ours, EmptyCell)]
-    there = sum(one is not None for one in ours)
-    if there:
+    if _is_defined(found):
+        return "a definition"
+    if any(one is not None and one.defined is None for one in ours):
         missing = any(one is None and not cell.without_number for cell, one in found)
         return IN_PART if missing else MEASURED
     if ours:
@@ -80,8 +81,17 @@ def _status(entry: PaperEntry, found: list[tuple[EntryCell, Found | None]], spac
     return "needs people" if entry.people else "another command" if entry.command else "not built"
 
 
+def _is_defined(found: list[tuple[EntryCell, Found | None]]) -> bool:
+    """Whether an entry is of settings alone, which no budget changes."""
+    return bool(found) and all(one is not None and one.defined is not None for _, one in found)
+
+
 def _headline(measured: list[tuple[EntryCell, Found]]) -> Iterator[str]:
-    """The first column of each challenge that has numbers, row by row."""
+    """The first column of each challenge that has numbers, row by row; of settings, how many are the paper's."""
+    if measured and all(one.defined is not None for _, one in measured):
+        same = sum(cell.theirs is not None and one.defined == cell.theirs.mean for cell, one in measured)
+        yield f"{same} of {len(measured)} settings are the paper's"
+        return
     for column in _first_columns(measured):
         mine = [(cell, one) for cell, one in measured if cell.column == column]
         many = len({cell.row.group for cell, _ in mine}) > 1
@@ -90,8 +100,9 @@ def _headline(measured: list[tuple[EntryCell, Found]]) -> Iterator[str]:
 
 
 def _first_columns(measured: list[tuple[EntryCell, Found]]) -> list[PublishedColumn]:
+    """Of each challenge; a column of settings only where nothing is measured."""
     first: dict[int, PublishedColumn] = {}
-    for cell, _ in measured:
+    for cell, _ in sorted(measured, key=lambda pair: pair[1].defined is not None):
         first.setdefault(cell.column.challenge, cell.column)
     return list(first.values())
 

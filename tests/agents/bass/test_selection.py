@@ -3,15 +3,25 @@
 import numpy as np
 import pytest
 
-from movingout.agents.bass.score_functions import score_function
+from movingout.agents.bass.score_functions import AC_WEIGHT, score_function
 from movingout.agents.bass.selection import choice_from_scores, choose, pairs_of
-from movingout.agents.bass.state_vector import ITEMS_START, item_places, moving, moving_arrays, robot_places
+from movingout.agents.bass.state_vector import (
+    HELD_START,
+    HELD_WIDTH,
+    ITEMS_START,
+    item_places,
+    moving,
+    moving_arrays,
+    robot_places,
+)
 from movingout.agents.checkpoint.checkpoint import SelectionSpec
 from movingout.maps import load_map
+from movingout.world.observation import ITEM_SLOTS
 from movingout.world.state import Floats
 from tests.agents.learning import states_of, walked
 
 MAP = load_map("DistancePriority")
+BIG, SMALL = (next(k for k, item in enumerate(MAP.items) if (item.size == "small") is small) for small in (False, True))
 START = moving(states_of(MAP, np.zeros((0, 2, 3)))[0])
 
 
@@ -72,14 +82,27 @@ def test_pairs_are_each_with_each_or_one_with_one() -> None:
     assert len(pairs_of(SelectionSpec(own=2, partner=2, combine="product"))) == 4
 
 
-def test_pulling_together_counts_with_the_second_score() -> None:
+def _scores_of_pushing_along_and_against(held: tuple[int, int]) -> Floats:
+    """Scores of two own candidates, the first against the partner's push; red stands above blue, both push that way."""
     spec = SelectionSpec(own=2, partner=1, combine="product", score="nfd+ac", depth=8)
     own = _chunks([1.0, 1.0])
-    own[0, :, 1:3] = -1.0, 0.0  # against the partner's push
+    own[0, :, 1:3] = -1.0, 0.0
     still = np.tile(START, (2, 8, 1))
-    still[..., 7:9] = still[..., 0:2] + (0.0, 0.4)  # red stands above blue, both push along that line
-    choice = choose(score_function(MAP, 0, spec), 0, own, _chunks([1.0]), lambda joint: still, spec)
-    assert choice.index == 1
+    still[..., 7:9] = still[..., 0:2] + (0.0, 0.4)
+    hands = np.eye(HELD_WIDTH)[[ITEM_SLOTS if item < 0 else item for item in held]]
+    still[..., HELD_START:ITEMS_START] = hands.ravel()
+    return choose(score_function(MAP, 0, spec), 0, own, _chunks([1.0]), lambda joint: still, spec).scores
+
+
+def test_pulling_together_counts_with_the_second_score() -> None:
+    against, along = _scores_of_pushing_along_and_against((BIG, BIG))
+    assert along - against == pytest.approx(AC_WEIGHT)
+
+
+@pytest.mark.parametrize("held", [(-1, -1), (BIG, -1), (SMALL, SMALL)])
+def test_pushing_alike_counts_for_nothing_where_nothing_big_is_carried_together(held: tuple[int, int]) -> None:
+    against, along = _scores_of_pushing_along_and_against(held)
+    assert along == against
 
 
 def test_the_moving_row_says_where_robots_and_items_are_and_what_is_held() -> None:

@@ -20,7 +20,8 @@ needs_paper = pytest.mark.skipif(not PAPER.exists(), reason="the paper's text is
 
 def _as_printed(value: float) -> list[str]:
     shares = [f"{value * 100:.{digits}f}" for digits in (0, 2)]
-    return [f"{value:g}", *(f"{value:.{digits}f}" for digits in (2, 3, 4)), *shares]
+    plain = [f"{value:.{digits}f}" for digits in (2, 3, 4, 5)]
+    return [f"{value:g}", f"{value:,.0f}" if value >= 1e4 else f"{value:g}", *plain, *shares]
 
 
 @needs_paper

@@ -8,13 +8,14 @@ import pytest
 from movingout.maps import map_names
 from movingout.matches.commands import paper
 from movingout.matches.errors import MatchError
-from movingout.matches.paper import measurements
 from movingout.matches.paper.bar_chart import bar_chart
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.data_sets import list_episodes
 from movingout.matches.paper.entry import played_cells
 from movingout.matches.paper.layout import laid_out
+from movingout.matches.paper.other_games import overcooked
 from movingout.matches.paper.registry import ENTRIES
+from movingout.matches.paper.rows import measurements
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.workspace import Workspace
 from movingout.matches.paper.writers import html, latex, markdown
@@ -72,22 +73,16 @@ def test_challenge_2_is_evaluated_on_designed_maps_or_on_held_out_combinations(h
     assert tuple(match.map for match in official) == map_names()
 
 
-def test_a_folder_is_of_one_budget(here: Path) -> None:
-    Workspace(budget=SMOKE).begin()
-    Workspace(budget=SMOKE).begin()
-    with pytest.raises(MatchError, match="was begun with budget smoke; choose another folder with --out"):
-        Workspace(budget=BUDGETS["small"]).begin()
-
-
 def test_measurements_are_kept(here: Path) -> None:
     space = Workspace(budget=SMOKE)
     assert space.measured("noise-0.2") is None
     space.keep("noise-0.2", {"valid_share": Estimate(0.5, 0.1, 20)})
     assert space.measured("noise-0.2") == {"valid_share": Estimate(0.5, 0.1, 20)}
     table = laid_out(ENTRIES["tab:pose_noise_ablation"], space)
-    assert table.rows[-1] == ("0.2", "0.5000 ± 0.1000", "0.0002", "not measured", "0", "20")
-    assert "| 0.2 | 0.5000 ± 0.1000 | 0.0002 |" in markdown(table)
-    assert r"0.5000 $\pm$ 0.1000 & 0.0002" in latex(table) and r"\label{tab:pose_noise_ablation}" in latex(table)
+    assert table.rows[-1] == ("0.2", "0.43", "0.4", "0.5000 ± 0.1000", "0.0002", "not measured", "0", "20")
+    assert "| 0.5000 ± 0.1000 | 0.0002 |" in markdown(table)
+    assert r"\textbf{0.43}" not in latex(table) and r"0.5000 & 0.1000 & 0.0002" in latex(table)
+    assert r"\label{tab:pose_noise_ablation}" in latex(table)
     assert "<td>0.5000 ± 0.1000</td>" in html(table)
 
 
@@ -128,6 +123,7 @@ def test_the_command_refuses_in_sentences(here: Path, capsys: pytest.CaptureFixt
         (["fig:failure_cases"], "is not made by this command: needs people"),
         (["tab:ablation", "--data", "nowhere"], "there are no recordings at nowhere"),
         (["tab:ablation", "--workers", "0"], "--workers is at least 1"),
+        (["tab:ablation", "--trainings", "0"], "--trainings is at least 1"),
     ):
         assert main(["paper", "tables", *words]) == 2
         assert sentence in capsys.readouterr().err
@@ -146,6 +142,17 @@ def test_of_all_labels_one_that_cannot_be_made_is_named_and_the_others_are_made(
     assert "tab:ablation was not made: none of 3 recordings is on a varied map" in capsys.readouterr().err
     tables = {path.stem for path in (here / "out" / "tables").iterdir()}
     assert "tab_sampling_comparison" in tables and "tab_ablation" not in tables
+
+
+def test_of_all_labels_one_that_needs_an_extra_is_named_where_it_is_not_installed(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(overcooked, "is_installed", lambda: False)
+    monkeypatch.setattr(paper, "_carry_out", lambda steps, space, where: None)
+    assert main(["paper", "tables", "all", "--budget", "smoke", "-o", "out"]) == 1
+    said = capsys.readouterr().err
+    assert "text:overcooked was not made" in said and "'.[overcooked]'" in said
+    assert main(["paper", "tables", "text:overcooked", "--budget", "smoke", "-o", "out"]) == 2
 
 
 def test_a_dry_run_says_what_would_be_done_and_leaves_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -172,6 +179,6 @@ def test_each_decision_that_is_timed_is_made_anew(here: Path, monkeypatch: pytes
             calls.append("act")
 
     monkeypatch.setattr(measurements, "load_agent", lambda agent_id: Deciding())
-    found = measurements.decision_time("bass", "").measurement.perform(Workspace(budget=SMOKE))
+    found = measurements.decision_time("bass", "").measurement.perform(Workspace(budget=SMOKE), 0)
     assert calls == ["reset", "act"] * (1 + measurements.DECISIONS)
     assert found["decision_ms"].n == measurements.DECISIONS

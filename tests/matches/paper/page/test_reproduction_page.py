@@ -10,10 +10,10 @@ from PIL import Image
 from movingout.agents.bass.recombination import RecombinedPiece
 from movingout.agents.overcooked.kitchen import is_installed
 from movingout.matches.paper.budgets import BUDGETS
-from movingout.matches.paper.diversity import diversity_cell, exchanged, learned_parts
 from movingout.matches.paper.entry import measurements
 from movingout.matches.paper.page.reproduction_page import BEGIN, END, write_page
 from movingout.matches.paper.registry import ENTRIES
+from movingout.matches.paper.rows.diversity import diversity_cell, exchanged, learned_parts
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups
 from movingout.server.cli import main
@@ -46,6 +46,8 @@ def test_a_page_gets_a_row_for_every_label_and_the_numbers_that_are_there(here: 
     assert _row(page, "tab:pose_noise_ablation")[1:6] == [
         "measured in part", "smoke, 2026-11-23", "C1 valid (↑): 0.2 0.5000 ± 0.1000 (0.0002)", "20", "60 s",
     ]  # fmt: skip
+    assert _row(page, "mappo_parameters")[1:3] == ["a definition", "–"]
+    assert _row(page, "mappo_parameters")[3] == "17 of 17 settings are the paper's"
     assert _row(page, "tab:ablation")[1:4] == ["not measured with this budget", "–", "–"]
     assert _row(page, "fig:failure_cases")[1] == "needs people"
     assert _row(page, "text:overcooked")[1] == ("not measured with this budget" if is_installed() else "not built")
@@ -126,7 +128,7 @@ def test_diversity_is_measured_of_the_listed_episodes_and_copies_give_no_error(h
     write_groups(space.listing("c1"), grouped(files, 1))
     cell = diversity_cell("c1", "entropy")
     assert cell.found(space) is None
-    space.keep(cell.measurement.name, cell.measurement.perform(space))
+    space.keep(cell.measurement.name, cell.measurement.perform(space, 0))
     found = cell.found(space)
     assert found is not None and found.estimate is not None
     assert found.estimate.n == 3 and 0.0 < found.estimate.mean < 1.0 and found.estimate.stderr is not None

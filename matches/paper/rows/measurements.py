@@ -17,7 +17,7 @@ from movingout.agents.observation.seat_observation import observe
 from movingout.maps import load_map
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.cells import MeasuredCell, Measurement
-from movingout.matches.paper.methods import NOISE_MAP
+from movingout.matches.paper.methods import NOISE_MAP, with_seed
 from movingout.matches.paper.workspace import Measured, Workspace
 from movingout.recordings.groups import read_groups
 from movingout.world import World
@@ -42,12 +42,19 @@ def accuracy(method: str, options: str, challenge: int, field: str) -> MeasuredC
         perform=partial(_accuracy, agent + options, challenge),
         agents=(agent,),
         data=("b",) if challenge == 1 else ("c1",),
+        repeated=True,
         seconds=lambda budget: 5.0 + 12 * EPISODES * (1.5 + 0.2 * budget.moments) * budget.ticks / 500,
     )
-    return MeasuredCell(measurement, field)
+    return MeasuredCell(
+        measurement,
+        field,
+        may_lack=field == "selection_told_apart",  # perhaps in no moment
+        of_first=field == "random_state_l2",  # says nothing of the agent: the same in every training
+    )
 
 
-def _accuracy(agent_id: str, challenge: int, space: Workspace) -> Measured:
+def _accuracy(first: str, challenge: int, space: Workspace, training: int) -> Measured:
+    agent_id = with_seed(first, training)
     agent = load_agent(agent_id)
     if not isinstance(agent, BassAgent):
         raise MatchError(f"{agent_id} is not a BASS agent: it has no simulator and no candidates")
@@ -83,7 +90,7 @@ def noise_validity(level: str) -> MeasuredCell:
     return MeasuredCell(measurement, "valid_share")
 
 
-def _noise_validity(deviation: float, space: Workspace) -> Measured:
+def _noise_validity(deviation: float, space: Workspace, training: int) -> Measured:
     rows = read_groups(space.listing("c1"))
     trajectories = read_trajectories([row.path for row in rows if row.map == NOISE_MAP])
     valid = valid_after_noise(trajectories, deviation, space.budget.states, space.seed)
@@ -104,7 +111,7 @@ def decision_time(method: str, options: str) -> MeasuredCell:
     return MeasuredCell(measurement, "decision_ms")
 
 
-def _decision_time(agent_id: str, space: Workspace) -> Measured:
+def _decision_time(agent_id: str, space: Workspace, training: int) -> Measured:
     agent, the_map = load_agent(agent_id), load_map(TIMED_MAP)
     seen = observe(the_map, World(the_map).state(), 0)
     spent = []

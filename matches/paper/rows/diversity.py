@@ -5,8 +5,8 @@ recombined as the paper's example is: from a matching stretch on, the partner go
 episode. What agents learn from are pieces of a few ticks, of which the share of valid ones is measured.
 """
 
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple
 from functools import partial
 from itertools import islice
@@ -20,6 +20,7 @@ from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.workspace import Measured, Workspace
 from movingout.recordings.diversity.comparison import MEASURES
 from movingout.recordings.diversity.measures import PathSet
+from movingout.recordings.groups import read_groups
 from movingout.world.estimates import Estimate
 from movingout.world.state import Floats
 
@@ -31,6 +32,19 @@ def diversity_cell(data: str, field: str) -> MeasuredCell:
     """A measure of the recorded episodes of a data set."""
     about = f"diversity of the episodes of {data}"
     return MeasuredCell(Measurement(f"diversity-{data}", about, partial(_recorded, data), data=(data,)), field)
+
+
+def equal_cell(data: str, field: str) -> MeasuredCell:
+    """A measure of as many episodes per map as every population of the comparison has."""
+    about = f"diversity of the episodes of {data}, equally many of each population"
+    perform = partial(_equally_many, data)
+    return MeasuredCell(Measurement(f"diversity-equal-{data}", about, perform, data=("c1", "c2")), field)
+
+
+def equal_sizes(space: Workspace) -> dict[str, int]:
+    """Per map, how many episodes both challenges have; sets of other sizes are not alike in spread and entropy."""
+    counts = [Counter(row.map for row in read_groups(space.listing(data))) for data in ("c1", "c2")]
+    return {name: min(number, counts[1][name], PATHS) for name, number in counts[0].items()}
 
 
 def augmented_cell(matching: Matching, field: str) -> MeasuredCell:
@@ -49,12 +63,17 @@ def learned_parts(trajectories: Sequence[Trajectory]) -> list[LearnedPart]:
     ]
 
 
-def _recorded(data: str, space: Workspace) -> Measured:
+def _recorded(data: str, space: Workspace, training: int) -> Measured:
     paths = [(one.map.name, path_of(one)) for one in read_trajectories(space.episodes(data))]
     return diversity_over_maps(paths)
 
 
-def _augmented(matching: Matching, space: Workspace) -> Measured:
+def _equally_many(data: str, space: Workspace, training: int) -> Measured:
+    paths = [(one.map.name, path_of(one)) for one in read_trajectories(space.episodes(data))]
+    return diversity_over_maps(paths, equal_sizes(space))
+
+
+def _augmented(matching: Matching, space: Workspace, training: int) -> Measured:
     trajectories = read_trajectories(space.episodes("c1"))
     parts = learned_parts(trajectories)
     pieces = islice(draw_pieces(parts, space.seed, matching), PIECES * len(trajectories))
@@ -79,9 +98,9 @@ def exchanged(piece: RecombinedPiece) -> Floats:
     return cut
 
 
-def diversity_over_maps(paths: Sequence[tuple[str, Floats]]) -> Measured:
-    """The four measures, averaged over the maps that have enough paths."""
-    sets = [PathSet(group) for group in _by_map(paths) if len(group) > 1]
+def diversity_over_maps(paths: Sequence[tuple[str, Floats]], sizes: Mapping[str, int] | None = None) -> Measured:
+    """The four measures, averaged over the maps that have enough paths; `sizes`: of so many per map."""
+    sets = [PathSet(group) for group in _by_map(paths, sizes) if len(group) > 1]
     if not sets:
         return {}
     values = np.array([astuple(one.diversity()) for one in sets])
@@ -94,9 +113,11 @@ def diversity_over_maps(paths: Sequence[tuple[str, Floats]]) -> Measured:
     }
 
 
-def _by_map(paths: Sequence[tuple[str, Floats]]) -> Iterator[list[Floats]]:
+def _by_map(paths: Sequence[tuple[str, Floats]], sizes: Mapping[str, int] | None) -> Iterator[list[Floats]]:
+    """The paths of each map, evenly chosen where there are more than wanted."""
     groups: defaultdict[str, list[Floats]] = defaultdict(list)
     for name, path in paths:
         groups[name].append(path)
-    for group in groups.values():
-        yield [group[k] for k in np.linspace(0, len(group) - 1, min(PATHS, len(group))).round().astype(int)]
+    for name, group in groups.items():
+        size = min(PATHS if sizes is None else sizes.get(name, 0), len(group))
+        yield [group[k] for k in np.linspace(0, len(group) - 1, size).round().astype(int)]

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import map_names
-from movingout.matches.paper import reinforced
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell, Measurement, PlayedCell, PooledCell
 from movingout.matches.paper.costs import training_seconds
@@ -14,9 +13,10 @@ from movingout.matches.paper.entry import PaperEntry, played_cells
 from movingout.matches.paper.methods import METHODS, trained_id
 from movingout.matches.paper.published import PublishedColumn
 from movingout.matches.paper.registry import ENTRIES
-from movingout.matches.paper.reinforced import behaviour, reinforced_seen, reinforced_unseen, zero_shot
+from movingout.matches.paper.rows import reinforced
+from movingout.matches.paper.rows.reinforced import behaviour, reinforced_seen, reinforced_unseen, zero_shot
 from movingout.matches.paper.steps import paper_steps
-from movingout.matches.paper.training import _words
+from movingout.matches.paper.training import training_words as _words
 from movingout.matches.paper.workspace import Workspace
 from movingout.world.estimates import Estimate
 
@@ -85,10 +85,10 @@ def test_what_never_happened_has_no_value(here: Path) -> None:
     cell = behaviour("mappo-{}")(PublishedColumn(1, "map_11_first_shared_s"))
     assert isinstance(cell, MeasuredCell) and cell.agents == ("mappo-11@a", "mappo-11@b")
     assert cell.found(space) is None
-    space.keep(cell.measurement.name, {"map_11_first_grasp_s": Estimate(3.0, 0.1, 8)})
+    space.keep(cell.measurement.name, {"map_11_first_grasp_s": Estimate(3.0, 0.1, 8)}, cell.agents)
     found = cell.found(space)
     assert found is not None and found.estimate is None
-    assert MeasuredCell(Measurement("other", "", lambda _: {}), "x").found(space) is None
+    assert MeasuredCell(Measurement("other", "", lambda space, training: {}), "x").found(space) is None
 
 
 def test_the_appendix_is_laid_out_with_what_it_needs(here: Path) -> None:

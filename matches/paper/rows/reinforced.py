@@ -14,9 +14,11 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import RolloutStep, rollout
 from movingout.maps import load_map, map_names
 from movingout.matches.paper.cells import MeasuredCell, Measurement, PaperCell, Play, PlayedCell, PooledCell
-from movingout.matches.paper.diversity import diversity_over_maps
 from movingout.matches.paper.entry import RowCells
+from movingout.matches.paper.methods import with_seed
+from movingout.matches.paper.pooling import averaged
 from movingout.matches.paper.published import PublishedColumn
+from movingout.matches.paper.rows.diversity import diversity_over_maps, equal_sizes
 from movingout.matches.paper.workspace import Measured, Workspace
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 from movingout.world.estimates import estimate
@@ -70,25 +72,30 @@ def behaviour(method: str) -> RowCells:
 
 
 def played_diversity(field: str) -> MeasuredCell:
-    """How different the episodes are that one training of MAPPO plays with itself, averaged over maps."""
+    """How different the episodes are that MAPPO plays with itself, as many as people have recorded, over maps."""
     agents = tuple(f"mappo-{number}@a" for number in range(1, len(map_names()) + 1))
     measurement = Measurement(
-        name="diversity-mappo",
-        about="diversity of the episodes of MAPPO",
+        name="diversity-equal-mappo",
+        about="diversity of the episodes of MAPPO, equally many of each population",
+        data=("c1", "c2"),
         perform=partial(_diversity, agents),
         agents=agents,
+        repeated=True,
+        pool=averaged,
         seconds=lambda budget: 10.0 + len(agents) * EPISODES * budget.ticks / LIMIT_TICKS,
     )
     return MeasuredCell(measurement, field)
 
 
-def _diversity(agents: tuple[str, ...], space: Workspace) -> Measured:
+def _diversity(agents: tuple[str, ...], space: Workspace, training: int) -> Measured:
+    sizes = equal_sizes(space)
     return diversity_over_maps(
         [
-            (name, _path(agent_id, name, seed, space.budget.ticks))
+            (name, _path(with_seed(agent_id, training), name, seed, space.budget.ticks))
             for name, agent_id in zip(map_names(), agents, strict=True)
-            for seed in range(max(EPISODES, space.budget.seeds))
-        ]
+            for seed in range(sizes.get(name, 0))
+        ],
+        sizes,
     )
 
 
@@ -112,14 +119,15 @@ def _behaviour(method: str, number: int, field: str) -> MeasuredCell:
         about=f"how {method} behaves on {name}",
         perform=partial(_measured, agents, number),
         agents=agents,
+        repeated=True,
         seconds=lambda budget: 2.0 + len(agents) * EPISODES * budget.ticks / LIMIT_TICKS,
     )
     return MeasuredCell(measurement, field, may_lack=True)
 
 
-def _measured(agents: tuple[str, ...], number: int, space: Workspace) -> Measured:
+def _measured(agents: tuple[str, ...], number: int, space: Workspace, training: int) -> Measured:
     values: dict[str, list[float]] = {}
-    for agent_id in agents:
+    for agent_id in (with_seed(one, training) for one in agents):
         for seed in range(max(EPISODES, space.budget.seeds)):
             for field, value in _of_episode(agent_id, number, seed, space.budget.ticks):
                 values.setdefault(field, []).append(value)

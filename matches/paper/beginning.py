@@ -1,0 +1,110 @@
+"""What a folder of tables was begun with, in its `paper.json`; another budget or other recordings need another folder.
+
+How many trainings and matches there are may grow: what is there already is used, and the rest is added.
+"""
+
+import hashlib
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from movingout.matches.errors import MatchError
+from movingout.matches.paper.budgets import GROWING, Budget, budget_of
+from movingout.matches.paper.workspace import DATA, TIMES, Workspace
+from movingout.matches.results.results_folder import write_whole
+from movingout.recordings.storage.study_rounds import uncounted_episodes
+
+BEGUN = Path("paper.json")
+RECORDINGS = "recordings"  # key of the digest, which earlier versions did not write
+
+
+def begin(space: Workspace) -> None:
+    """Note what the current folder is begun with. Raises MatchError where something else was made in it.
+
+    A folder in which nothing was made yet, because its recordings were refused, is begun anew.
+    """
+    mine = _note(space)
+    if _is_begun():
+        theirs = _begun_with()
+        other = [name for name in _fixed(mine) if theirs.get(name) != mine[name]]
+        if other:
+            said = ", ".join(f"{name} {theirs.get(name)}" for name in other)
+            raise MatchError(f"{Path.cwd()} was begun with {said}; choose another folder with --out")
+        if theirs.get(RECORDINGS, mine[RECORDINGS]) != mine[RECORDINGS]:
+            raise MatchError(
+                f"the recordings of --data are not those that {Path.cwd()} was begun with: since then some were added, "
+                "removed, changed, or marked as invalid in their study; choose another folder with --out"
+            )
+    write_whole(BEGUN, json.dumps(mine, indent=1) + "\n")
+
+
+def grown(budget: Budget, **asked: int | None) -> Budget:
+    """A budget with as many trainings and matches as are asked for, else as the current folder has.
+
+    Raises MatchError for fewer than the folder has: its tables would lose what stands in them.
+    """
+    theirs = _begun_with() if _is_begun() else {}
+    sizes: dict[str, int] = {}
+    for name in GROWING:
+        least, wanted = int(theirs.get(name, 0)), asked.get(name)
+        if wanted is not None and wanted < least:
+            raise MatchError(f"{Path.cwd()} has {least} {name} of each already; --{name} is at least that here")
+        sizes[name] = wanted or least or getattr(budget, name)
+    return replace(budget, trainings=sizes["trainings"], seeds=sizes["seeds"])
+
+
+def begun() -> Workspace:
+    """The workspace in the current folder. Raises MatchError where nothing has been made."""
+    if not BEGUN.exists():
+        raise MatchError(f"no table has been made in {Path.cwd()} yet: `movingout paper tables LABEL -o DIR` makes one")
+    said = _begun_with()
+    try:
+        budget = budget_of(said["budget"])
+        return Workspace(
+            budget=replace(
+                budget,
+                trainings=int(said.get("trainings", budget.trainings)),
+                seeds=int(said.get("seeds", budget.seeds)),
+            ),
+            evaluation=said["evaluation"], min_tcr=said["min_tcr"],
+            given=tuple(Path(path) for path in said["data"]), seed=said["seed"],
+        )  # fmt: skip
+    except (KeyError, TypeError, ValueError) as error:
+        raise MatchError(f"{BEGUN.resolve()} is damaged ({error}); choose another folder with --out") from error
+
+
+def _note(space: Workspace) -> dict[str, Any]:
+    return {
+        "budget": space.budget.name, "evaluation": space.evaluation, "data": [str(path) for path in space.given],
+        "min_tcr": space.min_tcr, "seed": space.seed, RECORDINGS: _digest(space),
+        **{name: getattr(space.budget, name) for name in GROWING},
+    }  # fmt: skip
+
+
+def _fixed(note: dict[str, Any]) -> list[str]:
+    return [name for name in note if name not in (*GROWING, RECORDINGS)]
+
+
+def _digest(space: Workspace) -> str:
+    """Of the names and sizes of given recordings, and of which of them do not count; empty where none are given."""
+    if not space.given:
+        return ""
+    files = space.given_files()
+    sizes = [[path.name, path.stat().st_size] for path in files]
+    text = json.dumps([sizes, sorted(uncounted_episodes(files))])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _is_begun() -> bool:
+    """Whether the folder has a note and more than that and notes of how long steps took."""
+    folders = DATA, Path("tables"), Path("figures")
+    made = (path for folder in folders for path in folder.rglob("*"))
+    return BEGUN.exists() and any(path.is_file() and path != TIMES for path in made)
+
+
+def _begun_with() -> dict[str, Any]:
+    try:
+        return dict(json.loads(BEGUN.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise MatchError(f"{BEGUN.resolve()} is damaged ({error}); choose another folder with --out") from error

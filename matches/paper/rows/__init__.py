@@ -1,0 +1,1 @@
+"""What fills the rows of tables: play, measurements, definitions."""

@@ -1,0 +1,55 @@
+"""Who played trajectories that do not say so themselves, as the official data set: a CSV file trajectory_id,blue,red.
+
+A trajectory is named by its own `trajectory_id`, by its 16 digits at the end of the recording's name, or by file and
+place as the report has them: `demos.json episode 3`.
+"""
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from movingout.recordings.errors import RecordingError, cannot
+from movingout.recordings.imports.sources import TrajectoryFile
+
+COLUMNS = ("trajectory_id", "blue", "red")
+Participants = Mapping[str, tuple[str, str]]
+
+
+def read_participants(path: Path) -> Participants:
+    """Who played blue and red, by trajectory. Raises RecordingError for a file that is no such list."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            lines = list(csv.DictReader(file))
+    except OSError as error:
+        raise cannot("read", path, error) from error
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{path.name} is not UTF-8 text") from error
+    found: dict[str, tuple[str, str]] = {}
+    for number, line in enumerate(lines, start=2):
+        one, blue, red = ((line.get(name) or "").strip() for name in COLUMNS)
+        if not (one and blue and red):
+            raise RecordingError(f"{path.name}, line {number}: {', '.join(COLUMNS)} are needed, all three")
+        if found.setdefault(one, (blue, red)) != (blue, red):
+            raise RecordingError(f"{path.name}, line {number}: {one} was played by others, says an earlier line")
+    return found
+
+
+def with_participants(sources: Sequence[TrajectoryFile], who: Participants) -> list[TrajectoryFile]:
+    """The trajectories with the names of the list; those that it lacks stay as they are.
+
+    Raises RecordingError for a line that is of none of them: its names would be lost.
+    """
+    named = [(source, next((name for name in _names(source) if name in who), "")) for source in sources]
+    unused = [name for name in who if name not in {used for _, used in named}]
+    if unused:
+        raise RecordingError(
+            f"{unused[0]} is none of the trajectories ({len(unused)} such lines); name them by trajectory_id, by "
+            f"the 16 digits at the end of a recording's name, or by file and place, as {_names(sources[0])[-1]!r}"
+        )
+    return [replace(source, blue=who[name][0], red=who[name][1]) if name else source for source, name in named]
+
+
+def _names(source: TrajectoryFile) -> list[str]:
+    own = [source.trajectory_id] if source.trajectory_id else []
+    return [*own, source.id, f"{source.file.name} {source.place}"]

@@ -1,0 +1,36 @@
+"""Which episodes in a data folder do not count for the study that they were played in.
+
+A recording never changes once it is finished, so that a round which an experimenter marks as invalid later, and the
+rounds of somebody who declines to have their data kept, are known to the database of the study alone. It lies beside
+the recordings: data/recordings and data/studies/*/study.sqlite. A study in PostgreSQL has none there.
+"""
+
+import sqlite3
+from collections.abc import Iterable, Iterator
+from contextlib import closing
+from pathlib import Path
+
+from movingout.recordings.errors import RecordingError
+
+_QUERY = """
+    SELECT episode FROM rounds WHERE NOT valid OR outcome IS NULL OR outcome NOT IN ('delivered', 'time')
+        OR unit IN (SELECT unit FROM participants WHERE keep = 0)
+"""  # the opposite of what `movingout study export` makes a training set of
+
+
+def uncounted_episodes(recordings: Iterable[Path]) -> frozenset[str]:
+    """Ids of the episodes that the studies beside these recordings do not count. Raises RecordingError."""
+    folders = {path.resolve().parent.parent / "studies" for path in recordings}
+    databases = sorted(found for folder in folders for found in folder.glob("*/study.sqlite"))
+    return frozenset(episode for database in databases for episode in _of_study(database))
+
+
+def _of_study(database: Path) -> Iterator[str]:
+    try:
+        with closing(sqlite3.connect(f"{database.as_uri()}?mode=ro", uri=True)) as connection:
+            yield from (str(episode) for (episode,) in connection.execute(_QUERY))
+    except sqlite3.Error as error:
+        raise RecordingError(
+            f"cannot read {database}, which says which rounds count ({error}); copy the recordings elsewhere to use "
+            "them all"
+        ) from error

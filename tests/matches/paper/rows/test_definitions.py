@@ -1,0 +1,38 @@
+"""The settings of MAPPO and of the reward stand beside the paper's, and are the same."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.matches.paper.cells import DefinedCell
+from movingout.matches.paper.layout import plain
+from movingout.matches.paper.registry import ENTRIES
+from movingout.matches.paper.rows.definitions import pose_shift
+from movingout.server.cli import main
+
+
+@pytest.mark.parametrize("label", ["mappo_parameters", "tab:dense_rewards"])
+def test_settings_are_the_papers(label: str) -> None:
+    cells = list(ENTRIES[label].cells())
+    assert ENTRIES[label].state == "whole" and cells
+    for cell in cells:
+        assert isinstance(cell.ours, DefinedCell) and cell.theirs is not None
+        assert cell.ours.value == cell.theirs.mean, cell.row.name
+
+
+def test_shifts_are_about_the_papers() -> None:
+    assert [pose_shift(deviation).value for deviation in (0.0002, 0.002, 0.02, 0.2)] == [0.00043, 0.0043, 0.043, 0.43]
+
+
+def test_numbers_are_written_without_an_exponent() -> None:
+    assert [plain(value) for value in (0.00005, 30_000_000, 5, 0.0, -0.01, 1000, 0.301)] == [
+        "0.00005", "30,000,000", "5", "0", "-0.01", "1000", "0.301",
+    ]  # fmt: skip
+
+
+def test_a_table_of_settings_needs_no_training(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["paper", "tables", "mappo_parameters", "--budget", "smoke", "-o", "out"]) == 0
+    assert "| Maps 1 to 4: Gamma | 0.92 | 0.92 | – |" in capsys.readouterr().out

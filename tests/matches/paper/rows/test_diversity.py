@@ -1,0 +1,33 @@
+"""Populations are compared by equally many episodes."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.cells import MeasuredCell
+from movingout.matches.paper.registry import ENTRIES
+from movingout.matches.paper.rows.diversity import equal_cell, equal_sizes
+from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.groups import grouped, write_groups
+from tests.agents.learning import recorded
+
+
+def test_each_population_has_as_many_episodes_as_the_smallest_on_that_map(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    space = Workspace(budget=BUDGETS["smoke"])
+    for data, count in (("c1", 6), ("c2", 3)):
+        files = [recorded(tmp_path / data, f"{data}{k}", 20, k, (f"a{k}", f"b{k}")) for k in range(count)]
+        write_groups(space.listing(data), grouped(files, 1))
+    assert equal_sizes(space) == {"HandOff": 3}
+    for data in ("c1", "c2"):
+        measured = equal_cell(data, "entropy").measurement.perform(space, 0)
+        assert measured["entropy"].n == 3, data
+
+
+def test_the_table_of_diversity_is_of_equally_many() -> None:
+    names = {cell.ours.measurement.name for cell in ENTRIES["table:task_1_diversity"].cells()
+             if isinstance(cell.ours, MeasuredCell)}  # fmt: skip
+    assert names == {"diversity-equal-c1", "diversity-equal-c2", "diversity-equal-mappo"}

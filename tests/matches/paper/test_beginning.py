@@ -1,0 +1,73 @@
+"""What a folder of tables was begun with, and what of it may change."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from movingout.matches.errors import MatchError
+from movingout.matches.paper.beginning import BEGUN, begin, begun, grown
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.workspace import Workspace
+from movingout.server.cli import main
+from tests.agents.learning import recorded
+
+SMOKE = BUDGETS["smoke"]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+
+
+def _begun(space: Workspace) -> None:
+    begin(space)
+    space.keep("anything", {})
+
+
+def test_a_folder_is_of_one_budget(here: Path) -> None:
+    _begun(Workspace(budget=SMOKE))
+    begin(Workspace(budget=SMOKE))
+    with pytest.raises(MatchError, match="was begun with budget smoke; choose another folder with --out"):
+        begin(Workspace(budget=BUDGETS["small"]))
+
+
+def test_trainings_and_matches_may_grow_and_stay_what_they_grew_to(here: Path) -> None:
+    assert grown(SMOKE, trainings=None, seeds=None) == SMOKE
+    _begun(Workspace(budget=SMOKE))
+    begin(Workspace(budget=grown(SMOKE, trainings=3, seeds=2)))
+    assert grown(SMOKE, trainings=None, seeds=None) == replace(SMOKE, trainings=3, seeds=2) == begun().budget
+    with pytest.raises(MatchError, match="has 3 trainings of each already; --trainings is at least that here"):
+        grown(SMOKE, trainings=2)
+
+
+def test_a_folder_of_an_earlier_version_is_continued(here: Path) -> None:
+    old = {"budget": "full", "evaluation": "official", "data": [], "min_tcr": 0.0, "seed": 0}
+    BEGUN.write_text(json.dumps(old), encoding="utf-8")
+    Workspace(budget=SMOKE).keep("anything", {})
+    assert begun().budget == BUDGETS["full"]
+    begin(Workspace(budget=BUDGETS["full"]))
+    assert json.loads(BEGUN.read_text(encoding="utf-8"))["trainings"] == 3
+
+
+def test_recordings_that_changed_since_are_refused(here: Path) -> None:
+    recorded(here / "theirs", "one")
+    space = Workspace(budget=SMOKE, given=(here / "theirs",))
+    _begun(space)
+    begin(space)
+    recorded(here / "theirs", "two")
+    with pytest.raises(MatchError, match=r"the recordings of --data are not those that .* was begun with"):
+        begin(space)
+
+
+def test_recordings_that_are_refused_do_not_claim_the_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "notes.md").write_text("no recording", encoding="utf-8")
+    recorded(here / "theirs", "one")
+    command = ["paper", "tables", "tab:cross_group_eval", "--budget", "smoke", "-o", "out"]
+    assert main([*command, "--data", "notes.md"]) == 2
+    assert "notes.md is not an MCAP file" in capsys.readouterr().err
+    assert main([*command, "--data", "theirs"]) == 2
+    assert "2 groups need 2 participants" in capsys.readouterr().err, "not that the folder was begun with other data"

@@ -1,0 +1,68 @@
+"""With which words `movingout train` is called for an agent of the tables."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.methods import trained_id
+from movingout.matches.paper.training import training_words
+from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.groups import grouped, write_groups
+from tests.agents.learning import recorded
+
+SMOKE = BUDGETS["smoke"]
+
+
+def _words(agent: str, here: Path, kinds: tuple[str, str], **changes: object) -> list[str]:
+    files = [recorded(here / f"theirs of {agent}", "one", people=("P1", "agent-b"), kinds=kinds)]  # type: ignore[arg-type]
+    space = Workspace(budget=SMOKE, **changes)  # type: ignore[arg-type]
+    write_groups(space.listing("c1"), grouped(files, 1))
+    return [str(word) for word in training_words(trained_id(agent), space)]
+
+
+def _said(words: list[str], option: str) -> str:
+    return words[words.index(option) + 1] if option in words else ""
+
+
+@pytest.mark.parametrize(
+    ("agent", "kinds", "seats"),
+    [("dp@c1", ("human", "agent"), "human"), ("dp@c1", ("agent", "agent"), ""), ("bass@c1", ("human", "agent"), "")],
+)
+def test_of_given_recordings_people_are_imitated_and_not_the_agents_that_they_played_with(
+    agent: str, kinds: tuple[str, str], seats: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = _words(agent, tmp_path, kinds, given=(tmp_path,))
+    assert _said(words, "--seats") == seats
+
+
+def test_each_training_and_each_seed_of_the_command_has_a_seed_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    agents = "dp@c1", "dp@c1-2", "mappo-6@a", "mappo-6@b", "mappo-6@b-1"
+    for seed, expected in ((0, ["0", "2", "0", "1", "3"]), (3, ["3000", "3002", "3000", "3001", "3003"])):
+        words = [_words(agent, tmp_path / f"{seed}", ("agent", "agent"), seed=seed) for agent in agents]
+        assert [_said(one, "--seed") for one in words] == expected
+
+
+@pytest.mark.parametrize(
+    ("agent", "budget", "said"),
+    [
+        ("dp@c1", "paper-size", {"--preset": "paper", "--updates": "600", "--batch": "256", "--warmup": "50"}),
+        ("gru@c1", "paper-size", {"--preset": "paper", "--updates": "600", "--batch": "256", "--warmup": ""}),
+        ("dp-image@c1", "full", {"--preset": "paper", "--updates": "", "--batch": "256"}),
+        ("dp@c1", "full", {"--preset": "paper", "--updates": "", "--batch": ""}),
+        ("dp-image@c1", "small", {"--preset": "fast", "--updates": "250", "--batch": "32"}),
+        ("bass@c1", "full", {"--progress-updates": "8000", "--updates": ""}),
+    ],
+)
+def test_budgets_say_how_long_and_in_which_batches_is_trained(
+    agent: str, budget: str, said: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("movingout.matches.paper.training._files", lambda agent, space, maps: [])
+    space = Workspace(budget=BUDGETS[budget])
+    words = [str(word) for word in training_words(trained_id(agent), space)]
+    assert {option: _said(words, option) for option in said} == said

@@ -1,0 +1,60 @@
+"""Trajectories that name nobody get their participants from a list."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings import finalise, read_episode
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.groups import grouped
+from movingout.recordings.imports.participants import read_participants, with_participants
+from movingout.recordings.imports.sources import read
+from movingout.recordings.official_format import dataset_row
+from movingout.server.cli import main
+from tests.recordings.support import record
+
+
+@pytest.fixture
+def rows(tmp_path: Path) -> Path:
+    """Three rows of a data set that name nobody; the first has an id of its own."""
+    path, lines = tmp_path / "rows.jsonl", []
+    for seed in range(3):
+        journal, _ = record(tmp_path / f"ours{seed}", ticks=12, map_name="HandOff", seed=seed)
+        row = dataset_row(read_episode(finalise(journal)), seed)
+        lines.append(
+            {name: row[name] for name in ("map_name", "steps_data")} | ({} if seed else {"trajectory_id": "t0"})
+        )
+    path.write_text("\n".join(map(json.dumps, lines)), encoding="utf-8")
+    return path
+
+
+def test_people_of_the_list_are_divided_into_groups_that_never_met(
+    rows: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    second = read(rows)[1].id
+    who = tmp_path / "who.csv"
+    who.write_text(f"trajectory_id,blue,red\nt0,Ada,Bo\n{second},Bo,Ada\nrows.jsonl row 2,Cy,Di\n", encoding="utf-8")
+    command = ["recordings", "import", str(rows), "-o", str(tmp_path / "in"), "--workers", "1"]
+    assert main([*command, "--participants", str(who)]) == 0
+    assert "name no participants" not in capsys.readouterr().out
+    people = {row.people for row in grouped(sorted((tmp_path / "in").glob("*.mcap")), 2)}
+    assert len({name for pair in people for name in pair}) == 4 and len(people) == 3
+    with pytest.raises(RecordingError, match="3 groups need 3 participants or pairs"):
+        grouped(sorted((tmp_path / "in").glob("*.mcap")), 3)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("trajectory_id,blue,red\nt0,Ada,\n", "line 2: trajectory_id, blue, red are needed, all three"),
+        ("id,a,b\nt0,Ada,Bo\n", "line 2: trajectory_id, blue, red are needed, all three"),
+        ("trajectory_id,blue,red\nt0,Ada,Bo\nt0,Ada,Cy\n", "line 3: t0 was played by others, says an earlier line"),
+        ("trajectory_id,blue,red\nt9,Ada,Bo\n", r"t9 is none of the trajectories \(1 such lines\).*'rows.jsonl row 0'"),
+    ],
+)
+def test_a_list_that_does_not_fit_is_refused(text: str, sentence: str, rows: Path, tmp_path: Path) -> None:
+    who = tmp_path / "who.csv"
+    who.write_text(text, encoding="utf-8")
+    with pytest.raises(RecordingError, match=sentence):
+        with_participants(read(rows), read_participants(who))

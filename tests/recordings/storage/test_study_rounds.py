@@ -1,0 +1,44 @@
+"""What a study does not count is told apart by its database, which lies beside the recordings."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.groups import grouped
+from movingout.recordings.storage.study_rounds import uncounted_episodes
+from movingout.study.store import Unit
+from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
+from movingout.study.store.tables import rounds, units
+from tests.study.filled import fill, template
+from tests.study.support import rounds_of
+
+SHORT = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
+
+
+def test_invalid_rounds_broken_ones_and_those_of_people_who_declined_are_not_counted(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, pids = fill(tmp_path, study, text, 3, recorded_ticks=9)
+    recordings = sorted(place.recordings.iterdir())
+    assert uncounted_episodes(recordings) == frozenset() and len(grouped(recordings, 1)) == len(recordings)
+    invalid = next(row["episode"] for row in store.rows(rounds))
+    Rounds(store).mark(invalid, valid=False)
+    store.keep_data(pids[1], keep=False)
+    units_of = {row["pid"]: row["unit"] for row in store.rows(store.tables()["participants"])}
+    declined = {row["episode"] for row in store.rows(rounds) if row["unit"] == units_of[pids[1]]}
+    unit = next(row for row in store.rows(units) if row["id"] == units_of[pids[2]])
+    again = Unit(unit["id"], unit["slot"], (pids[2],), paused=False)
+    Rounds(store).begin(again, rounds_of(again.slot, study)[0], "running", [PlayerOutcome(pids[2], 0, "keyboard")])
+    Rounds(store).begin(again, rounds_of(again.slot, study)[0], "left", [PlayerOutcome(pids[2], 0, "keyboard")])
+    Rounds(store).end("left", RoundOutcome("left", 5, 0.0, 0.0, 0.0, None, 1.5))
+    assert uncounted_episodes(recordings) == {invalid, *declined, "running", "left"}
+    kept = {row.episode for row in grouped(recordings, 1)}
+    assert kept == {path.stem for path in recordings} - {invalid} - declined
+
+
+def test_a_database_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    database = tmp_path / "studies" / "mine" / "study.sqlite"
+    database.parent.mkdir(parents=True)
+    database.write_text("no database, but long enough to be looked at", encoding="utf-8")
+    with pytest.raises(RecordingError, match=r"study\.sqlite, which says which rounds count"):
+        uncounted_episodes([tmp_path / "recordings" / "one.mcap"])
