@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from movingout.agents.catalogue import load_agent
-from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, find_checkpoint
+from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.agents.errors import AgentError
 from movingout.agents.generative.agent import latent_text
 from movingout.agents.generative.trials import Occasion, Stage, stage
@@ -95,7 +95,7 @@ def perform(args: argparse.Namespace) -> int:
 
 def _checked(args: argparse.Namespace) -> tuple[SearchPlan, Occasion]:
     """What is searched and played. Raises AgentError, CheckpointError or MapError before anything is played."""
-    size = find_checkpoint(args.partner, *MODEL_ROOTS).card.network.latent
+    size = find_checkpoint(args.partner, *model_roots()).card.network.latent
     if not size:
         raise AgentError(f"{args.partner} has no latent to search; `movingout train latent` makes such models")
     if min(args.episodes, args.ticks, args.worst) < 1:

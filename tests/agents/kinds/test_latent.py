@@ -64,7 +64,7 @@ def test_a_latent_of_impossible_length_is_a_sentence(
 
 
 def test_a_family_draws_from_the_model_once_it_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("movingout.agents.partners.families.MODEL_ROOTS", (tmp_path,))
+    monkeypatch.setattr("movingout.agents.partners.families.model_roots", lambda: (tmp_path,))
     assert families()["latent"].members == ()
     model = tmp_path / "latent-families"
     model.mkdir()
