@@ -55,7 +55,7 @@ def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str, r
 def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: DynamicsKind, tmp_path: Path) -> None:
     trajectories = [walked("DistancePriority", ticks=60, seed=seed) for seed in range(11)]
     data = transitions_of(trajectories)
-    config = BassConfig(dynamics=kind, width=64, latent=16, updates=250, batch=128, rate=3e-3, warmup=20, ema=0.98)
+    config = BassConfig(dynamics=kind, width=64, latent=16, updates=400, batch=128, rate=3e-3, warmup=20, ema=0.98)
     dynamics = train_dynamics(config, data, tmp_path).network
     rows = np.flatnonzero(data.episodes == 9)  # never trained on
     with torch.inference_mode():
