@@ -4,6 +4,7 @@ import threading
 from types import TracebackType
 
 import psycopg
+from psycopg.rows import TupleRow
 
 LOOK_S = 0.1
 ASKED = """SELECT extract(epoch FROM clock_timestamp())::float, extract(epoch FROM expires)::float, node
@@ -35,11 +36,16 @@ class LeaseWatch:
 
     def _watch(self) -> None:
         with psycopg.connect(self._database, autocommit=True) as connection:
-            while not self._over.wait(LOOK_S) and not self._taken:
-                row = connection.execute(ASKED, (self._shard,)).fetchone()
-                assert row is not None
-                now, expires, node = row
-                if node == self._owner:
-                    self._expires = expires
-                elif node is not None:
-                    self._taken = now
+            over = False
+            while not over and not self._taken:
+                over = self._over.wait(LOOK_S)  # and look once more: whoever came back may have done so a moment ago
+                self._look(connection)
+
+    def _look(self, connection: psycopg.Connection[TupleRow]) -> None:
+        row = connection.execute(ASKED, (self._shard,)).fetchone()
+        assert row is not None
+        now, expires, node = row
+        if node == self._owner:
+            self._expires = expires
+        elif node is not None:
+            self._taken = now
