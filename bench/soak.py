@@ -1,7 +1,8 @@
 """A soak: players who come, drop, come back and leave at random beside floods, while room processes are killed.
 
-Options: `--minutes M` (5), `--players N` (30), `--processes N` (2), `--kill-every S` (60), `--seed N`. Prints what
-happened, the memory and the open files of all processes of the server, and whatever was lost.
+Options: `--minutes M` (5), `--players N` (30), `--processes N` (2), `--kill-every S` (60), `--kills-for M` (a quarter
+of the time, after which memory is watched), `--seed N`. Prints what happened, the memory and the open files of all
+processes of the server, and whatever was lost.
 """
 
 import argparse
@@ -13,6 +14,7 @@ from random import Random
 from tests.attacks.soak import Soak, Tally, faults_of, server_at
 
 WARM_UP = 0.25  # of the time, which the slope of the memory leaves out
+KILLING = 0.25  # of the time: a process that has just begun hides what the one before has leaked
 
 
 def main(options: list[str]) -> None:
@@ -21,14 +23,17 @@ def main(options: list[str]) -> None:
     parser.add_argument("--players", type=int, default=30)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--kill-every", type=float, default=60.0, metavar="S")
+    parser.add_argument("--kills-for", type=float, metavar="M")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args(options)
+    seconds = 60.0 * args.minutes
+    kills_for_s = KILLING * seconds if args.kills_for is None else 60.0 * args.kills_for
     with tempfile.TemporaryDirectory(prefix="movingout-soak-") as folder:
         data = Path(folder) / "data"
         data.mkdir()
         with server_at(data, args.processes) as (base, token, process):
             soak = Soak(base, token, process, Random(args.seed))
-            tally = asyncio.run(soak.run(args.players, 60.0 * args.minutes, args.kill_every))
+            tally = asyncio.run(soak.run(args.players, seconds, args.kill_every, kills_for_s))
         faults, recordings = faults_of(data / "recordings"), len(list((data / "recordings").glob("*.mcap")))
     _tell(tally, faults, recordings)
 
