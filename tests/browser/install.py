@@ -19,7 +19,6 @@ from playwright.sync_api import sync_playwright
 VARIABLE = "MOVINGOUT_CHROMIUM"
 SHELLS = ("chromium-headless-shell", "chrome-headless-shell")
 APT = ("apt-get", "install", "--yes", "--no-install-recommends")
-FONTS = "/usr/share/fonts/truetype/liberation"
 NAMES = (*SHELLS, "chromium", "chromium-browser", "google-chrome-stable", "google-chrome")
 
 
@@ -65,18 +64,7 @@ def _debian() -> bool:
     return shutil.which("apt-get") is not None and os.geteuid() == 0
 
 
-def _install_fonts() -> None:
-    """The fonts that pages are laid out for, as wide as Arial; DejaVu, alone on a bare machine, is an eighth wider."""
-    if _debian() and not Path(FONTS).is_dir():
-        subprocess.run((*APT, "fonts-liberation"), check=False)
-    if not Path(FONTS).is_dir() and shutil.which("fc-match"):
-        found = subprocess.run(("fc-match", "Arial", "family"), check=False, capture_output=True, text=True).stdout
-        if found.startswith("DejaVu"):
-            print("browser tests: texts may be cut off with DejaVu alone; install fonts-liberation", file=sys.stderr)  # noqa: T201
-
-
 def main() -> int:
-    _install_fonts()
     if _debian() and VARIABLE not in os.environ and not any(shutil.which(name) for name in SHELLS):
         subprocess.run((*APT, SHELLS[0]), check=False)  # else any Chromium will do
     try:

@@ -1,6 +1,8 @@
 """No page is wider than 320 pixels (WCAG 1.4.10), in English and in German: nothing has to be scrolled to the side."""
 
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -8,9 +10,10 @@ from playwright.sync_api import Browser, Page, expect
 
 from movingout.recordings import finalise
 from tests.browser import study_fake
+from tests.browser.install import find_chromium
 from tests.browser.pages import admin_token, complaining_page, overflow
 from tests.browser.study_fake import FakeStudy
-from tests.browser.support import Server, wait_for
+from tests.browser.support import FLAGS, Server, wait_for
 from tests.browser.test_study_experimenter import UNLOCKED, FakeDashboard
 from tests.recordings.support import record
 
@@ -103,3 +106,37 @@ def test_the_experimenter_has_nothing_to_scroll_to_the_side(open_page: OpenPage,
     page = open_page("/healthz", script=UNLOCKED, locale=locale, **SMALL)
     FakeDashboard().open(page)
     assert_narrow(page, "experimenter")
+
+
+DEJAVU = Path("/usr/share/fonts/truetype/dejavu")
+ONLY_DEJAVU = """<?xml version="1.0"?><!DOCTYPE fontconfig SYSTEM "fonts.dtd">
+<fontconfig><dir>{fonts}</dir><cachedir>{cache}</cachedir></fontconfig>"""
+
+
+WIDTH_OF_TEXT = """(font) => {
+  const text = document.body.appendChild(document.createElement("span"));
+  text.style.fontFamily = font;
+  text.textContent = "Rückwärts fahren und greifen";
+  const { width } = text.getBoundingClientRect();
+  text.remove();
+  return width;
+}"""
+
+
+@pytest.mark.skipif(not DEJAVU.is_dir(), reason="DejaVu is not installed")
+def test_a_wide_font_alone_on_a_machine_is_set_as_wide_as_others(
+    browser: Browser, server: Server, tmp_path: Path
+) -> None:
+    configuration = tmp_path / "fonts.conf"
+    configuration.write_text(ONLY_DEJAVU.format(fonts=DEJAVU, cache=tmp_path / "cache"), encoding="utf-8")
+    path, flags = str(find_chromium()), list(FLAGS)
+    around = {**os.environ, "FONTCONFIG_FILE": str(configuration)}
+    alone = browser.browser_type.launch(executable_path=path, args=flags, env=around)
+    try:
+        with complaining_page(alone, server, "/?lang=de", **SMALL) as page:
+            expect(page.locator(".map canvas").first).to_be_visible(timeout=30_000)
+            widths = [page.evaluate(WIDTH_OF_TEXT, font) for font in ("var(--font)", "DejaVu Sans")]
+            assert widths[0] < 0.9 * widths[1]
+            assert_narrow(page, "the lobby in DejaVu")
+    finally:
+        alone.close()
