@@ -5,7 +5,6 @@ from pathlib import Path
 from movingout.agents.data.demonstrations import EpisodeJob, episode_jobs, variant_jobs, write_all
 from movingout.agents.scripted.populations import population
 from movingout.maps import load_map, map_names
-from movingout.maps.randomize import Split
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.given_variants import fair_variants
 from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
@@ -63,8 +62,7 @@ def _challenge_1(space: Workspace) -> list[EpisodeJob]:
 def _challenge_2(space: Workspace) -> list[EpisodeJob]:
     """Four people of A, each episode on a variant of its own."""
     maps, experts = [load_map(name) for name in map_names()], population("A")[:EXPERTS]
-    split: Split = "official" if space.evaluation == "official" else "train"
-    return variant_jobs(experts, maps, space.budget.variants, space.budget.ticks, space.seed, "A2", split)
+    return variant_jobs(experts, maps, space.budget.variants, space.budget.ticks, space.seed, "A2", space.split)
 
 
 def _nothing(challenge: int, count: int) -> str:

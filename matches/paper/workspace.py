@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Literal
 
 from movingout.agents.checkpoint.checkpoint import CARD, fingerprint, folder_name
+from movingout.maps.randomize import Split
 from movingout.matches.match import Match, MatchResult
 from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.match_store import MatchStore
@@ -49,6 +50,11 @@ class Workspace:
     seed: int = 0  # of the division into groups, and of scripted people
     workers: int = 1
     matches: MatchStore = field(default_factory=lambda: MatchStore(DATA / "matches"), compare=False)
+
+    @property
+    def split(self) -> Split:
+        """Of the variants that are learned from in Challenge 2."""
+        return "official" if self.evaluation == "official" else "train"
 
     def given_files(self) -> list[Path]:
         """The recordings that were given. Raises RecordingError where there is none."""

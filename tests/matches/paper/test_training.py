@@ -47,6 +47,17 @@ def test_each_training_and_each_seed_of_the_command_has_a_seed_of_its_own(
         assert [_said(one, "--seed") for one in words] == expected
 
 
+def test_who_learns_from_its_own_play_plays_varied_maps_for_the_second_challenge(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for evaluation, split in (("official", "official"), ("held-out", "train")):
+        space = Workspace(budget=SMOKE, evaluation=evaluation)  # type: ignore[arg-type]
+        words = [str(word) for word in training_words(trained_id("mappo-3@c2"), space)]
+        assert _said(words, "--split") == split and _said(words, "--map") == "EfficientRoutes"
+        assert "--split" not in training_words(trained_id("mappo-3@a"), space)
+
+
 @pytest.mark.parametrize(
     ("agent", "budget", "said"),
     [
