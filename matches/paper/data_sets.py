@@ -9,7 +9,7 @@ from movingout.matches.errors import MatchError
 from movingout.matches.paper.given_variants import fair_variants
 from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
 from movingout.matches.run import OnProgress
-from movingout.recordings.groups import GroupedRecording, grouped, write_groups
+from movingout.recordings.groups import GroupedRecording, grouped, grouped_by_style, write_groups
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_summary
 
@@ -38,9 +38,22 @@ def list_episodes(challenge: int, space: Workspace) -> None:
         raise MatchError(_nothing(challenge, len(found)))
     if space.given and challenge == 2:
         paths = fair_variants(paths, space.evaluation)
-    rows = grouped(paths, len(GROUPS) if challenge == 1 else 1, space.seed, space.min_tcr if space.given else 0.0)
+    rows = _grouped(paths, challenge, space)
     _check(rows, challenge)
     write_groups(space.listing(f"c{challenge}"), rows)
+
+
+def _grouped(paths: list[Path], challenge: int, space: Workspace) -> list[GroupedRecording]:
+    least = space.min_tcr if space.given else 0.0
+    if challenge == 2 or space.grouping == "random":
+        return grouped(paths, len(GROUPS) if challenge == 1 else 1, space.seed, least)
+    rows, names = grouped_by_style(paths, dict(space.styles), least)
+    if len(names) != len(GROUPS):
+        raise MatchError(
+            f"the tables compare {len(GROUPS)} groups, and these recordings have {len(names)} styles "
+            f"({', '.join(names)}); give those of two, or call several styles by one name"
+        )
+    return rows
 
 
 def _recorded(challenge: int) -> Path:

@@ -38,6 +38,7 @@ BETWEEN = (
     "Every agent was trained {0} times. The first ± takes all matches or samples for independent; behind it stands the "
     "standard error between the means of the trainings, n = {0}."
 )
+STYLES = "The two groups of people are two styles of play, in the order of their names, not drawn at random."
 SCRIPTED = "Here all episodes are of scripted people, who stand in for the paper's participants."
 
 
@@ -207,6 +208,11 @@ def _count(row: Sequence[EntryCell], found: FoundCells) -> str:
     return ", ".join(dict.fromkeys(texts)) or ("–" if settings else "0")
 
 
+def _of_groups(cell: EntryCell) -> bool:
+    """Whether its agents learned from a group of people."""
+    return any(agent_id.endswith(("@a", "@b")) for agent_id in cell.ours.agents)
+
+
 def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], found: FoundCells) -> list[str]:
     budget = space.budget
     notes = [
@@ -220,6 +226,8 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
             if space.evaluation == "official"
             else "Challenge 2: trained and evaluated on varied maps that share no combination of size and shape."
         )
+    if space.grouping == "style" and any(_of_groups(cell) for cell in cells):
+        notes.append(STYLES)
     notes += entry.notes
     if entry.published and entry.published.about:
         notes.append(entry.published.about)

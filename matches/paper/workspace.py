@@ -32,6 +32,9 @@ Evaluation = Literal["official", "held-out"]
 """How Challenge 2 is evaluated: on the maps as designed, after training on variants that never have an item as designed
 there (the paper), or on variants whose combinations of size and shape occur in no training map."""
 
+Grouping = Literal["random", "style"]
+"""What makes the groups a and b of Challenge 1: people drawn at random (the paper), or two styles of play."""
+
 DATA = Path("data")
 TIMES = DATA / "times.json"
 GROUPS = {"a": 1, "b": 2}
@@ -47,6 +50,8 @@ class Workspace:
     evaluation: Evaluation = "official"
     given: tuple[Path, ...] = ()  # recordings of people, absolute; empty: scripted people record
     min_tcr: float = 0.0  # given episodes below it are left out
+    grouping: Grouping = "random"
+    styles: tuple[tuple[str, str], ...] = ()  # of given people, by participant; empty: those of scripted people
     seed: int = 0  # of the division into groups, and of scripted people
     workers: int = 1
     matches: MatchStore = field(default_factory=lambda: MatchStore(DATA / "matches"), compare=False)
