@@ -7,7 +7,7 @@ from decimal import Decimal
 from typing import NamedTuple
 
 from movingout.matches.paper.cells import EmptyCell, Found
-from movingout.matches.paper.entry import EntryCell, PaperEntry
+from movingout.matches.paper.entry import EntryCell, PaperEntry, RowGrouping
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
 
@@ -66,6 +66,9 @@ class LaidOutTable:
     notes: tuple[str, ...]
     columns: tuple[PublishedColumn, ...] = ()
     numbers: tuple[tuple[CellText, ...], ...] = ()  # of each row, ours and theirs of each column
+    names: tuple[tuple[str, str], ...] = ()  # of each row, its group and its own
+    grouping: RowGrouping = "rule"
+    row_heads: tuple[str, ...] = ()
 
 
 def laid_out(entry: PaperEntry, space: Workspace) -> LaidOutTable:
@@ -84,7 +87,8 @@ def laid_out(entry: PaperEntry, space: Workspace) -> LaidOutTable:
     ]
     return LaidOutTable(
         entry.label, entry.heading, tuple(heads), tuple(rows), tuple(_notes(entry, space, cells, found)),
-        tuple(columns), tuple(numbers),
+        tuple(columns), tuple(numbers), tuple((line[0].row.group, line[0].row.name) for line in lines),
+        entry.grouping, entry.row_heads,
     )  # fmt: skip
 
 

@@ -104,18 +104,20 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         label="table:task_1_results", kind="table",
         differs="the rows with people need a study",
         rows=_GROUPS, otherwise=NO_PEOPLE, against={"Unseen": "Seen"},
+        grouping="column", row_heads=("Evaluation Protocol", "Method"),
         notes=(_CROSS, REINFORCED),
     ),
     PaperEntry(
         label="tab:task_1_results", kind="table",
         differs="the rows with people need a study",
         rows=_GROUPS, otherwise=NO_PEOPLE, against={"Unseen": "Seen"},
+        grouping="column", row_heads=("Evaluation Protocol", "Method"),
         notes=(_CROSS, REINFORCED),
     ),
     PaperEntry(
         label="tab:cross_group_eval", kind="table",
         differs="groups of participants drawn at random, as in the paper",
-        against={"Cross-Group": "Same-Group"}, notes=(_CROSS,),
+        against={"Cross-Group": "Same-Group"}, notes=(_CROSS,), grouping="column", row_heads=("Setting", "Method"),
         rows={
             ("Same-Group", "DP"): seen("dp"), ("Same-Group", "DP/BASS"): seen("bass"),
             ("Cross-Group", "DP"): unseen("dp"), ("Cross-Group", "DP/BASS"): unseen("bass"),

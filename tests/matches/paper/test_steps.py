@@ -12,13 +12,14 @@ from movingout.matches.paper.bar_chart import bar_chart
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.data_sets import list_episodes
 from movingout.matches.paper.entry import played_cells
+from movingout.matches.paper.latex_table import latex
 from movingout.matches.paper.layout import laid_out
 from movingout.matches.paper.other_games import overcooked
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows import measurements
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.workspace import Workspace
-from movingout.matches.paper.writers import html, latex, markdown
+from movingout.matches.paper.writers import html, markdown
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import read_groups
 from movingout.server.cli import main
