@@ -101,5 +101,5 @@ def _check(rows: list[GroupedRecording], challenge: int) -> None:
             whose = f"group {group} of Challenge 1" if challenge == 1 else "Challenge 2"
             raise MatchError(
                 f"{whose} has no episode on {', '.join(lacking)}; every group needs each of the twelve maps: record "
-                "them, or divide the participants otherwise with another --seed"
+                "them, or divide the participants otherwise with another --seed, or other --styles"
             )

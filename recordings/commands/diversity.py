@@ -151,11 +151,13 @@ def _left_out(reading: Reading) -> dict[str, int]:
         "unfinished": reading.unfinished,
         "tutorials": reading.tutorials,
         "unreadable": len(reading.unreadable),
+        "uncounted": reading.uncounted,
     }
 
 
 def _left_out_words(reading: Reading) -> list[str]:
-    return [counted(number, what.removesuffix("s")) if what == "tutorials" else f"{number} {what}"
+    said = {"uncounted": "not counted by their study"}
+    return [counted(number, what.removesuffix("s")) if what == "tutorials" else f"{number} {said.get(what, what)}"
             for what, number in _left_out(reading).items() if number]  # fmt: skip
 
 

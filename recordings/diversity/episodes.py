@@ -21,6 +21,7 @@ from movingout.recordings.progress import map_in_processes
 from movingout.recordings.report.facts import FINISHED
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import Players, Unreadable
+from movingout.recordings.storage.study_rounds import counted_recordings
 from movingout.recordings.styles import Styles, style_of_pair, styles_of
 from movingout.world.state import Floats
 
@@ -50,18 +51,21 @@ class Reading(NamedTuple):
     unfinished: int
     tutorials: int
     unreadable: list[Unreadable]
+    uncounted: int = 0  # which their study leaves out
 
 
 def read_paths(places: Sequence[Path], workers: int) -> Reading:
     """The finished episodes under each place: recordings, or official files where there are none.
 
-    Raises RecordingError when a place holds neither.
+    Left out is what a study beside the recordings does not count. Raises RecordingError when a place holds neither.
     """
     found = Reading([], 0, 0, [])
-    unfinished = tutorials = 0
+    unfinished = tutorials = uncounted = 0
     for place in places:
         with tempfile.TemporaryDirectory() as folder:
-            files = _recordings(place, Path(folder), workers)
+            there = _recordings(place, Path(folder), workers)
+            files = counted_recordings(there)
+            uncounted += len(there) - len(files)
             for one in map_in_processes(partial(_path_episode, str(place)), files, workers, "reading"):
                 match one:
                     case PathEpisode():
@@ -72,7 +76,7 @@ def read_paths(places: Sequence[Path], workers: int) -> Reading:
                         tutorials += 1
                     case _:
                         unfinished += 1
-    return found._replace(unfinished=unfinished, tutorials=tutorials)
+    return found._replace(unfinished=unfinished, tutorials=tutorials, uncounted=uncounted)
 
 
 def _recordings(place: Path, folder: Path, workers: int) -> list[Path]:

@@ -221,6 +221,8 @@ def test_an_unknown_template_is_answered_with_the_known_ones() -> None:
         match="known: agent_survey, collect, human_study, human_study_as_published, paper, paper_challenge_2",
     ):
         template_text("nope")
+    with pytest.raises(StudyError, match="did you mean paper\\?"):
+        template_text("papr")
 
 
 def test_practice_is_the_tutorial_or_a_free_round() -> None:
