@@ -18,7 +18,7 @@ LIMIT_TICKS = 300
 ROUNDS = 20
 LEAST_SHARE = 0.85  # of the sparse reward's rate that the dense ones are to reach
 SPARSE: RewardName = "paper-sparse"
-DENSE: tuple[RewardName, ...] = ("paper-dense", "official-dense")
+DENSE: tuple[RewardName, ...] = ("paper-dense", "paper-agent-distance", "official-dense")
 
 
 def main() -> None:

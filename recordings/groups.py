@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from movingout.recordings.errors import RecordingError, cannot
-from movingout.recordings.exports.split import divided
+from movingout.recordings.exports.split import divided, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
 from movingout.recordings.storage.listing import Players, Summary, read_players, read_summary
 from movingout.recordings.storage.study_rounds import uncounted_episodes
+from movingout.recordings.styles import Styles, style_of_pair, styles_of
 
 COLUMNS = ("file", "group", "episode", "map", "variant", "blue", "red", "tcr")
 
@@ -42,18 +43,50 @@ def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 
 
     Raises RecordingError for a file that cannot be read, when none is left, or for too few participants.
     """
-    found = [(path, read_summary(path), read_players(path)) for path in paths]
-    counted = _counted(found)
-    kept = [entry for entry in counted if _tcr(entry[1]) >= min_tcr]
-    if not kept:
-        raise RecordingError(f"{_why_nothing(found, counted, min_tcr)}; nothing can be divided into groups")
+    kept = _kept(paths, min_tcr)
     numbers = divided([players for _, _, players in kept], groups, seed)
     return [
         _line(path, summary, players, number) for (path, summary, players), number in zip(kept, numbers, strict=True)
     ]
 
 
+def grouped_by_style(
+    paths: Sequence[Path], styles: Styles, min_tcr: float = 0.0
+) -> tuple[list[GroupedRecording], list[str]]:
+    """A group for each style, in the order of their names, and these names; who plays each is in one group alone.
+
+    Left out are also episodes of people of different styles. Raises RecordingError as `grouped`, for people without a
+    style, and where fewer than two styles are left.
+    """
+    kept = _kept(paths, min_tcr)
+    who = [participants(players) for players in unmasked([players for _, _, players in kept])]
+    of_people = styles_of((name for names in who for name in names), styles)
+    found = [style_of_pair(names, of_people) for names in who]
+    names = sorted(set(found) & set(of_people.values()))
+    if len(names) < 2:
+        raise RecordingError(
+            f"groups by style need episodes of two styles or more; these recordings have {', '.join(names) or 'none'}, "
+            "and episodes of people of different styles are left out"
+        )
+    rows = [
+        _line(path, summary, players, names.index(style) + 1)
+        for (path, summary, players), style in zip(kept, found, strict=True)
+        if style in names
+    ]
+    return rows, names
+
+
 _Read = tuple[Path, Summary, Players]
+
+
+def _kept(paths: Sequence[Path], min_tcr: float) -> list[_Read]:
+    """Those that count and are good enough. Raises RecordingError where none is."""
+    found = [(path, read_summary(path), read_players(path)) for path in paths]
+    counted = _counted(found)
+    kept = [entry for entry in counted if _tcr(entry[1]) >= min_tcr]
+    if not kept:
+        raise RecordingError(f"{_why_nothing(found, counted, min_tcr)}; nothing can be divided into groups")
+    return kept
 
 
 def _counted(found: Sequence[_Read]) -> list[_Read]:
@@ -89,7 +122,7 @@ def _tcr(summary: Summary) -> float:
     return summary.metrics["tcr"] or 0.0
 
 
-def group_sentences(rows: Sequence[GroupedRecording]) -> list[str]:
+def group_sentences(rows: Sequence[GroupedRecording], styles: Sequence[str] = ()) -> list[str]:
     """One sentence per group: its episodes and people, and the maps that it lacks while another group has them."""
     maps = sorted({row.map for row in rows})
     sentences = []
@@ -98,7 +131,8 @@ def group_sentences(rows: Sequence[GroupedRecording]) -> list[str]:
         people = {name for row in mine for name in row.people}
         lacking = [name for name in maps if name not in {row.map for row in mine}]
         without = f"; no episode on {', '.join(lacking)}" if lacking else ""
-        sentences.append(f"group {group}: {len(mine)} episodes of {len(people)} participants{without}")
+        whose = f"group {group}, {styles[group - 1]}" if styles else f"group {group}"
+        sentences.append(f"{whose}: {len(mine)} episodes of {len(people)} participants{without}")
     return sentences
 
 

@@ -36,7 +36,7 @@ with needs_extra("env", "the environment for reinforcement learning"):
     from gymnasium import spaces
     from pettingzoo import ParallelEnv
 
-RewardName = Literal["paper-dense", "paper-sparse", "official-dense"]
+RewardName = Literal["paper-dense", "paper-agent-distance", "paper-sparse", "official-dense"]
 Reward = Callable[[WorldState, WorldState], Floats]
 Observation = npt.NDArray[np.float32]
 Info = dict[str, Any]
@@ -46,6 +46,7 @@ RESET_OPTIONS = ("map",)
 
 REWARDS: dict[RewardName, Callable[[MapSpec], Reward]] = {
     "paper-dense": lambda map_spec: PaperReward(map_spec, dense=True),
+    "paper-agent-distance": lambda map_spec: PaperReward(map_spec, carrier=True),
     "paper-sparse": lambda map_spec: PaperReward(map_spec, dense=False),
     "official-dense": OfficialDenseReward,
 }

@@ -2,8 +2,9 @@
 
 `world.official_reward` has what the official code pays instead; the two differ in more than scale.
 Where the table leaves something open: "inside a goal" is what the score counts as delivered; distances are
-those of the 48 x 48 grid; a held item's own distance to the goal counts, not its carrier's; on the tick of a grab or
-release only events are paid, because the target changes.
+those of the 48 x 48 grid; a held item's own distance to the goal counts, or with `carrier=True` that of the robot that
+holds it, as the text has it ("the agent's distance to the current target"); on the tick of a grab or release only
+events are paid, because the target changes.
 """
 
 import math
@@ -58,6 +59,10 @@ class _Moment:
         x, y, _ = self._poses[item]
         return self._grid.distances.cell_to_goal(self._grid.distances.cell(x, y))
 
+    def robot_to_goal(self, seat: int) -> float:
+        """From the robot's centre to the nearest goal."""
+        return self._grid.distances.cell_to_goal(self._robots[seat])
+
     def reach(self, seat: int, targets: tuple[int, ...]) -> float:
         """From the robot's centre to the nearest of the targets' holding points."""
         nearest = self._nearest.get((seat, targets))  # asked again as the state before the next tick
@@ -109,12 +114,14 @@ class _Grid:
 class PaperReward:
     """The reward of a tick from the states around it; `dense=False` leaves out row A, the distances.
 
+    `carrier`: a full hand is paid for its robot's way to a goal, not for its item's.
     Fast when asked tick by tick: the state after a tick is that before the next.
     """
 
-    def __init__(self, map_spec: MapSpec, dense: bool = True) -> None:
+    def __init__(self, map_spec: MapSpec, dense: bool = True, carrier: bool = False) -> None:
         self.map = map_spec
         self.dense = dense
+        self.carrier = carrier
         self._grid = _Grid(map_spec)
         self._big = [item.size != "small" for item in map_spec.items]
         self._last: _Moment | None = None
@@ -140,6 +147,8 @@ class PaperReward:
             return STEP_COST + event + (RELEASE_TO_HELP if needed else 0.0)
         if not self.dense:
             return STEP_COST
+        if holds >= 0 and self.carrier:
+            return STEP_COST + GAMMA * _gained(then.robot_to_goal(seat), now.robot_to_goal(seat))
         if holds >= 0:
             return STEP_COST + GAMMA * _gained(then.to_goal(held), now.to_goal(holds))
         targets = self._targets((partner_held, partner_holds), then.home, now.home)

@@ -20,7 +20,7 @@ from movingout.agents.training.optimisation import (
     documented,
 )
 
-Reward = Literal["paper-dense", "paper-sparse", "official-dense"]
+Reward = Literal["paper-dense", "paper-agent-distance", "paper-sparse", "official-dense"]
 ArenaLayout = Literal["official-v1", "map-v1", "aware-v1"]
 """Those with headings of the arena, as the environment takes them."""
 ON_COORDINATION: Mapping[str, Any] = {"ticks": 3000, "entropy": 0.00065, "discount": 0.92}
@@ -40,7 +40,9 @@ class MappoConfig(Optimisation):
     clip: NotNegativeFloat = documented(5.0, "largest norm of the gradient of each network; 0: not clipped")
     evaluate_every: AtLeastOne = documented(5, "rounds between resume files", "free")
     ticks: AtLeastOne = documented(500, "limit of an episode that is learned from")
-    reward: Reward = documented("paper-dense", "what is rewarded: paper-dense, paper-sparse or official-dense")
+    reward: Reward = documented(
+        "paper-dense", "what is rewarded: paper-dense, paper-agent-distance, paper-sparse or official-dense"
+    )
     discount: Annotated[FiniteFloat, Field(ge=0.0, le=1.0)] = documented(0.99, "discount per tick")
     trace: Annotated[FiniteFloat, Field(ge=0.0, le=1.0)] = documented(0.9, "lambda of the generalised advantages")
     clip_ratio: Annotated[FiniteFloat, Field(gt=0.0, lt=1.0)] = documented(

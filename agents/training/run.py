@@ -18,6 +18,7 @@ from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Optimisation
 from movingout.agents.training.training_data import TrainingData, read_training_data
 from movingout.maps.generated.names import test_maps_caution
+from movingout.maps.suggestion import counted
 
 ConfigT = TypeVar("ConfigT", bound=Optimisation)
 
@@ -76,6 +77,9 @@ class TrainingRun(Generic[ConfigT]):
         """
         without = [member for name in self.options.without for member in group(name)]
         data = read_training_data(self.options.recordings, without)
+        if data.uncounted:
+            what = counted(data.uncounted, "recording")
+            self.tell(f"movingout: {what} left out: invalid, broken off, or of people who declined, says the study")
         self.caution({trajectory.map.name for trajectory in data.episodes})
         return data
 

@@ -29,6 +29,8 @@ from movingout.agents.data.dataset import (
 from movingout.agents.errors import DataError
 from movingout.agents.observation.features import FeatureSet
 from movingout.agents.partners.families import FamilyMember
+from movingout.maps.suggestion import counted
+from movingout.recordings.storage.study_rounds import counted_recordings
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,7 @@ class TrainingData:
     files: list[Path]
     trajectories: list[Trajectory]
     corrections: list[Correction]
+    uncounted: int = 0  # recordings that are left out, because their study does not count them
 
     @property
     def sha256(self) -> str:
@@ -85,15 +88,19 @@ class TrainingData:
 
 
 def read_training_data(places: list[Path], without: Collection[FamilyMember] = ()) -> TrainingData:
-    """Read all files but those of episodes in which somebody of `without` plays.
+    """Read all files but those of episodes that a study does not count, or in which somebody of `without` plays.
 
     Raises DataError when no file is left, or when nobody of `without` plays in any: then a name is wrong.
+    RecordingError for the database of a study that cannot be read.
     """
     if not places:
         raise DataError("name recordings to learn from, or folders of them; `movingout demos label` makes some")
     avoided = {name for one in without for name in (one.name, person(one.agent_id))}
-    kept = TrainingData([], [], [])
-    files = recording_files(places, (".mcap", SUFFIX))
+    found_files = recording_files(places, (".mcap", SUFFIX))
+    files = counted_recordings(found_files)
+    if not files:
+        raise DataError(f"none of {counted(len(found_files), 'recording')} counts: their study leaves them out")
+    kept = TrainingData([], [], [], len(found_files) - len(files))
     for file in files:
         correction = load_correction(file) if file.name.endswith(SUFFIX) else None
         found = [correction.trajectory] if correction else read_trajectories([file])

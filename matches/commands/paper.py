@@ -25,9 +25,10 @@ from movingout.matches.paper.layout import laid_out
 from movingout.matches.paper.page.reproduction_page import write_page
 from movingout.matches.paper.registry import ENTRIES, chosen_entries
 from movingout.matches.paper.steps import PaperStep, paper_steps
-from movingout.matches.paper.workspace import Evaluation, Workspace
+from movingout.matches.paper.workspace import Evaluation, Grouping, Workspace
 from movingout.matches.paper.writers import WRITERS
 from movingout.matches.results.results_folder import write_whole
+from movingout.recordings.styles import given_styles
 from movingout.world.exactness import inexact_engine
 
 _STATES = {
@@ -87,6 +88,14 @@ def _making_options(parser: argparse.ArgumentParser) -> None:
         "--evaluation", choices=get_args(Evaluation), default="official",
         help="Challenge 2: evaluated on the maps as designed, as in the paper, or on held-out combinations",
     )  # fmt: skip
+    parser.add_argument(
+        "--groups", choices=get_args(Grouping), default="random",
+        help="what the two groups of people are: drawn at random, as in the paper, or two styles of play",
+    )  # fmt: skip
+    parser.add_argument(
+        "--styles", type=Path, metavar="FILE.csv",
+        help="with --groups style: lines participant,style (default: of scripted people, their population)",
+    )  # fmt: skip
     parser.add_argument("--min-tcr", type=float, default=0.0, metavar="TCR", help="leave out poorer episodes of --data")
     parser.add_argument(
         "--trainings", type=int, metavar="N",
@@ -136,14 +145,15 @@ def _make(args: argparse.Namespace) -> int:
     _check_numbers(args)
     entries = _entries(args)
     given, folder = _existing(args.data or ()), args.out
+    styles = given_styles(args.styles, args.groups, "--groups style")
     if args.dry_run and not folder.exists():
-        return _dry_run(entries, _workspace(args, given), args.json)
+        return _dry_run(entries, _workspace(args, given, styles), args.json)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise MatchError(f"cannot make the folder {folder}: {error.strerror or error}") from error
     with contextlib.chdir(folder):  # where commands look for trained agents
-        space = _workspace(args, given)
+        space = _workspace(args, given, styles)
         if args.dry_run:
             return _dry_run(entries, space, args.json)
         begin(space)
@@ -160,12 +170,12 @@ def _check_numbers(args: argparse.Namespace) -> None:
             raise MatchError(f"--{name} is at least 1")
 
 
-def _workspace(args: argparse.Namespace, given: tuple[Path, ...]) -> Workspace:
+def _workspace(args: argparse.Namespace, given: tuple[Path, ...], styles: Mapping[str, str]) -> Workspace:
     """The workspace in the current folder."""
     budget = grown(budget_of(args.budget), trainings=args.trainings, seeds=args.seeds)
     return Workspace(
         budget=budget, evaluation=args.evaluation, workers=args.workers, seed=args.seed, given=given,
-        min_tcr=args.min_tcr,
+        min_tcr=args.min_tcr, grouping=args.groups, styles=tuple(sorted(styles.items())),
     )  # fmt: skip
 
 

@@ -8,10 +8,9 @@ from html import escape
 
 from movingout.matches.paper.entry import EntryCell, PaperEntry
 from movingout.matches.paper.layout import HEADINGS
-from movingout.matches.paper.published import PublishedColumn
 from movingout.matches.paper.workspace import Workspace
 
-PANEL, GAP, TOP, HEIGHT, BAR, PITCH = 250, 30, 60, 200, 18, 58
+GAP, TOP, HEIGHT, BAR, PITCH = 30, 60, 200, 18, 58
 STYLE = (
     "text{font:12px system-ui,sans-serif;fill:#18212c}.ours{fill:#6b7c93}"
     ".theirs{fill:none;stroke:#6b7c93;stroke-width:1.5}.error{stroke:#18212c;stroke-width:1.5}.axis{stroke:#9aa5b3}"
@@ -23,12 +22,13 @@ def bar_chart(entry: PaperEntry, space: Workspace) -> str:
     """An SVG; bars of what has not been measured yet are missing. All measures lie between 0 and 1."""
     cells = list(entry.cells())
     columns = list(dict.fromkeys(cell.column for cell in cells))
+    panel = 8 + PITCH * max(sum(cell.column == column for cell in cells) for column in columns)
     parts = [
         part
         for number, column in enumerate(columns)
-        for part in _panel(GAP + number * (PANEL + GAP), column, [c for c in cells if c.column == column], space)
+        for part in _panel(GAP + number * (panel + GAP), panel, [c for c in cells if c.column == column], space)
     ]
-    width = GAP + len(columns) * (PANEL + GAP)
+    width = GAP + len(columns) * (panel + GAP)
     title = escape(f"{entry.heading} ({entry.label}): outlined the paper, filled here; lines: standard error")
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {TOP + HEIGHT + 40}" role="img">'
@@ -37,9 +37,9 @@ def bar_chart(entry: PaperEntry, space: Workspace) -> str:
     )
 
 
-def _panel(left: float, column: PublishedColumn, cells: list[EntryCell], space: Workspace) -> Iterator[str]:
-    yield f'<text x="{left}" y="{TOP - 14}">{escape(HEADINGS[column.measure])}</text>'
-    yield f'<line class="axis" x1="{left}" x2="{left + PANEL}" y1="{TOP + HEIGHT}" y2="{TOP + HEIGHT}"/>'
+def _panel(left: float, width: float, cells: list[EntryCell], space: Workspace) -> Iterator[str]:
+    yield f'<text x="{left}" y="{TOP - 14}">{escape(HEADINGS[cells[0].column.measure])}</text>'
+    yield f'<line class="axis" x1="{left}" x2="{left + width}" y1="{TOP + HEIGHT}" y2="{TOP + HEIGHT}"/>'
     for number, cell in enumerate(cells):
         x = left + 8 + number * PITCH
         name = escape(cell.row.name)

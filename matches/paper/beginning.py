@@ -16,6 +16,7 @@ from movingout.matches.results.results_folder import write_whole
 from movingout.recordings.storage.study_rounds import uncounted_episodes
 
 BEGUN = Path("paper.json")
+_EARLIER: dict[str, Any] = {"groups": "random", "styles": []}  # what earlier versions did not write
 RECORDINGS = "recordings"  # key of the digest, which earlier versions did not write
 
 
@@ -68,7 +69,8 @@ def begun() -> Workspace:
                 seeds=int(said.get("seeds", budget.seeds)),
             ),
             evaluation=said["evaluation"], min_tcr=said["min_tcr"],
-            given=tuple(Path(path) for path in said["data"]), seed=said["seed"],
+            given=tuple(Path(path) for path in said["data"]), seed=said["seed"], grouping=said["groups"],
+            styles=tuple((name, style) for name, style in said["styles"]),
         )  # fmt: skip
     except (KeyError, TypeError, ValueError) as error:
         raise MatchError(f"{BEGUN.resolve()} is damaged ({error}); choose another folder with --out") from error
@@ -77,7 +79,8 @@ def begun() -> Workspace:
 def _note(space: Workspace) -> dict[str, Any]:
     return {
         "budget": space.budget.name, "evaluation": space.evaluation, "data": [str(path) for path in space.given],
-        "min_tcr": space.min_tcr, "seed": space.seed, RECORDINGS: _digest(space),
+        "min_tcr": space.min_tcr, "seed": space.seed, "groups": space.grouping,
+        "styles": [list(pair) for pair in space.styles], RECORDINGS: _digest(space),
         **{name: getattr(space.budget, name) for name in GROWING},
     }  # fmt: skip
 
@@ -105,6 +108,6 @@ def _is_begun() -> bool:
 
 def _begun_with() -> dict[str, Any]:
     try:
-        return dict(json.loads(BEGUN.read_text(encoding="utf-8")))
+        return _EARLIER | dict(json.loads(BEGUN.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         raise MatchError(f"{BEGUN.resolve()} is damaged ({error}); choose another folder with --out") from error

@@ -5,12 +5,11 @@ from pathlib import Path
 from movingout.agents.data.demonstrations import EpisodeJob, episode_jobs, variant_jobs, write_all
 from movingout.agents.scripted.populations import population
 from movingout.maps import load_map, map_names
-from movingout.maps.randomize import Split
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.given_variants import fair_variants
 from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
 from movingout.matches.run import OnProgress
-from movingout.recordings.groups import GroupedRecording, grouped, write_groups
+from movingout.recordings.groups import GroupedRecording, grouped, grouped_by_style, write_groups
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_summary
 
@@ -39,9 +38,22 @@ def list_episodes(challenge: int, space: Workspace) -> None:
         raise MatchError(_nothing(challenge, len(found)))
     if space.given and challenge == 2:
         paths = fair_variants(paths, space.evaluation)
-    rows = grouped(paths, len(GROUPS) if challenge == 1 else 1, space.seed, space.min_tcr if space.given else 0.0)
+    rows = _grouped(paths, challenge, space)
     _check(rows, challenge)
     write_groups(space.listing(f"c{challenge}"), rows)
+
+
+def _grouped(paths: list[Path], challenge: int, space: Workspace) -> list[GroupedRecording]:
+    least = space.min_tcr if space.given else 0.0
+    if challenge == 2 or space.grouping == "random":
+        return grouped(paths, len(GROUPS) if challenge == 1 else 1, space.seed, least)
+    rows, names = grouped_by_style(paths, dict(space.styles), least)
+    if len(names) != len(GROUPS):
+        raise MatchError(
+            f"the tables compare {len(GROUPS)} groups, and these recordings have {len(names)} styles "
+            f"({', '.join(names)}); give those of two, or call several styles by one name"
+        )
+    return rows
 
 
 def _recorded(challenge: int) -> Path:
@@ -63,8 +75,7 @@ def _challenge_1(space: Workspace) -> list[EpisodeJob]:
 def _challenge_2(space: Workspace) -> list[EpisodeJob]:
     """Four people of A, each episode on a variant of its own."""
     maps, experts = [load_map(name) for name in map_names()], population("A")[:EXPERTS]
-    split: Split = "official" if space.evaluation == "official" else "train"
-    return variant_jobs(experts, maps, space.budget.variants, space.budget.ticks, space.seed, "A2", split)
+    return variant_jobs(experts, maps, space.budget.variants, space.budget.ticks, space.seed, "A2", space.split)
 
 
 def _nothing(challenge: int, count: int) -> str:
@@ -90,5 +101,5 @@ def _check(rows: list[GroupedRecording], challenge: int) -> None:
             whose = f"group {group} of Challenge 1" if challenge == 1 else "Challenge 2"
             raise MatchError(
                 f"{whose} has no episode on {', '.join(lacking)}; every group needs each of the twelve maps: record "
-                "them, or divide the participants otherwise with another --seed"
+                "them, or divide the participants otherwise with another --seed, or other --styles"
             )

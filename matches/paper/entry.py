@@ -9,6 +9,8 @@ from movingout.matches.paper.drawing import Drawing, figure_file
 from movingout.matches.paper.published import Figure, PublishedColumn, PublishedRow, PublishedTable, published_tables
 
 Kind = Literal["table", "figure", "sentence", "illustration"]
+RowGrouping = Literal["rule", "column", "line"]
+"""How the paper tells groups of rows apart: by a rule alone, by a column with their names, by a line above each."""
 RowCells = Callable[[PublishedColumn], PaperCell]
 """The cell of a row in a column."""
 
@@ -44,6 +46,8 @@ class PaperEntry:
     differs: str = ""  # for docs/reproduction.md: in a phrase, what differs from the paper and why
     notes: tuple[str, ...] = ()  # what differs from the paper
     against: Mapping[str, str] = field(default_factory=dict)  # by group: that which changes in % are relative to
+    grouping: RowGrouping = "rule"
+    row_heads: tuple[str, ...] = ("Method",)  # over the names of rows, and before it over those of groups
     extra_rows: tuple[PublishedRow, ...] = ()  # that the paper does not have
 
     @property

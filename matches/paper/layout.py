@@ -7,7 +7,7 @@ from decimal import Decimal
 from typing import NamedTuple
 
 from movingout.matches.paper.cells import EmptyCell, Found
-from movingout.matches.paper.entry import EntryCell, PaperEntry
+from movingout.matches.paper.entry import EntryCell, PaperEntry, RowGrouping
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
 
@@ -38,6 +38,7 @@ BETWEEN = (
     "Every agent was trained {0} times. The first ± takes all matches or samples for independent; behind it stands the "
     "standard error between the means of the trainings, n = {0}."
 )
+STYLES = "The two groups of people are two styles of play, in the order of their names, not drawn at random."
 SCRIPTED = "Here all episodes are of scripted people, who stand in for the paper's participants."
 
 
@@ -65,6 +66,9 @@ class LaidOutTable:
     notes: tuple[str, ...]
     columns: tuple[PublishedColumn, ...] = ()
     numbers: tuple[tuple[CellText, ...], ...] = ()  # of each row, ours and theirs of each column
+    names: tuple[tuple[str, str], ...] = ()  # of each row, its group and its own
+    grouping: RowGrouping = "rule"
+    row_heads: tuple[str, ...] = ()
 
 
 def laid_out(entry: PaperEntry, space: Workspace) -> LaidOutTable:
@@ -83,7 +87,8 @@ def laid_out(entry: PaperEntry, space: Workspace) -> LaidOutTable:
     ]
     return LaidOutTable(
         entry.label, entry.heading, tuple(heads), tuple(rows), tuple(_notes(entry, space, cells, found)),
-        tuple(columns), tuple(numbers),
+        tuple(columns), tuple(numbers), tuple((line[0].row.group, line[0].row.name) for line in lines),
+        entry.grouping, entry.row_heads,
     )  # fmt: skip
 
 
@@ -207,6 +212,11 @@ def _count(row: Sequence[EntryCell], found: FoundCells) -> str:
     return ", ".join(dict.fromkeys(texts)) or ("–" if settings else "0")
 
 
+def _of_groups(cell: EntryCell) -> bool:
+    """Whether its agents learned from a group of people."""
+    return any(agent_id.endswith(("@a", "@b")) for agent_id in cell.ours.agents)
+
+
 def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], found: FoundCells) -> list[str]:
     budget = space.budget
     notes = [
@@ -220,6 +230,8 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
             if space.evaluation == "official"
             else "Challenge 2: trained and evaluated on varied maps that share no combination of size and shape."
         )
+    if space.grouping == "style" and any(_of_groups(cell) for cell in cells):
+        notes.append(STYLES)
     notes += entry.notes
     if entry.published and entry.published.about:
         notes.append(entry.published.about)

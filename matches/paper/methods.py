@@ -2,7 +2,8 @@
 
 An id is a method, the episodes that it learns from, and from the second training on its seed: `dp@a`, `bass@c1-2`.
 `c1` is all of Challenge 1, `a` and `b` are its two groups of participants, `c2` is Challenge 2. Who learns by
-reinforcement learns from no episodes and on one map each: there `a` and `b` are two trainings with different seeds.
+reinforcement learns from no episodes and on one map each: there `a` and `b` are two trainings with different seeds, and
+`c2` plays varied maps.
 """
 
 from collections.abc import Iterator

@@ -33,7 +33,8 @@ _SENTENCES = (
         ),
     ),
     PaperEntry(
-        label="mappo_parameters", kind="table", rows=MAPPO_ROWS, own_episodes=True,
+        label="mappo_parameters", kind="table", rows=MAPPO_ROWS, own_episodes=True, grouping="line",
+        row_heads=("Parameter",),
         differs="the settings of `train mappo --preset paper`; target networks and exploration do nothing in MAPPO",
     ),
     PaperEntry(
@@ -43,7 +44,8 @@ _SENTENCES = (
         notes=("Map 6 is DistancePriority, map 11 FourCorners; MAPPO has an agent for each, from two seeds.",),
     ),
     PaperEntry(
-        label="tab:dense_rewards", kind="table", rows=REWARD_ROWS, own_episodes=True,
+        label="tab:dense_rewards", kind="table", rows=REWARD_ROWS, own_episodes=True, grouping="line",
+        row_heads=("Specific Condition",),
         differs="the settings of `world/reward.py`, which says what the paper leaves open",
     ),
 )  # fmt: skip

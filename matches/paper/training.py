@@ -42,7 +42,7 @@ def training_words(agent: TrainedId, space: Workspace) -> list[Any]:
         *method.options, *_sizes(method, budget),
     ]  # fmt: skip
     if method.plays:
-        return words
+        return words + (["--split", space.split] if agent.data == "c2" else [])
     words += ["--population", _population(agent.data, space)]
     if method.base:
         words += ["--base", agent.of(method.base).text]

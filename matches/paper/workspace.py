@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Literal
 
 from movingout.agents.checkpoint.checkpoint import CARD, fingerprint, folder_name
+from movingout.maps.randomize import Split
 from movingout.matches.match import Match, MatchResult
 from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.match_store import MatchStore
@@ -30,6 +31,9 @@ from movingout.world.estimates import Estimate
 Evaluation = Literal["official", "held-out"]
 """How Challenge 2 is evaluated: on the maps as designed, after training on variants that never have an item as designed
 there (the paper), or on variants whose combinations of size and shape occur in no training map."""
+
+Grouping = Literal["random", "style"]
+"""What makes the groups a and b of Challenge 1: people drawn at random (the paper), or two styles of play."""
 
 DATA = Path("data")
 TIMES = DATA / "times.json"
@@ -46,9 +50,16 @@ class Workspace:
     evaluation: Evaluation = "official"
     given: tuple[Path, ...] = ()  # recordings of people, absolute; empty: scripted people record
     min_tcr: float = 0.0  # given episodes below it are left out
+    grouping: Grouping = "random"
+    styles: tuple[tuple[str, str], ...] = ()  # of given people, by participant; empty: those of scripted people
     seed: int = 0  # of the division into groups, and of scripted people
     workers: int = 1
     matches: MatchStore = field(default_factory=lambda: MatchStore(DATA / "matches"), compare=False)
+
+    @property
+    def split(self) -> Split:
+        """Of the variants that are learned from in Challenge 2."""
+        return "official" if self.evaluation == "official" else "train"
 
     def given_files(self) -> list[Path]:
         """The recordings that were given. Raises RecordingError where there is none."""

@@ -22,6 +22,13 @@ def add_paths(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", type=Path, metavar="FILE|DIR", help="recordings, or folders of them")
 
 
+def add_styles(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--styles", type=Path, metavar="FILE.csv",
+        help="with --by style: lines participant,style (default: of scripted people, A01 to C20, their population)",
+    )  # fmt: skip
+
+
 def print_json(document: dict[str, Any]) -> None:
     sys.stdout.write(json.dumps(document, indent=2) + "\n")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.suggestion import counted
-from movingout.recordings.commands.arguments import add_json, print_json
+from movingout.recordings.commands.arguments import add_json, add_styles, print_json
 from movingout.recordings.diversity.comparison import (
     COUNTS,
     MapDiversity,
@@ -19,6 +19,7 @@ from movingout.recordings.diversity.comparison import (
 )
 from movingout.recordings.diversity.episodes import (
     GROUPINGS,
+    STYLE,
     PathEpisode,
     Populations,
     Reading,
@@ -31,6 +32,7 @@ from movingout.recordings.diversity.position_plot import STYLES, Style, save_plo
 from movingout.recordings.diversity.table import map_table, method, population_table, write_csv
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import new_target
+from movingout.recordings.styles import given_styles
 from movingout.recordings.terminal import printable
 
 
@@ -44,11 +46,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--by",
-        choices=tuple(GROUPINGS),
+        choices=(*GROUPINGS, STYLE),
         default="place",
         help="what makes a population: the folder named (default), who played together, each of them, the agents, "
-        "the kind of player, or the source",
+        "the kind of player, the source, or the style of play",
     )
+    add_styles(parser)
     parser.add_argument("--map", help="only these maps, as HandOff,LeftRight")
     parser.add_argument(
         "--counts", choices=COUNTS, default="equal", help="equal (default): as many episodes as the smallest has"
@@ -79,7 +82,7 @@ def perform(args: argparse.Namespace) -> int:
     options = DiversityOptions(args.points, args.grid, args.bandwidth, args.rbf_width)
     sampling = Sampling(args.counts, args.draws, args.seed)
     reading = read_paths(args.paths, args.workers)
-    groups = populations(_wanted(reading, args.map), args.by)
+    groups = populations(_wanted(reading, args.map), args.by, given_styles(args.styles, args.by))
     by_maps = compared(groups, options, sampling)
     overall = over_maps(by_maps)
     words = method(options, sampling)
@@ -148,11 +151,13 @@ def _left_out(reading: Reading) -> dict[str, int]:
         "unfinished": reading.unfinished,
         "tutorials": reading.tutorials,
         "unreadable": len(reading.unreadable),
+        "uncounted": reading.uncounted,
     }
 
 
 def _left_out_words(reading: Reading) -> list[str]:
-    return [counted(number, what.removesuffix("s")) if what == "tutorials" else f"{number} {what}"
+    said = {"uncounted": "not counted by their study"}
+    return [counted(number, what.removesuffix("s")) if what == "tutorials" else f"{number} {said.get(what, what)}"
             for what, number in _left_out(reading).items() if number]  # fmt: skip
 
 

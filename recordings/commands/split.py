@@ -3,14 +3,23 @@
 import argparse
 
 from movingout.maps.commands.parser import add_out
-from movingout.recordings.commands.arguments import add_json, add_paths, expanded, print_json
+from movingout.recordings.commands.arguments import add_json, add_paths, add_styles, expanded, print_json
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.groups import GroupedRecording, group_sentences, grouped, write_groups
+from movingout.recordings.groups import GroupedRecording, group_sentences, grouped, grouped_by_style, write_groups
+from movingout.recordings.styles import given_styles
+from movingout.recordings.terminal import printable
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     add_paths(parser)
     parser.add_argument("--groups", type=int, default=2, metavar="N", help="how many groups (%(default)s)")
+    parser.add_argument(
+        "--by",
+        choices=("participant", "style"),
+        default="participant",
+        help="participant (default): drawn at random; style: a group for each style, whatever --groups says",
+    )
+    add_styles(parser)
     parser.add_argument("--seed", type=int, default=0, help="seed of the division (%(default)s)")
     parser.add_argument(
         "--min-tcr", type=float, default=0.0, metavar="TCR", help="leave out episodes in which less was delivered"
@@ -25,14 +34,18 @@ def perform(args: argparse.Namespace) -> int:
     if args.groups < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
         raise RecordingError("--groups is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
     paths = expanded(args.paths)
-    rows = grouped(paths, args.groups, args.seed, args.min_tcr)
+    styles = given_styles(args.styles, args.by)
+    if args.by == "style":
+        rows, names = grouped_by_style(paths, styles, args.min_tcr)
+    else:
+        rows, names = grouped(paths, args.groups, args.seed, args.min_tcr), []
     write_groups(args.out, rows)
     if args.json:
-        print_json({"file": str(args.out), "recordings": [_document(row) for row in rows]})
+        print_json({"file": str(args.out), "styles": names, "recordings": [_document(row) for row in rows]})
         return 0
     left_out = f"; {len(paths) - len(rows)} left out" if len(paths) > len(rows) else ""
     print(f"{len(rows)} recordings in {args.out}{left_out}")
-    print("\n".join(group_sentences(rows)))
+    print("\n".join(printable(sentence) for sentence in group_sentences(rows, names)))
     return 0
 
 

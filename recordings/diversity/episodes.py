@@ -21,6 +21,8 @@ from movingout.recordings.progress import map_in_processes
 from movingout.recordings.report.facts import FINISHED
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import Players, Unreadable
+from movingout.recordings.storage.study_rounds import counted_recordings
+from movingout.recordings.styles import Styles, style_of_pair, styles_of
 from movingout.world.state import Floats
 
 ALL = "all together"
@@ -49,18 +51,21 @@ class Reading(NamedTuple):
     unfinished: int
     tutorials: int
     unreadable: list[Unreadable]
+    uncounted: int = 0  # which their study leaves out
 
 
 def read_paths(places: Sequence[Path], workers: int) -> Reading:
     """The finished episodes under each place: recordings, or official files where there are none.
 
-    Raises RecordingError when a place holds neither.
+    Left out is what a study beside the recordings does not count. Raises RecordingError when a place holds neither.
     """
     found = Reading([], 0, 0, [])
-    unfinished = tutorials = 0
+    unfinished = tutorials = uncounted = 0
     for place in places:
         with tempfile.TemporaryDirectory() as folder:
-            files = _recordings(place, Path(folder), workers)
+            there = _recordings(place, Path(folder), workers)
+            files = counted_recordings(there)
+            uncounted += len(there) - len(files)
             for one in map_in_processes(partial(_path_episode, str(place)), files, workers, "reading"):
                 match one:
                     case PathEpisode():
@@ -71,7 +76,7 @@ def read_paths(places: Sequence[Path], workers: int) -> Reading:
                         tutorials += 1
                     case _:
                         unfinished += 1
-    return found._replace(unfinished=unfinished, tutorials=tutorials)
+    return found._replace(unfinished=unfinished, tutorials=tutorials, uncounted=uncounted)
 
 
 def _recordings(place: Path, folder: Path, workers: int) -> list[Path]:
@@ -138,21 +143,29 @@ GROUPINGS: dict[str, Callable[[PathEpisode], tuple[str, ...]]] = {
 """The populations of an episode: the file or folder it was named by; those who played it together; each of them; the
 agents, with all people as one; human or agent; where it comes from (live, match, scripted, import)."""
 
+STYLE = "style"  # one more: all who play in one style, and those of two styles who played together
 
-def populations(episodes: Iterable[PathEpisode], by: str) -> Populations:
+
+def populations(episodes: Iterable[PathEpisode], by: str, styles: Styles | None = None) -> Populations:
     """The episodes of each population; all together as one more where there are several.
 
-    Raises RecordingError when nobody is named in any of them.
+    Raises RecordingError when nobody is named in any of them, and by style for people without one.
     """
     found: defaultdict[str, list[PathEpisode]] = defaultdict(list)
     everything = list(episodes)
+    names_of = _by_style(everything, styles or {}) if by == STYLE else GROUPINGS[by]
     for episode in everything:
-        for name in GROUPINGS[by](episode):
+        for name in names_of(episode):
             found[name].append(episode)
     if everything and not found:
         raise RecordingError(f"no recording names its participants, so --by {by} is impossible; try --by source")
     named = {name: found[name] for name in sorted(found)}
     return named if len(named) == 1 else {**named, ALL: everything}
+
+
+def _by_style(episodes: Sequence[PathEpisode], styles: Styles) -> Callable[[PathEpisode], tuple[str, ...]]:
+    of_people = styles_of((name for episode in episodes for name in episode.people), styles)
+    return lambda episode: (style_of_pair(episode.people, of_people),) if episode.people else ()
 
 
 def by_map(episodes: Iterable[PathEpisode]) -> Iterator[tuple[MapSpec, list[PathEpisode]]]:

@@ -92,7 +92,7 @@ def _plain_groups(episodes: Sequence[Players], by: SplitBy) -> dict[str, list[in
     return groups
 
 
-def _unmasked(episodes: Sequence[Players]) -> list[Players]:
+def unmasked(episodes: Sequence[Players]) -> list[Players]:
     """A replayed seat whose episode is here counts as whoever played it then."""
     played = {
         f"{GHOST}:{players.episode_id}#{colour}": seat
@@ -112,7 +112,7 @@ def _unmasked(episodes: Sequence[Players]) -> list[Players]:
 
 def components(episodes: Sequence[Players]) -> dict[str, list[int]]:
     """Episode indices by connected component of people who played together; a component has its first name."""
-    episodes = _unmasked(episodes)
+    episodes = unmasked(episodes)
     leader: dict[str, str] = {}
 
     def find(name: str) -> str:

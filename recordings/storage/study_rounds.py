@@ -6,11 +6,13 @@ the recordings: data/recordings and data/studies/*/study.sqlite. A study in Post
 """
 
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 
 from movingout.recordings.errors import RecordingError
+from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.storage.listing import read_summary
 
 _QUERY = """
     SELECT episode FROM rounds WHERE NOT valid OR outcome IS NULL OR outcome NOT IN ('delivered', 'time')
@@ -23,6 +25,23 @@ def uncounted_episodes(recordings: Iterable[Path]) -> frozenset[str]:
     folders = {path.resolve().parent.parent / "studies" for path in recordings}
     databases = sorted(found for folder in folders for found in folder.glob("*/study.sqlite"))
     return frozenset(episode for database in databases for episode in _of_study(database))
+
+
+def counted_recordings(files: Sequence[Path]) -> list[Path]:
+    """Those but of episodes that a study beside them does not count; other files, and unreadable ones, stay.
+
+    Raises RecordingError.
+    """
+    uncounted = uncounted_episodes(files)
+    return [file for file in files if _episode(file) not in uncounted] if uncounted else list(files)
+
+
+def _episode(file: Path) -> str:
+    """Empty where it cannot be read: whoever reads the file says so."""
+    try:
+        return read_summary(file).id if file.suffix == SUFFIX else ""
+    except RecordingError:
+        return ""
 
 
 def _of_study(database: Path) -> Iterator[str]:

@@ -1,33 +1,54 @@
 """The tables that stand beside the paper's human study: its four metrics, and failure rates per session."""
 
+from collections.abc import Sequence
+
 from movingout.matches.experiment.paper_reference import PAPER_METRICS, paper_figures
 from movingout.recordings.annotation.agreement import agreements, by_case
 from movingout.recordings.report.failures import CASES, Case
 from movingout.recordings.report.words import Words
-from movingout.study.analysis.results import Results
+from movingout.study.analysis.results import Results, Row
 from movingout.study.analysis.sessions import PAPER_FAILURES, PAPER_SESSIONS, by_partner, paper_label
 from movingout.study.analysis.tables import ENGLISH, Namer, ReportTable
 from movingout.world.estimates import Estimate, estimate, estimate_text
 
 HUMAN_ROWS = "tab:task_1_results: Play with Human"
+CHALLENGES = (1, 2)
 HEADS = ("TCR ↑", "NFD ↑", "WT [share] ↓", "AC ↑")
 
 
 def paper_table(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable | None:
-    """Each partner that the paper also had people play with, beside the paper's row; None without such a partner."""
-    rows: list[tuple[str, ...]] = []
+    """Each partner that the paper also had people play with, by challenge, beside the paper's row.
+
+    None without such a partner. The paper prints no numbers of people in Challenge 2.
+    """
+    say, rows = words.say, []
     for partner, label in _paper_partners(results).items():
-        found = [estimate(_values(results, metric, partner)) for metric in PAPER_METRICS]
-        number = len(results.values("tcr", partner))
-        rows.append((name(partner), words.say("study.paper.ours"), str(number), *map(estimate_text, found)))
-        figures = paper_figures(HUMAN_ROWS, 1, label)
-        theirs = [Estimate(figures[metric].mean, figures[metric].stderr, 0) for metric in PAPER_METRICS]
-        rows.append((label, words.say("study.paper.theirs"), "–", *map(estimate_text, theirs)))
+        for challenge in CHALLENGES:
+            played = _rounds(results, partner, challenge)
+            if played:
+                ours = name(partner), say("study.paper.ours"), str(challenge), str(len(played))
+                rows.append((*ours, *(estimate_text(estimate(_values(results, played, key))) for key in PAPER_METRICS)))
+                rows.append((label, say("study.paper.theirs"), str(challenge), "–", *_published(challenge, label)))
     if not rows:
         return None
-    say = words.say
-    heads = (say("study.partner"), say("study.paper.source"), say("study.rounds"), *HEADS)
+    heads = (say("study.partner"), say("study.paper.source"), say("study.paper.challenge"), say("study.rounds"), *HEADS)
     return ReportTable("paper", say("study.paper"), heads, tuple(rows), 2, say("study.paper.note"))
+
+
+def _rounds(results: Results, partner: str, challenge: int) -> list[Row]:
+    """Those that count, on the maps as designed (1) or on variants of them (2)."""
+    return [
+        row
+        for row in results.rounds
+        if row["partner"] == partner and (row["variant_seed"] is not None) == (challenge == 2)
+    ]
+
+
+def _published(challenge: int, label: str) -> list[str]:
+    """The paper's row with people, a dash where it has none."""
+    figures = paper_figures(HUMAN_ROWS, challenge, label)
+    found = [figures.get(metric) for metric in PAPER_METRICS]
+    return [estimate_text(one and Estimate(one.mean, one.stderr, 0)) for one in found]
 
 
 def failure_table(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
@@ -92,12 +113,12 @@ def _paper_partners(results: Results) -> dict[str, str]:
     return {partner: label for partner, label in labels.items() if label}
 
 
-def _values(results: Results, metric: str, partner: str) -> list[float]:
-    """A metric of every round; the share of waiting is known where there is a recording."""
+def _values(results: Results, played: Sequence[Row], metric: str) -> list[float]:
+    """A metric of every round that has it; the share of waiting is known where there is a recording."""
     if metric != "waiting_share":
-        return results.values(metric, partner)
+        return [row[metric] for row in played if row[metric] is not None]
     shares = results.sessions.waiting_shares
-    return [shares[row["episode"]] for row in results.rounds if row["partner"] == partner and row["episode"] in shares]
+    return [shares[row["episode"]] for row in played if row["episode"] in shares]
 
 
 def _share(part: int, all_: int) -> str:

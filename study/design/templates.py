@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from movingout.maps.suggestion import known_names
 from movingout.study.errors import StudyError
 
 LANGUAGES = ("en", "de")  # of the templates' texts, in the order in which a file lists them
@@ -17,7 +18,7 @@ def template_names() -> tuple[str, ...]:
 def template_text(name: str, languages: Sequence[str] = ("en",)) -> str:
     """The text of a template with the texts of some languages; StudyError names the known templates and languages."""
     if name not in template_names():
-        raise StudyError(f"unknown template {name!r}; known: {', '.join(template_names())}")
+        raise StudyError(f"unknown template {name!r}; {known_names(name, template_names())}")
     unknown = [language for language in languages if language not in LANGUAGES]
     if unknown:
         raise StudyError(f"templates have no texts in {_listed(unknown)}; they have {_listed(LANGUAGES)}")

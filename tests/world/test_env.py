@@ -190,7 +190,9 @@ def test_a_window_shows_every_state(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_wrong_arguments_and_actions_are_refused() -> None:
-    with pytest.raises(WorldError, match="unknown reward 'dense'; known: paper-dense, paper-sparse, official-dense"):
+    with pytest.raises(
+        WorldError, match="unknown reward 'dense'; known: paper-dense, paper-agent-distance, paper-sparse"
+    ):
         MovingOutEnv(reward="dense")  # type: ignore[arg-type]
     for ticks in (0, 2.5, "500"):
         with pytest.raises(WorldError, match=f"a whole number of ticks from 1, not {ticks!r}"):

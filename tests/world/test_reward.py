@@ -59,6 +59,17 @@ def test_a_full_hand_is_paid_for_bringing_its_item_nearer_to_a_goal(room: MapSpe
     assert paid(room, start, nearer) == pytest.approx(20 * 0.05 - 0.01)
 
 
+def test_or_for_its_own_way_to_a_goal_as_the_papers_text_has_it(room: MapSpec) -> None:
+    reward, start = PaperReward(room, carrier=True), changed(start_of(room), held=(SMALL, -1))
+    pulled = changed(start, items={SMALL: (-0.9, 0.025, 0.0)})
+    assert float(reward(start, pulled)[0]) == pytest.approx(-0.01), "the item comes nearer, its carrier does not"
+    walked = changed(start, robots={0: NEAR})
+    assert float(reward(start, walked)[0]) == pytest.approx(20 * 0.05 - 0.01)
+    assert paid(room, start, walked) == pytest.approx(-0.01)
+    empty = start_of(room)
+    assert float(reward(empty, changed(empty, robots={0: NEAR}))[0]) == pytest.approx(20 * 0.05 - 0.01)
+
+
 @pytest.mark.parametrize(
     ("partner", "items", "event"),
     [

@@ -44,6 +44,14 @@ def reinforced_unseen(column: PublishedColumn) -> PaperCell:
     )
 
 
+def reinforced_varied(column: PublishedColumn) -> PaperCell:
+    """MAPPO on each map with itself, trained on another Challenge 2 variant in every episode; not in the paper."""
+    names = enumerate(map_names(), start=1)
+    return PooledCell(
+        tuple(PlayedCell((Play(f"mappo-{number}@c2"),), 2, column.measure, (name,)) for number, name in names)
+    )
+
+
 def zero_shot(kind: str) -> RowCells:
     """tcr_map_12_unseen: on map 12 with partners that learned from the episodes of people (DP of group b)."""
 

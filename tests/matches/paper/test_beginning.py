@@ -53,6 +53,14 @@ def test_a_folder_of_an_earlier_version_is_continued(here: Path) -> None:
     assert json.loads(BEGUN.read_text(encoding="utf-8"))["trainings"] == 3
 
 
+def test_a_folder_has_groups_of_one_kind(here: Path) -> None:
+    styled = Workspace(budget=SMOKE, grouping="style", styles=(("P1", "leads"), ("P2", "follows")))
+    _begun(styled)
+    assert begun() == styled
+    with pytest.raises(MatchError, match="was begun with groups style"):
+        begin(Workspace(budget=SMOKE))
+
+
 def test_recordings_that_changed_since_are_refused(here: Path) -> None:
     recorded(here / "theirs", "one")
     space = Workspace(budget=SMOKE, given=(here / "theirs",))

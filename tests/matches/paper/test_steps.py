@@ -5,21 +5,23 @@ from pathlib import Path
 
 import pytest
 
-from movingout.maps import map_names
+from movingout.maps import load_map, map_names
 from movingout.matches.commands import paper
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.bar_chart import bar_chart
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.data_sets import list_episodes
 from movingout.matches.paper.entry import played_cells
+from movingout.matches.paper.latex_table import latex
 from movingout.matches.paper.layout import laid_out
 from movingout.matches.paper.other_games import overcooked
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows import measurements
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.workspace import Workspace
-from movingout.matches.paper.writers import html, latex, markdown
+from movingout.matches.paper.writers import html, markdown
 from movingout.recordings.errors import RecordingError
+from movingout.recordings.groups import read_groups
 from movingout.server.cli import main
 from movingout.world.estimates import Estimate
 from tests.agents.learning import recorded
@@ -117,11 +119,30 @@ def test_recordings_that_no_table_can_be_made_from_are_refused(
         list_episodes(2, space)
 
 
+def test_groups_by_style_are_all_of_one_against_all_of_another(here: Path) -> None:
+    pairs = ("A01", "A02"), ("B01", "B02"), ("A03", "B03")
+    for name in map_names():
+        for number, pair in enumerate(pairs):
+            recorded(here / "theirs", f"{name}-{number}", ticks=20, people=pair, the_map=load_map(name))
+    space = Workspace(budget=SMOKE, given=(here / "theirs",), grouping="style")
+    list_episodes(1, space)
+    people = {group: {who for row in read_groups(space.listing("c1")) if row.group == group for who in row.people}
+              for group in (1, 2)}  # fmt: skip
+    assert people == {1: {"A01", "A02"}, 2: {"B01", "B02"}}
+    assert "styles of play" in markdown(laid_out(ENTRIES["tab:cross_group_eval"], space))
+    assert "styles of play" not in markdown(laid_out(ENTRIES["fig:results_t2"], space))
+    styled = tuple((who, style) for pair, style in zip(pairs, ("one", "two", "three"), strict=True) for who in pair)
+    with pytest.raises(MatchError, match=r"compare 2 groups, and these recordings have 3 styles \(one, three, two\)"):
+        list_episodes(1, Workspace(budget=SMOKE, given=(here / "theirs",), grouping="style", styles=styled))
+
+
 def test_the_command_refuses_in_sentences(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for words, sentence in (
         (["tab:ablatoin"], "did you mean tab:ablation?"),
         (["fig:failure_cases"], "is not made by this command: needs people"),
         (["tab:ablation", "--data", "nowhere"], "there are no recordings at nowhere"),
+        (["tab:ablation", "--styles", "who.csv"], "counts with --groups style alone; add that"),
+        (["tab:ablation", "--groups", "style", "--styles", "who.csv"], "cannot read who.csv"),
         (["tab:ablation", "--workers", "0"], "--workers is at least 1"),
         (["tab:ablation", "--trainings", "0"], "--trainings is at least 1"),
     ):

@@ -4,8 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from movingout.agents.commands import train
+from movingout.agents.kinds.registry import KINDS
+from movingout.agents.training.options import overridden
+from movingout.maps.commands.parser import CommandParser
+from movingout.matches.paper import training
 from movingout.matches.paper.budgets import BUDGETS
-from movingout.matches.paper.methods import trained_id
+from movingout.matches.paper.methods import DATA_SETS, METHODS, trained_id
 from movingout.matches.paper.training import training_words
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups
@@ -45,6 +50,33 @@ def test_each_training_and_each_seed_of_the_command_has_a_seed_of_its_own(
     for seed, expected in ((0, ["0", "2", "0", "1", "3"]), (3, ["3000", "3002", "3000", "3001", "3003"])):
         words = [_words(agent, tmp_path / f"{seed}", ("agent", "agent"), seed=seed) for agent in agents]
         assert [_said(one, "--seed") for one in words] == expected
+
+
+@pytest.mark.parametrize("budget", BUDGETS)
+def test_every_agent_of_every_budget_can_be_asked_for(
+    budget: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(training, "_files", lambda *_: [Path("one.mcap")])
+    parser = CommandParser(prog="movingout train")
+    train.configure(parser)
+    space = Workspace(budget=BUDGETS[budget])
+    for method in METHODS:
+        for data in DATA_SETS:
+            words = [str(word) for word in training_words(trained_id(f"{method}@{data}"), space)]
+            args = parser.parse_args(words)
+            overridden(KINDS[args.kind].presets[args.preset], args).check()
+
+
+def test_who_learns_from_its_own_play_plays_varied_maps_for_the_second_challenge(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for evaluation, split in (("official", "official"), ("held-out", "train")):
+        space = Workspace(budget=SMOKE, evaluation=evaluation)  # type: ignore[arg-type]
+        words = [str(word) for word in training_words(trained_id("mappo-3@c2"), space)]
+        assert _said(words, "--split") == split and _said(words, "--map") == "EfficientRoutes"
+        assert "--split" not in training_words(trained_id("mappo-3@a"), space)
 
 
 @pytest.mark.parametrize(

@@ -65,6 +65,20 @@ def test_groups_are_compared_with_equally_many_episodes(data: Path, capsys: pyte
     assert "left out: 1 unfinished" in said and found["left_out"]["unfinished"] == 1
 
 
+def test_styles_are_compared_and_those_who_mixed_them(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    styles = tmp_path / "styles.csv"
+    styles.write_text("participant,style\nP1,leads\nP2,leads\nP3,leads\nP4,follows\n", encoding="utf-8")
+    found, _ = measured(capsys, str(data), "--by", "style", "--styles", str(styles), "--map", "HandOff")
+    counts = {row["population"]: row["episodes"] for row in found["maps"]}
+    assert counts == {"leads": 3, "follows+leads": 3, "all together": 6}
+    assert main(["recordings", "diversity", str(data), "--by", "style"]) == 2
+    assert "4 of 4 participants have no style (P1, P2, P3, P4)" in capsys.readouterr().err
+    assert main(["recordings", "diversity", str(data), "--styles", str(styles)]) == 2
+    assert "counts with --by style alone" in capsys.readouterr().err
+
+
 def test_all_episodes_are_measured_when_asked_for(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found, _ = measured(capsys, str(data), "--by", "group", "--counts", "all", "--map", "HandOff")
     everybody = next(row for row in found["maps"] if row["population"] == "all together")

@@ -4,6 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from movingout.agents.errors import DataError
+from movingout.agents.training.training_data import read_training_data
+from movingout.recordings.diversity.episodes import read_paths
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import grouped
 from movingout.recordings.storage.study_rounds import uncounted_episodes
@@ -34,6 +37,12 @@ def test_invalid_rounds_broken_ones_and_those_of_people_who_declined_are_not_cou
     assert uncounted_episodes(recordings) == {invalid, *declined, "running", "left"}
     kept = {row.episode for row in grouped(recordings, 1)}
     assert kept == {path.stem for path in recordings} - {invalid} - declined
+    data = read_training_data([place.recordings])
+    assert {file.stem for file in data.files} == kept and data.uncounted == 1 + len(declined)
+    reading = read_paths([place.recordings], workers=1)
+    assert len(reading.episodes) == len(kept) and reading.uncounted == data.uncounted
+    with pytest.raises(DataError, match="none of 1 recording counts: their study leaves them out"):
+        read_training_data([place.recordings / f"{invalid}.mcap"])
 
 
 def test_a_database_that_cannot_be_read_is_named(tmp_path: Path) -> None:

@@ -52,9 +52,19 @@ def test_a_session_has_a_failure_if_a_round_has_and_the_papers_rate_stands_besid
     table = paper_table(results, plain)
     assert table is not None
     ours, papers, *_ = table.rows
-    assert ours[:3] == ("dp", "this study", "4") and papers[:3] == ("DP", "paper", "–")
-    assert papers[3:] == ("0.386 ± 0.051", "0.555 ± 0.043", "0.489 ± 0.046", "0.805 ± 0.013")
-    assert ours[5].startswith("0.8")  # the share of 110 ticks in which the large item was held alone
+    assert ours[:4] == ("dp", "this study", "1", "4") and papers[:4] == ("DP", "paper", "1", "–")
+    assert papers[4:] == ("0.386 ± 0.051", "0.555 ± 0.043", "0.489 ± 0.046", "0.805 ± 0.013")
+    assert ours[6].startswith("0.8")  # the share of 110 ticks in which the large item was held alone
+
+
+def test_rounds_of_the_second_challenge_do_not_stand_beside_the_papers_numbers_of_the_first(tmp_path: Path) -> None:
+    study, text = template("paper_challenge_2", **{"    maps: all     ": "    maps: [SingleRotation] "})
+    place, store, _ = fill(tmp_path, study, text, 2, seed=1)
+    table = paper_table(collect(study, store, place.recordings), plain)
+    assert table is not None
+    ours, papers, *_ = table.rows
+    assert ours[:4] == ("dp", "this study", "2", "4") and ours[4] != "–"
+    assert papers == ("DP", "paper", "2", "–", "–", "–", "–", "–")
 
 
 def test_what_annotators_reject_is_not_confirmed(filled: Filled) -> None:

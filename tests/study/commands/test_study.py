@@ -80,7 +80,7 @@ def test_check_warns_that_role_and_model_are_confounded_in_the_published_design_
     sentence = "role and model are confounded: participants meet"
     published = check_warnings(written("human_study_as_published", tmp_path), capsys)
     assert sentence in published and "only as red and " in published
-    for name in ("human_study", "collect", "agent_survey", "paper"):
+    for name in ("human_study", "collect", "agent_survey", "paper", "paper_challenge_2"):
         assert sentence not in check_warnings(written(name, tmp_path), capsys)
 
 

@@ -202,9 +202,27 @@ def test_the_papers_study_has_two_models_in_both_seats_that_choose_as_in_the_pap
     assert len(turns) == 48 and {seat for _, seat in turns} == {0, 1}
 
 
+def test_the_papers_second_challenge_has_items_that_its_models_have_not_learned_from() -> None:
+    study, first = parse_study(template_text("paper_challenge_2")), parse_study(template_text("paper"))
+    (block,), (same,) = study.blocks, first.blocks
+    assert (block.challenge, block.split, block.variants) == (2, "evaluation", "shared")
+    alike = same.model_copy(update={"challenge": 2})
+    assert (study.participants, block) == (first.participants, alike)
+    assert [one.agent for one in study.partners] == ["dp@c2:lag=1", "bass@c2:score=nfd,sampling=4,lag=1"]
+    seeds = [
+        {turn.map: turn.variant_seed for visit in assign(study, slot).visits for turn in visit.turns} for slot in (0, 1)
+    ]
+    assert len(seeds[0]) == 12 and None not in seeds[0].values() and seeds[0] == seeds[1]
+
+
 def test_an_unknown_template_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(StudyError, match="known: agent_survey, collect, human_study, human_study_as_published, paper"):
+    with pytest.raises(
+        StudyError,
+        match="known: agent_survey, collect, human_study, human_study_as_published, paper, paper_challenge_2",
+    ):
         template_text("nope")
+    with pytest.raises(StudyError, match="did you mean paper\\?"):
+        template_text("papr")
 
 
 def test_practice_is_the_tutorial_or_a_free_round() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import map_names
+from movingout.matches.paper.bar_chart import bar_chart
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell, Measurement, PlayedCell, PooledCell
 from movingout.matches.paper.costs import training_seconds
@@ -43,6 +44,21 @@ def test_every_map_has_agents_of_its_own_with_two_seeds(here: Path) -> None:
         ("mappo-12@a", "mappo-12@b"), ("mappo-12@b", "mappo-12@a"),
     ]  # fmt: skip
     assert seen.found(space) is None and len(seen.agents) == 24
+
+
+def test_the_second_challenge_has_a_row_of_ours_without_a_number_of_the_papers(here: Path) -> None:
+    entry = ENTRIES["fig:results_t2"]
+    cells = [cell for cell in entry.cells() if cell.row.name == "MAPPO"]
+    assert len(cells) == 4 and all(cell.theirs is None for cell in cells) and entry.state == "whole"
+    (first, *_), space = (cell.ours for cell in cells), Workspace(budget=BUDGETS["small"])
+    assert isinstance(first, PooledCell)
+    matches = [match for part in first.parts for match in part.matches(space)]
+    assert [(one.map, one.seats, one.challenge) for one in matches[:1]] == [("HandOff", ("mappo-1@c2",) * 2, 1)]
+    assert len(matches) == 12 == len({one.map for one in matches})
+    held_out = first.parts[0].matches(Workspace(budget=BUDGETS["small"], evaluation="held-out"))
+    assert [one.challenge for one in held_out] == [2]
+    picture = bar_chart(entry, space)
+    assert picture.count(">MAPPO</text>") == 4 and picture.count('class="theirs"') == 16
 
 
 def test_strangers_in_the_comparison_of_zero_shot_coordination_learned_from_people(here: Path) -> None:
