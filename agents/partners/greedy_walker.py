@@ -24,6 +24,7 @@ from movingout.agents.partners.walking import (
 from movingout.agents.scripted.navigation.motion_choice import REST, DriveCommand
 from movingout.agents.scripted.navigation.walking_route import route_to
 from movingout.agents.scripted.perception import Perception
+from movingout.maps.flood_fill import UNREACHED
 from movingout.maps.suggestion import known_names
 
 ORDERS = ("near", "far", "light", "heavy")
@@ -81,10 +82,14 @@ class GreedyWalker:
     def choose(self, now: Perception) -> int:
         """The item to take, -1 for none."""
         items = [item for item in self._takeable(now) if self._shunned.get(item, 0) <= now.tick]
-        if self._target in items and now.tick % LOOKS_EVERY:
+        if self._target in items and (now.tick % LOOKS_EVERY or self._stays_with(now, self._target)):
             return self._target
         costs = {item: self._cost(now, item) - _KEEPS * (item == self._target) for item in items}
         return min(costs, key=lambda item: (costs[item], item), default=-1)
+
+    def _stays_with(self, now: Perception, item: int) -> bool:
+        """On the way to the farthest item another one becomes the farthest."""
+        return self.order == "far" and way_length(now, item) < UNREACHED
 
     def _takeable(self, now: Perception) -> list[int]:
         shared = now.partner_item
@@ -93,7 +98,7 @@ class GreedyWalker:
     def _cost(self, now: Perception, item: int) -> float:
         cost, light = way_length(now, item), not now.is_heavy(item)
         if self.order == "far":
-            return -cost
+            return -cost if cost < UNREACHED else cost
         return cost - _CLASS_COST * (light if self.order == "light" else not light if self.order == "heavy" else 0)
 
     def carry(self, now: Perception) -> DriveCommand:

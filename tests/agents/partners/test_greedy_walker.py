@@ -43,6 +43,11 @@ def test_alone_it_brings_small_items_home_on_a_map_without_walls_mirrored_or_not
         assert delivered_items(the_map, last.after.item_poses).all()
 
 
+def test_on_the_way_to_the_farthest_item_it_does_not_turn_round_for_the_one_that_is_farthest_then() -> None:
+    steps = rollout(load_map("FourCorners"), (load_agent("greedy:order=far"), load_agent("idle")), 0, 150)
+    assert any(step.after.held[0] >= 0 for step in steps)
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
