@@ -56,7 +56,9 @@ class Front(PublicHost):
     def __init__(self, settings: Settings, processes: int, keep: int, certificate: Certificate | None = None) -> None:
         super().__init__(settings)
         together = replace(settings.limits, sockets=settings.limits.sockets * processes)
-        self.admission = AdmissionControl(together, time.monotonic, lambda: [link.sockets for link in self.links])
+        self.admission = AdmissionControl(
+            together, time.monotonic, lambda: [link.sockets for link in self.links], settings.admin_token
+        )
         self.background = BackgroundWork()
         self.stopping = False
         self._garbage = GarbageCollection()
@@ -268,6 +270,9 @@ class Front(PublicHost):
 
     def flooded(self, address: str) -> None:
         self.admission.strike(address)
+
+    def room_came_back(self, room_id: str, owner: str) -> None:
+        self.admission.opened_room(owner, room_id)
 
     def room_closed(self, room_id: str) -> None:
         self.admission.closed_room(room_id)
