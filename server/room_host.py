@@ -215,7 +215,8 @@ class RoomHost:
 
 
 def _agents_of_its_own(settings: Settings) -> AgentPool:
-    return AgentPool(settings.agent_workers, costs=AgentCosts(settings.data / COSTS))
+    costs = AgentCosts(settings.data / COSTS)
+    return AgentPool(settings.agent_workers, costs=costs, thread_cores=settings.agent_thread_cores)
 
 
 def _folder_id(folder: Path) -> tuple[int, int] | None:

@@ -71,7 +71,9 @@ class Front(PublicHost):
             processes=processes,
         )
         self.links = [RoomLink(index, replace(start, index=index), self._template, self) for index in range(processes)]
-        agents = StartAgents(settings.agent_workers, settings.data / COSTS, settings.log_format)
+        agents = StartAgents(
+            settings.agent_workers, settings.data / COSTS, settings.log_format, settings.agent_thread_cores
+        )
         self.agents = AgentLink(agents, self._connect_agents)
         self.expected = Expected()
         self._recovering: asyncio.Task[None] | None = None
