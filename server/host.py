@@ -56,6 +56,10 @@ class Host(PublicHost, RoomHost):
     def health(self) -> ProcessHealth:
         return self.process_health()
 
+    def came_back(self, room: Room) -> None:
+        super().came_back(room)
+        self.admission.opened_room(room.config.owner, room.id)
+
     def room_closed(self, room_id: str) -> None:
         super().room_closed(room_id)
         self.admission.closed_room(room_id)

@@ -72,10 +72,13 @@ def _agents(reports: Reports, workers: list[dict[str, float]]) -> Iterator[Metri
     seats = GaugeMetricFamily("movingout_agent_seats", "Seats played by a worker", labels=["worker"])
     load = GaugeMetricFamily("movingout_agent_load", "Share of one core its seats take", labels=["worker"])
     restarts = CounterMetricFamily("movingout_agent_restarts", "Times a worker was replaced", labels=["worker"])
+    overruns = CounterMetricFamily(
+        "movingout_agent_overruns", "Times a worker was replaced because an agent computed on", labels=["worker"]
+    )
     for number, row in enumerate(workers):
-        for family, key in ((seats, "seats"), (load, "load"), (restarts, "restarts")):
+        for family, key in ((seats, "seats"), (load, "load"), (restarts, "restarts"), (overruns, "overruns")):
             family.add_metric([str(number)], row[key])
-    yield from (seats, load, restarts)
+    yield from (seats, load, restarts, overruns)
 
 
 def _processes(by_name: dict[str, dict[str, Any]]) -> Iterator[Metric]:

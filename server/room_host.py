@@ -50,7 +50,9 @@ class RoomHost:
     ) -> None:
         self.settings = settings
         self.scheduler = RoomScheduler(time.monotonic, settings.tick_s)
-        self.admission = AdmissionControl(within_open_files(settings.limits), time.monotonic)
+        self.admission = AdmissionControl(
+            within_open_files(settings.limits), time.monotonic, secret=settings.admin_token
+        )
         self.agents = agents or _agents_of_its_own(settings)
         self.store = self._room_store()
         self.cpu_share = 0.0  # of one core, over the last seconds: for people to see
@@ -175,7 +177,11 @@ class RoomHost:
             log.warning("room %s does not come back: %s", file.id, error)
             self.store.delete(file.id)
         else:
-            self.registry.add(room)
+            self.came_back(room)
+
+    def came_back(self, room: Room) -> None:
+        """A room of the last run, or of another process or node, goes on here."""
+        self.registry.add(room)
 
     def episodes(self) -> list[str]:
         """The rounds that have begun here, whose journals must be left alone."""
@@ -209,7 +215,8 @@ class RoomHost:
 
 
 def _agents_of_its_own(settings: Settings) -> AgentPool:
-    return AgentPool(settings.agent_workers, costs=AgentCosts(settings.data / COSTS))
+    costs = AgentCosts(settings.data / COSTS)
+    return AgentPool(settings.agent_workers, costs=costs, thread_cores=settings.agent_thread_cores)
 
 
 def _folder_id(folder: Path) -> tuple[int, int] | None:

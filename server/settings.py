@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from movingout.agents.worker.thread_budget import MOST_CORES
 from movingout.server.options import option
 from movingout.world.constants import TICK_SECONDS
 
@@ -32,6 +33,14 @@ def process_count(text: str) -> int:
     if not text.isdecimal() or not 1 <= int(text) <= MOST_PROCESSES:
         raise argparse.ArgumentTypeError(f"from 1 to {MOST_PROCESSES} processes are possible, not {text}")
     return int(text)
+
+
+def cores(text: str) -> float:
+    """A number of cores, or a share of one."""
+    number = float(text)
+    if not 0.0 <= number <= MOST_WORKERS:
+        raise argparse.ArgumentTypeError(f"from 0 to {MOST_WORKERS} cores are possible, not {text}")
+    return number
 
 
 def countdown(text: str) -> float:
@@ -135,6 +144,10 @@ class Settings:
     agent_workers: int = option(
         1, "agent processes (%(default)s)", metavar="N", parse=worker_count, offered=AGENT_WORKERS
     )
+    agent_thread_cores: float = option(
+        MOST_CORES, "cores that agents' own threads may take in one agent process (%(default)s)",
+        flag="--agent-threads", metavar="CORES", parse=cores,
+    )  # fmt: skip
     processes: int = option(
         1, "processes for rooms (%(default)s here: one per core but one)", metavar="N", parse=process_count,
         offered=PROCESSES,

@@ -8,10 +8,9 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 from types import FrameType
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import uvicorn
 from starlette.applications import Starlette
@@ -19,7 +18,8 @@ from starlette.applications import Starlette
 from movingout.maps.errors import MovingOutError
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.connection_limits import ConnectionLimits
-from movingout.server.connection.uvicorn_protocols import GameWebSocketProtocol, http_protocol
+from movingout.server.connection.tls_acceptor import TlsAcceptor
+from movingout.server.connection.uvicorn_protocols import CountedHttpProtocol, GameWebSocketProtocol, http_protocol
 from movingout.server.open_files import most_connections
 from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Settings
@@ -28,6 +28,7 @@ SEND_BUFFER = 32 * 1024
 RECEIVE_BUFFER = 8 * 1024  # so that a flood is held back at its sender
 BACKLOG = 128  # connections that are accepted in one turn of the loop
 TLS_HANDSHAKE_S = 5.0
+HANDSHAKES = 0.25  # of all connections: so many are in their handshakes at once
 DRAIN = getattr(signal, "SIGUSR1", None)  # none on Windows
 DRAIN_S = 900.0  # for rounds to end; those that have not are suspended
 
@@ -79,9 +80,13 @@ class GameServer(uvicorn.Server):
     """
 
     _draining: "asyncio.Task[None] | None" = None
+    _acceptor: TlsAcceptor | None = None
 
-    def __init__(self, config: uvicorn.Config, app: Starlette, on_ready: Callable[[], None]) -> None:
+    def __init__(
+        self, config: uvicorn.Config, app: Starlette, on_ready: Callable[[], None], connections: ConnectionLimits
+    ) -> None:
         super().__init__(config)
+        self._connections = connections
         self.app = app
         self._host: SuspendedHost = app.state.host
         self._on_ready = on_ready
@@ -114,14 +119,20 @@ class GameServer(uvicorn.Server):
         self.should_exit = True
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        loop = self._loop = asyncio.get_running_loop()
-        if self.config.is_ssl:  # Uvicorn has no option for it, and asyncio waits 60 s for clients that say nothing
-            loop.create_server = partial(  # type: ignore[method-assign]
-                loop.create_server, ssl_handshake_timeout=TLS_HANDSHAKE_S
-            )
-        await super().startup(sockets)
+        self._loop = asyncio.get_running_loop()
+        if self.config.is_ssl and sockets:  # Uvicorn would hear of connections only after their handshakes
+            most = int(HANDSHAKES * self._connections.most)
+            self._acceptor = TlsAcceptor(sockets[0], self.adopt, most, self.elsewhere)
+            await super().startup([])
+            self._acceptor.start()
+        else:
+            await super().startup(sockets)
         if self.started:
             self._on_ready()
+
+    def elsewhere(self, connection: socket.socket, address: str) -> bool:
+        """Whether a connection from this address was given to another process instead."""
+        return False
 
     @property
     def _parts(self) -> dict[str, Any]:
@@ -129,13 +140,22 @@ class GameServer(uvicorn.Server):
         return {"config": self.config, "server_state": self.server_state, "app_state": self.lifespan.state}
 
     async def adopt(self, connection: socket.socket) -> None:
-        """Serve a connection that was accepted elsewhere, from its first byte. Raises OSError."""
-        await asyncio.get_running_loop().connect_accepted_socket(
-            lambda: self.config.http_protocol_class(**self._parts),
-            connection,
-            ssl=self.config.ssl,
-            ssl_handshake_timeout=TLS_HANDSHAKE_S if self.config.is_ssl else None,
-        )
+        """Serve an accepted connection, from its first byte; it counts from now on. Raises OSError."""
+        address = connection.getpeername()[0]
+        protocol = cast(type[CountedHttpProtocol], self.config.http_protocol_class)(**self._parts)
+        protocol.counted_for = address
+        try:
+            if not self._connections.opened(address, tls=self.config.is_ssl):
+                raise ConnectionRefusedError("too many connections")
+            await asyncio.get_running_loop().connect_accepted_socket(
+                lambda: protocol,
+                connection,
+                ssl=self.config.ssl,
+                ssl_handshake_timeout=TLS_HANDSHAKE_S if self.config.is_ssl else None,
+            )
+        finally:
+            if protocol.transport is None:  # it did not get as far as to count itself out
+                self._connections.closed(address)
 
     async def adopt_request(self, connection: socket.socket, request: bytes) -> None:
         """Serve a connection whose request for a websocket was read elsewhere. Raises OSError."""
@@ -145,6 +165,8 @@ class GameServer(uvicorn.Server):
         protocol.data_received(request)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        if self._acceptor is not None:
+            self._acceptor.stop()
         await self._host.suspend()
         await super().shutdown(sockets)
 
@@ -185,7 +207,7 @@ def game_server(
         ssl_certfile=_path(certificate and certificate.certificate),
         ssl_keyfile=_path(certificate and certificate.key),
     )
-    return kind(config, app, on_ready)
+    return kind(config, app, on_ready, connections)
 
 
 def _path(path: Path | None) -> str | None:

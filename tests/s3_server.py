@@ -6,7 +6,7 @@ import http.server
 import re
 import threading
 import urllib.parse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -24,6 +24,7 @@ class S3Server:
     spoils: bool = False  # whether it keeps other bytes than it is sent
     encrypts: bool = False  # whether an ETag is no MD5
     puts: list[str] = field(default_factory=list)
+    on_put: Callable[[str], object] = lambda key: None  # called before the bytes are kept
 
     @property
     def environment(self) -> dict[str, str]:
@@ -68,6 +69,7 @@ class _Handler(http.server.BaseHTTPRequestHandler):
             digest = base64.b64encode(hashlib.sha256(body).digest()).decode()
             if self.headers.get("x-amz-checksum-sha256") != digest:
                 return self._fail(400, "BadDigest")
+            self.store.on_put(key)
             objects[key] = body[:-1] + b"?" if self.store.spoils else body
             self.store.puts.append(key)
             self._answer(200, b"", ETag=self._tag(objects[key]))

@@ -9,8 +9,8 @@ import struct
 import time
 from typing import Literal, NamedTuple
 
-Phase = Literal["idle", "deciding", "loading"]
-_PHASES: tuple[Phase, ...] = ("idle", "deciding", "loading")
+Phase = Literal["idle", "deciding", "loading", "overrun"]  # overrun: it ends, because of an agent
+_PHASES: tuple[Phase, ...] = ("idle", "deciding", "loading", "overrun")
 _LAYOUT = struct.Struct("<dqq")  # since (monotonic seconds), phase, key of the seat
 _NO_SEAT = -1
 

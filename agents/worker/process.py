@@ -2,8 +2,8 @@
 
 Requests that wait at the same time for agents with the same networks are answered in one batch.
 
-Started by `server.agent_workers.process` as `python -m movingout.agents.worker.process SOCKET_FD HEARTBEAT_FD`; ends
-when the socket closes.
+Started by `server.agent_workers.process` as `python -m movingout.agents.worker.process SOCKET_FD HEARTBEAT_FD CORES`;
+ends when the socket closes, and when an agent computes more than CORES in threads of its own, which nothing else ends.
 """
 
 import os
@@ -42,6 +42,7 @@ from movingout.agents.worker.messages import (
     observed_state,
     read_to_worker,
 )
+from movingout.agents.worker.thread_budget import ThreadBudget
 from movingout.world.constants import TICK_SECONDS
 
 IDLE_WAIT_S = 0.5  # interval of an idle worker's heartbeat
@@ -49,6 +50,7 @@ GIVE_UP_AFTER = 20  # consecutive failures after which a seat is not asked again
 MOST_MEMORY = 6 << 30  # bytes of one worker
 TIMED = 5  # decisions of an agent that was just loaded
 MOST_SPARE, MOST_SPARE_IDS = 64, 8  # agents kept for later seats, and different ones; the oldest are dropped
+OVERRUN = 4  # exit code
 MAX_BATCH = 10  # requests answered together; more would delay the first of them too much
 
 
@@ -68,8 +70,9 @@ _Kept = tuple[str, str]
 class DecisionQueue:
     """The seats of one worker and their open requests; knows no socket."""
 
-    def __init__(self, heartbeat: WorkerHeartbeat) -> None:
+    def __init__(self, heartbeat: WorkerHeartbeat, budget: ThreadBudget | None = None) -> None:
         self._heartbeat = heartbeat
+        self._budget = ThreadBudget() if budget is None else budget
         self._seats: dict[int, _Seat] = {}
         self._questions: dict[int, Observe] = {}
         self._spare: dict[_Kept, list[Agent]] = {}
@@ -93,6 +96,16 @@ class DecisionQueue:
                 if seat is not None and seat.failures == 0:
                     self._keep_spare(seat)
         return None
+
+    def overrun(self) -> Failed | None:
+        """The last word of this worker: an agent's threads compute too much. Its key is -1 for one without a seat."""
+        found = self._budget.overrun()
+        if found is None:
+            return None
+        key = next((key for key, seat in self._seats.items() if seat.agent is found.agent), -1)
+        self._heartbeat.write("overrun", key)
+        reason = f"the agent's own threads took {found.cores:.1f} cores, and {self._budget.most:g} are allowed"
+        return Failed(key, -1, reason, fatal=True)
 
     def answer_next(self, now: float) -> list[FromWorker]:
         """Answer the request with the earliest deadline (there is one: see `busy`), and those of its batch."""
@@ -129,9 +142,11 @@ class DecisionQueue:
             if spare:
                 agent = spare.pop()
             else:
-                agent = _warm(load_live_agent(message.agent_id), episode)
-                share = _timed(message.agent_id, agent, episode)
+                with self._budget.loading():
+                    agent = _warm(load_live_agent(message.agent_id), episode)
+                    share = _timed(message.agent_id, agent, episode)
             agent.reset(episode)
+            self._budget.claim(agent)
             group = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
         except Exception as error:  # noqa: BLE001 - the boundary around an agent
             return Failed(message.key, -1, _sentence(error), fatal=True)
@@ -157,7 +172,8 @@ class DecisionQueue:
     def _decide(self, seat: _Seat, question: Observe) -> FromWorker:
         begun = time.thread_time()
         try:
-            chunk = checked_chunk(seat.agent.act(_seen(seat, question)))
+            with self._budget.deciding(seat.agent):
+                chunk = checked_chunk(seat.agent.act(_seen(seat, question)))
             return _answer(seat, question, chunk, time.thread_time() - begun)
         except Exception as error:  # noqa: BLE001 - the boundary around an agent
             return self._failed(seat, question, error)
@@ -174,7 +190,9 @@ class DecisionQueue:
         assert isinstance(first, BatchAgent)
         try:
             observations = [_seen(seat, question) for seat, question in zip(seats, asked, strict=True)]
-            given = first.act_many([seat.agent for seat in seats], observations)
+            agents = [seat.agent for seat in seats]
+            with self._budget.deciding(*agents):
+                given = first.act_many(agents, observations)
             chunks = [checked_chunk(chunk) for chunk in given]
             each_s = (time.thread_time() - begun) / len(asked)
             return [
@@ -241,11 +259,14 @@ def _sentence(error: Exception) -> str:
     return located(f"{type(error).__name__}: {text}" if text else type(error).__name__, error)
 
 
-def serve(link: socket.socket, heartbeat: WorkerHeartbeat) -> None:
-    """Answer until the other end closes the socket."""
-    queue = DecisionQueue(heartbeat)
+def serve(link: socket.socket, heartbeat: WorkerHeartbeat, budget: ThreadBudget) -> None:
+    """Answer until the other end closes the socket, or an agent's threads compute too much."""
+    queue = DecisionQueue(heartbeat, budget)
     buffer = FrameBuffer()
     while True:
+        if (overrun := queue.overrun()) is not None:
+            link.sendall(frame(overrun))
+            os._exit(OVERRUN)  # an ordinary end would wait for the threads
         heartbeat.write("idle")
         readable, _, _ = select.select([link], [], [], 0.0 if queue.busy else IDLE_WAIT_S)
         if readable:
@@ -270,7 +291,7 @@ def main(arguments: list[str]) -> None:
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     with socket.socket(fileno=int(arguments[0])) as link:
         try:
-            serve(link, WorkerHeartbeat(int(arguments[1])))
+            serve(link, WorkerHeartbeat(int(arguments[1])), ThreadBudget(float(arguments[2])))
         except (ConnectionResetError, BrokenPipeError):
             return  # the server is gone
 

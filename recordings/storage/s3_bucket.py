@@ -19,6 +19,7 @@ from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.storage.finished import SUFFIX
 
 UPLOADED_TO = "uploaded-to"  # in the data folder: the addresses, one a line, whose copies are deleted with a recording
+DELETED = "deleted-recordings"  # beside it: names, one a line, that are in no bucket, whatever was being sent then
 CHECK = "movingout-check"  # the object by which the right to write is tried
 _ADDRESS = re.compile(r"s3://([A-Za-z0-9][A-Za-z0-9._-]{1,62})(?:/([A-Za-z0-9!_.*'()/-]*))?")
 _MD5 = re.compile(r"[0-9a-f]{32}")
@@ -154,9 +155,15 @@ def _reason(error: Exception) -> str:
 
 
 def not_uploaded(folder: Path, address: str) -> list[Path]:
-    """The finished recordings of a folder that the bucket does not have in this size, oldest first."""
-    there = S3Bucket(s3_address(address)).sizes()
-    found = [(path.stat(), path) for path in folder.glob(f"*{SUFFIX}") if path.is_file() and not path.is_symlink()]
+    """The finished recordings of a folder that the bucket does not have in this size, oldest first.
+
+    Copies of deleted recordings are removed: whoever sent one may have been stopped at that moment.
+    """
+    bucket, deleted = S3Bucket(s3_address(address)), deleted_of(folder.parent)
+    there = bucket.sizes()
+    bucket.delete(sorted(deleted.intersection(there)))
+    paths = (path for path in folder.glob(f"*{SUFFIX}") if path.name not in deleted)
+    found = [(path.stat(), path) for path in paths if path.is_file() and not path.is_symlink()]
     missing = [(about.st_mtime_ns, path) for about, path in found if there.get(path.name) != about.st_size]
     return [path for _, path in sorted(missing)]
 
@@ -180,9 +187,29 @@ def uploads_of(data: Path) -> list[str]:
 
 
 def delete_copies(data: Path, names: list[str]) -> None:
-    """Delete recordings wherever they were sent to. Raises RecordingError, OSError."""
+    """Delete recordings wherever they were sent to, or are being sent to. Raises RecordingError, OSError."""
+    _note_deleted(data, names)  # before: who is just sending one looks here afterwards
     for address in uploads_of(data):
         S3Bucket(s3_address(address)).delete(names)
+
+
+def deleted_of(data: Path) -> set[str]:
+    """The names of all recordings that are to be in no bucket any more. Raises RecordingError."""
+    try:
+        return set(os.fsdecode((data / DELETED).read_bytes()).split("\n"))
+    except FileNotFoundError:
+        return set()
+    except OSError as error:
+        raise cannot("read", data / DELETED, error) from error
+
+
+def _note_deleted(data: Path, names: list[str]) -> None:
+    """Append and fsync."""
+    if names:
+        with (data / DELETED).open("ab") as stream:
+            stream.write(os.fsencode("".join(f"{name}\n" for name in names)))
+            stream.flush()
+            os.fsync(stream.fileno())
 
 
 @lru_cache(maxsize=8)
@@ -193,11 +220,14 @@ def bucket_at(address: str) -> S3Bucket:
 
 def upload(path: Path, address: str) -> int:
     """Send one recording; the number of bytes, 0 when it has been deleted. Raises RecordingError."""
-    if not path.exists():
-        return 0
-    bucket = bucket_at(address)
-    size = bucket.upload(path)
-    if not path.exists():  # somebody asked for its deletion meanwhile
+    bucket, size = bucket_at(address), 0
+    if not _is_deleted(path):
+        size = bucket.upload(path)
+    if _is_deleted(path):  # now, or at an attempt whose own deletion failed
         bucket.delete([path.name])
         return 0
     return size
+
+
+def _is_deleted(path: Path) -> bool:
+    return not path.exists() or path.name in deleted_of(path.parent.parent)

@@ -30,9 +30,11 @@ from movingout.agents.worker.messages import (
     answered_chunk,
     observe_message,
 )
+from movingout.agents.worker.thread_budget import MOST_CORES
 from movingout.maps import MapSpec
 from movingout.server.agent_workers.capacity import AgentCosts, LateDecisions, per_worker
 from movingout.server.agent_workers.process import AgentProcess
+from movingout.server.agent_workers.stopped_agents import StoppedAgents
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.ping import HelpPing
 from movingout.world.state import Floats, WorldState
@@ -69,6 +71,10 @@ class Worker(Protocol):
     def restarts(self) -> int: ...
 
     @property
+    def overruns(self) -> int:
+        """How often an agent's threads had to be ended with the worker."""
+
+    @property
     def connected(self) -> bool: ...
 
     def start(self) -> None: ...
@@ -87,6 +93,9 @@ class SeatAtWorker(Protocol):
     key: int
     agent_id: str
     failed: str
+
+    def give_up(self, reason: str) -> None:
+        """Ask the agent no more."""
 
     def begin(self) -> None:
         """The worker has just connected."""
@@ -166,6 +175,12 @@ class AgentSeat:
 
     # ---- called by the pool -----------------------------------------------------------------------------------
 
+    def give_up(self, reason: str) -> None:
+        """Ask the agent no more; its seat stays neutral."""
+        self.failed = reason
+        self._waiting = None
+        self._execute = 0
+
     def begin(self) -> None:
         """Open the episode at a worker that has just connected."""
         self.ready = False
@@ -191,12 +206,12 @@ class AgentSeat:
         """The worker is gone; `guilty` if it was deciding for this seat."""
         self.ready = False
         self._asked = None
-        if guilty:
+        if guilty and not self.failed:
             self.strikes += 1
             self.failures += 1
             self._problem = "the agent's process died or hung"
             if self.strikes >= STRIKES:
-                self._give_up(f"the agent's process died or hung {self.strikes} times")
+                self.give_up(f"the agent's process died or hung {self.strikes} times")
 
     def _ask(self) -> None:
         if self._waiting is None or self._asked is not None or not self.ready or self.failed:
@@ -220,12 +235,7 @@ class AgentSeat:
         self._asked = None
         self._problem = message.reason
         if message.fatal:
-            self._give_up(message.reason)
-
-    def _give_up(self, reason: str) -> None:
-        self.failed = reason
-        self._waiting = None
-        self._execute = 0
+            self.give_up(message.reason)
 
 
 class AgentPool:
@@ -237,12 +247,15 @@ class AgentPool:
         clock: Callable[[], float] = time.monotonic,
         costs: AgentCosts | None = None,
         first_key: int = 1,
+        thread_cores: float = MOST_CORES,
     ) -> None:
         self._clock = clock
         self.costs = costs or AgentCosts()
         self.decisions = 0
         self.missed = 0
         self._most = per_worker(workers)
+        self._thread_cores = thread_cores
+        self._stopped = StoppedAgents(clock)
         self._late: dict[Worker, LateDecisions] = {}
         self._seats: dict[int, SeatAtWorker] = {}
         self._home: dict[int, Worker] = {}
@@ -259,10 +272,13 @@ class AgentPool:
                 seat.begin()
 
         def lost(activity: Activity) -> None:
+            seat = None if activity.key is None else self._seats.get(activity.key)
+            if activity.phase == "overrun" and seat is not None:
+                self._stopped.stop(seat.agent_id, seat.failed)
             for seat in self._seats_of(worker):
                 seat.worker_lost(guilty=activity.phase != "idle" and seat.key == activity.key)
 
-        worker = AgentProcess(self._dispatch, ready, lost)
+        worker = AgentProcess(self._dispatch, ready, lost, self._thread_cores)
         return worker
 
     async def start(self) -> None:
@@ -292,7 +308,9 @@ class AgentPool:
         )
         self._seats[key] = taken
         self._home[key] = worker
-        if worker.connected:
+        if why := self._stopped.why(agent_id):
+            taken.give_up(why)
+        elif worker.connected:
             taken.begin()
         return taken
 
@@ -337,11 +355,12 @@ class AgentPool:
             yield from worker.faults()
 
     def report(self) -> list[dict[str, float]]:
-        """One row per worker for the admin page: pid, restarts, seats, load."""
+        """One row per worker for the admin page: pid, restarts, overruns, seats, load."""
         return [
             {
                 "pid": worker.pid,
                 "restarts": worker.restarts,
+                "overruns": worker.overruns,
                 "seats": len(self._seats_of(worker)),
                 "load": round(self.load(worker), 4),
             }

@@ -18,11 +18,17 @@ import msgspec
 
 from movingout.agents.worker.heartbeat import Activity, WorkerHeartbeat
 from movingout.agents.worker.messages import FrameBuffer, FromWorker, ToWorker, frame, read_from_worker
+from movingout.agents.worker.thread_budget import MOST_CORES
 from movingout.server.agent_workers.process_restarts import ProcessRestarts
 
 log = logging.getLogger(__name__)
 
-HANG_S = {"idle": 3.0, "deciding": 2.0, "loading": 90.0}  # seconds in one phase after which the worker is replaced
+HANG_S = {
+    "idle": 3.0,
+    "deciding": 2.0,
+    "loading": 90.0,
+    "overrun": 2.0,
+}  # seconds in one phase after which the worker is replaced
 WATCH_EVERY_S = 0.25
 QUICK_DEATH_S = 1.0  # a worker that died younger than this is not replaced at once
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -40,14 +46,17 @@ class AgentProcess:
         on_message: Callable[[FromWorker], None],
         on_ready: Callable[[], None],
         on_lost: Callable[[Activity], None],
+        thread_cores: float = MOST_CORES,
     ) -> None:
         self._on_message = on_message
         self._on_ready = on_ready
         self._on_lost = on_lost
+        self._thread_cores = thread_cores
         self._link: asyncio.StreamWriter | None = None
         self._task: asyncio.Task[None] | None = None
         self._restart_record = ProcessRestarts("an agent worker")
         self.pid = 0
+        self.overruns = 0  # lives that ended because of an agent's threads
 
     def start(self) -> None:
         """Start the worker and keep it running until `close`."""
@@ -86,6 +95,7 @@ class AgentProcess:
         while True:
             born = time.monotonic()
             activity = await self._one_life_or_none()
+            self.overruns += activity.phase == "overrun"
             self._restart_record.ended(by_itself=activity.phase == "idle")
             self._on_lost(activity)
             if time.monotonic() - born < QUICK_DEATH_S:
@@ -95,7 +105,10 @@ class AgentProcess:
         """Whatever goes wrong, there is to be a next life: without files or memory for a moment, none can begin."""
         try:
             activity = await self._one_life()
-            log.warning("agent worker %d lost while %s; starting another", self.pid, activity.phase)
+            what = (
+                "lost because an agent computes on" if activity.phase == "overrun" else f"lost while {activity.phase}"
+            )
+            log.warning("agent worker %d %s; starting another", self.pid, what)
         except Exception as error:
             log.error("an agent worker cannot be run: %s", error, exc_info=not isinstance(error, OSError))
             return Activity(0.0, "idle", None)
@@ -108,7 +121,7 @@ class AgentProcess:
             with theirs, tempfile.TemporaryFile() as file:
                 heartbeat = WorkerHeartbeat(file.fileno())
                 heartbeat.write("idle")
-                process = await _spawn(theirs, file)
+                process = await _spawn(theirs, file, self._thread_cores)
         except BaseException:
             ours.close()
             raise
@@ -152,8 +165,9 @@ class AgentProcess:
         await process.wait()
 
 
-async def _spawn(link: socket.socket, file: IO[bytes]) -> asyncio.subprocess.Process:
+async def _spawn(link: socket.socket, file: IO[bytes], thread_cores: float) -> asyncio.subprocess.Process:
     arguments = ["-P", "-m", "movingout.agents.worker.process", str(link.fileno()), str(file.fileno())]
+    arguments += [str(thread_cores)]
     return await asyncio.create_subprocess_exec(
         sys.executable,
         *arguments,

@@ -120,9 +120,9 @@ async def _opened(
     host: PublicHost, config: RoomConfig, seats: list[Seat], tokens: list[str | None], address: str
 ) -> dict[str, Any]:
     """Open the room and count it for the address. Raises MapError and AgentError."""
-    room_id = await host.open_room(config, seats)
-    if address:
-        host.admission.opened_room(address, room_id)
+    owner = host.admission.owner(address) if address else ""
+    room_id = await host.open_room(msgspec.structs.replace(config, owner=owner), seats)
+    host.admission.opened_room(owner, room_id)
     return _joining(room_id, tokens)
 
 

@@ -63,7 +63,7 @@ class ClusterHost(Host):
     def __init__(self, settings: Settings) -> None:
         PublicHost.__init__(self, settings)
         costs = AgentCosts(settings.node_folder / COSTS)
-        agents = AgentPool(settings.agent_workers, costs=costs)
+        agents = AgentPool(settings.agent_workers, costs=costs, thread_cores=settings.agent_thread_cores)
         self._awaiting_agents: dict[str, RoomFile] = {}  # rooms that come back when an agent is free
         self.node: ClusterNode = self._make_node()
         RoomHost.__init__(self, settings, new_room_id=self._new_room_id, agents=agents)
@@ -185,7 +185,7 @@ class ClusterHost(Host):
                 interrupted.writer.abandon()
             raise ClusterError(f"the lease of the shard {shard!r} was lost while its rooms were being opened")
         try:
-            self.registry.add(room_again(file, interrupted, self.registry, time.monotonic()))
+            self.came_back(room_again(file, interrupted, self.registry, time.monotonic()))
             self._awaiting_agents.pop(file.id, None)
         except AgentsBusyError as error:  # those of another node's rooms came in addition
             if file.id not in self._awaiting_agents:

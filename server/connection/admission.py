@@ -7,6 +7,7 @@ from typing import Literal, TypeVar
 
 from movingout.server.connection.socket_counts import SocketCounts
 from movingout.server.connection.token_bucket import TokenBucket
+from movingout.server.security.tokens import new_token, pseudonym
 from movingout.server.settings import Limits
 
 MOST_KEPT = 10_000  # addresses; then the oldest is forgotten
@@ -27,16 +28,22 @@ Kept = TypeVar("Kept")
 class AdmissionControl:
     """Counts sockets and wrong tokens per address. A refusal is a sentence; empty means admitted.
 
-    `elsewhere` counts the sockets of other processes, where there are some; `on_socket` is told of those here.
+    `elsewhere` counts the sockets of other processes, where there are some; `on_socket` is told of those here. `secret`
+    makes the names under which addresses own rooms, which are kept on the disk: the same one, the same names.
     """
 
     def __init__(
-        self, limits: Limits, clock: Callable[[], float], elsewhere: Callable[[], Iterable[SocketCounts]] = tuple
+        self,
+        limits: Limits,
+        clock: Callable[[], float],
+        elsewhere: Callable[[], Iterable[SocketCounts]] = tuple,
+        secret: str = "",
     ) -> None:
         self._limits = limits
         self._clock = clock
         self._here = SocketCounts()
         self._elsewhere = elsewhere
+        self._secret = secret or new_token()
         self.on_socket: Callable[[SocketNews, str], None] = lambda news, address: None
         self._guesses: dict[tuple[str, Secret], TokenBucket] = {}
         self._openings: dict[str, TokenBucket] = {}
@@ -47,12 +54,12 @@ class AdmissionControl:
         self._drawings: dict[str, TokenBucket] = {}
         self._study_arrivals: dict[str, TokenBucket] = {}
         self._requests: dict[str, TokenBucket] = {}
-        self._recorded: dict[str, TokenBucket] = {}  # bytes that may still be recorded
+        self._recorded: dict[str, TokenBucket] = {}  # bytes that may still be recorded, by owner
         self.refusals: Counter[str] = Counter()  # by reason
         self._banned: dict[str, float] = {}  # until
         self._arrivals: dict[str, TokenBucket] = {}
-        self._room_owners: dict[str, str] = {}  # address group by room
-        self._rooms_of: dict[str, set[str]] = {}  # open ones by address group
+        self._room_owners: dict[str, str] = {}  # owner by room
+        self._rooms_of: dict[str, set[str]] = {}  # open ones by owner
         self._locked: dict[tuple[str, Secret], float] = {}  # until
 
     @property
@@ -136,44 +143,48 @@ class AdmissionControl:
 
     def recorded(self, room_id: str, size: int) -> None:
         """A room has recorded so many bytes."""
-        group = self._room_owners.get(room_id)
-        if group is None:
+        owner = self._room_owners.get(room_id)
+        if owner is None:
             return
         now, per_day = self._clock(), self._limits.recorded_per_address_per_day
-        if group not in self._recorded:
-            keep(self._recorded, group, TokenBucket(per_day / DAY_S, per_day, now))
-        if not self._recorded[group].take(now, size):
-            self._recorded[group].empty(now)
+        if owner not in self._recorded:
+            keep(self._recorded, owner, TokenBucket(per_day / DAY_S, per_day, now))
+        if not self._recorded[owner].take(now, size):
+            self._recorded[owner].empty(now)
 
     def may_record(self, address: str) -> bool:
         """Whether rooms of this address may fill the disk further today."""
-        bucket = self._recorded.get(address_group(address))
+        bucket = self._recorded.get(self.owner(address))
         return bucket is None or bucket.holds(self._clock(), ROUND_BYTES)
 
     def may_open_room(self, address: str) -> bool:
         per_minute = self._limits.rooms_per_address_per_minute
         return self._bucket(self._openings, address_group(address), per_minute).take(self._clock())
 
+    def owner(self, address: str) -> str:
+        """Under which name rooms are counted for an address."""
+        return pseudonym(address_group(address), self._secret)
+
     def rooms_of(self, address: str) -> frozenset[str]:
         """The open rooms that were opened from here."""
-        return frozenset(self._rooms_of.get(address_group(address), ()))
+        return frozenset(self._rooms_of.get(self.owner(address), ()))
 
     def rooms_beside(self, room_id: str) -> frozenset[str]:
         """The open rooms of whoever opened this one, itself included; empty for one that was opened for nobody."""
         return frozenset(self._rooms_of.get(self._room_owners.get(room_id, ""), ()))
 
-    def opened_room(self, address: str, room_id: str) -> None:
-        """A room was opened for this address; report its end to `closed_room`."""
-        group = address_group(address)
-        self._room_owners[room_id] = group
-        self._rooms_of.setdefault(group, set()).add(room_id)
+    def opened_room(self, owner: str, room_id: str) -> None:
+        """A room was opened for this owner, or is there again; report its end to `closed_room`."""
+        if owner:
+            self._room_owners[room_id] = owner
+            self._rooms_of.setdefault(owner, set()).add(room_id)
 
     def closed_room(self, room_id: str) -> None:
-        group = self._room_owners.pop(room_id, None)
-        if group is not None:
-            self._rooms_of[group].discard(room_id)
-            if not self._rooms_of[group]:
-                del self._rooms_of[group]
+        owner = self._room_owners.pop(room_id, None)
+        if owner is not None:
+            self._rooms_of[owner].discard(room_id)
+            if not self._rooms_of[owner]:
+                del self._rooms_of[owner]
 
     def may_draw(self, address: str) -> bool:
         """Whether a picture of a round may be drawn for this address now."""

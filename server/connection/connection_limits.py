@@ -9,6 +9,8 @@ from movingout.server.connection.admission import address_group, keep
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.settings import Limits
 
+HANDSHAKE_COST = 2.5  # plain connections
+
 
 class ConnectionLimits:
     """Counts all connections, and those of each address; a trusted proxy has no limit of its own.
@@ -28,24 +30,27 @@ class ConnectionLimits:
         self._limits = limits
         self._proxies = proxies
         self._clock = clock
-        self._most = most
+        self.most = most
         self._websockets = websockets
         self._total = 0
         self._open: defaultdict[str, int] = defaultdict(int)
         self._opened: dict[str, TokenBucket] = {}
         self._refusals = Counter() if refusals is None else refusals
 
-    def opened(self, address: str) -> bool:
-        """Count a connection, which must be `closed`; False when it is one too many."""
+    def opened(self, address: str, tls: bool = False) -> bool:
+        """Count a connection, which must be `closed`; False when it is one too many. `tls`: before its handshake."""
         self._total += 1
-        fits = self._total + self._websockets() <= self._most
-        allowed = (is_trusted(address, self._proxies) or self._within_limits(address_group(address))) and fits
+        fits = self._total + self._websockets() <= self.most
+        allowed = (is_trusted(address, self._proxies) or self._within_limits(address_group(address), tls)) and fits
         self._refusals["connection"] += not allowed
         return allowed
 
-    def _within_limits(self, group: str) -> bool:
+    def _within_limits(self, group: str, tls: bool) -> bool:
         self._open[group] += 1
-        return self._open[group] <= self._limits.connections_per_address and self._bucket(group).take(self._clock())
+        cost = HANDSHAKE_COST if tls else 1.0
+        return self._open[group] <= self._limits.connections_per_address and self._bucket(group).take(
+            self._clock(), cost
+        )
 
     def closed(self, address: str) -> None:
         self._total -= 1

@@ -40,10 +40,16 @@ class HeadTooLarge(Exception):
     """Raised in the parser's callbacks; ends as `send_400_response`."""
 
 
-def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[HttpToolsProtocol]:
+class CountedHttpProtocol(HttpToolsProtocol):
+    """Uvicorn's, which may be counted from before its TLS handshake: `counted_for` is its address then."""
+
+    counted_for: str | None = None
+
+
+def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[CountedHttpProtocol]:
     """The HTTP protocol of one server: whole requests, and whole answers taken, within deadlines."""
 
-    class DeadlineHttpProtocol(HttpToolsProtocol):
+    class DeadlineHttpProtocol(CountedHttpProtocol):
         """Drops a connection that trickles its request (slowloris) or sends a head without end.
 
         Uvicorn alone would wait for ever, and keep every byte.
@@ -59,8 +65,9 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[HttpToo
 
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
             super().connection_made(transport)
-            self._address = self.client[0] if self.client else ""
-            if connections.opened(self._address):
+            counted = self.counted_for is not None
+            self._address = self.counted_for or (self.client[0] if self.client else "")
+            if counted or connections.opened(self._address):
                 self._set_deadline()
             else:
                 transport.abort()

@@ -41,6 +41,7 @@ def room_file(room: Room, saved: float) -> RoomFile:
         episode=room.round.episode_id if in_round else "",
         results=room.series.results,
         next_episode="" if room.round.started else room.round.episode_id,
+        joined=room.was_joined,
     )
 
 
@@ -69,6 +70,7 @@ def room_again(file: RoomFile, interrupted: InterruptedRound | None, services: S
         results=tuple(file.results),
         phase="lobby" if broken_off else file.phase,
         notice=RESTARTED if broken_off else Notice(message=file.reason),
+        joined=file.joined,
     )
     try:
         room = Room(room_id=file.id, config=file.config, seats=seats, services=services, now=now, progress=progress)

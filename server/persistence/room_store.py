@@ -52,6 +52,7 @@ class RoomFile(msgspec.Struct, forbid_unknown_fields=True):
     episode: str
     results: list[m.Result]
     next_episode: str = ""  # of the round that has not begun
+    joined: bool = True  # whether anybody ever came
 
 
 class RoomStore:

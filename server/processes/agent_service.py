@@ -53,12 +53,11 @@ class StartAgents:
     workers: int
     costs: Path
     log_format: str
+    thread_cores: float
 
 
 class RemoteSeat:
     """A seat of a room in another process."""
-
-    failed = ""
 
     def __init__(self, pool: "ServicePool", worker: Worker, opening: Open, rooms: "RoomsLink") -> None:
         self.key = opening.key
@@ -68,9 +67,14 @@ class RemoteSeat:
         self._opening = opening
         self._rooms = rooms
         self._deadline = 0.0
+        self.failed = ""
+
+    def give_up(self, reason: str) -> None:
+        self.failed = reason
 
     def begin(self) -> None:
-        self._worker.send(self._opening)
+        if not self.failed:
+            self._worker.send(self._opening)
 
     def ask(self, question: Observe) -> None:
         self._deadline = question.deadline
@@ -86,6 +90,8 @@ class RemoteSeat:
                 self._pool.note_decision(self, asyncio.get_running_loop().time() > self._deadline)
             case Skipped():
                 self._pool.note_decision(self, missed=True)
+            case Failed(fatal=True):
+                self.give_up(message.reason)
         self._rooms.send(message)
 
     def worker_lost(self, guilty: bool) -> None:
@@ -97,6 +103,8 @@ class ServicePool(AgentPool):
 
     def open_remote(self, opening: Open, rooms: "RoomsLink") -> None:
         """Raises AgentError."""
+        if why := self._stopped.why(opening.agent_id):
+            raise AgentError(why)
         worker = self._admitted(opening.agent_id)
         seat = RemoteSeat(self, worker, opening, rooms)
         self._seats[opening.key], self._home[opening.key] = seat, worker
@@ -174,7 +182,7 @@ class AgentService:
     """The process."""
 
     def __init__(self, start: StartAgents) -> None:
-        self.pool = ServicePool(start.workers, costs=AgentCosts(start.costs))
+        self.pool = ServicePool(start.workers, costs=AgentCosts(start.costs), thread_cores=start.thread_cores)
         self.background = BackgroundWork()
         self._links: dict[RoomsLink, asyncio.Task[None]] = {}
 

@@ -56,7 +56,9 @@ class Front(PublicHost):
     def __init__(self, settings: Settings, processes: int, keep: int, certificate: Certificate | None = None) -> None:
         super().__init__(settings)
         together = replace(settings.limits, sockets=settings.limits.sockets * processes)
-        self.admission = AdmissionControl(together, time.monotonic, lambda: [link.sockets for link in self.links])
+        self.admission = AdmissionControl(
+            together, time.monotonic, lambda: [link.sockets for link in self.links], settings.admin_token
+        )
         self.background = BackgroundWork()
         self.stopping = False
         self._garbage = GarbageCollection()
@@ -69,7 +71,9 @@ class Front(PublicHost):
             processes=processes,
         )
         self.links = [RoomLink(index, replace(start, index=index), self._template, self) for index in range(processes)]
-        agents = StartAgents(settings.agent_workers, settings.data / COSTS, settings.log_format)
+        agents = StartAgents(
+            settings.agent_workers, settings.data / COSTS, settings.log_format, settings.agent_thread_cores
+        )
         self.agents = AgentLink(agents, self._connect_agents)
         self.expected = Expected()
         self._recovering: asyncio.Task[None] | None = None
@@ -268,6 +272,9 @@ class Front(PublicHost):
 
     def flooded(self, address: str) -> None:
         self.admission.strike(address)
+
+    def room_came_back(self, room_id: str, owner: str) -> None:
+        self.admission.opened_room(owner, room_id)
 
     def room_closed(self, room_id: str) -> None:
         self.admission.closed_room(room_id)

@@ -11,8 +11,8 @@ from movingout.server.rooms.room_view import PlayedRound
 class Listener(Protocol):
     """Who hears of one process with rooms."""
 
-    def became_ready(self, rooms: list[str]) -> None:
-        """It can be reached, and has these rooms."""
+    def became_ready(self, owners: dict[str, str]) -> None:
+        """It can be reached, and has these rooms: the owner of each by its id."""
 
     def leaving(self) -> None:
         """It ends, and takes no more connections."""
@@ -38,8 +38,8 @@ class Listener(Protocol):
         """A round is over: its journal is to become a recording."""
 
 
-def became_ready(listener: Listener, rooms: list[str]) -> None:
-    listener.became_ready(rooms)
+def became_ready(listener: Listener, owners: dict[str, str]) -> None:
+    listener.became_ready(owners)
 
 
 def leaving(listener: Listener) -> None:

@@ -40,6 +40,9 @@ class LinkOwner(Protocol):
     def flooded(self, address: str) -> None:
         """A websocket from this address was cut off."""
 
+    def room_came_back(self, room_id: str, owner: str) -> None:
+        """A new process has a room of the one before it, or of the last run."""
+
     def room_closed(self, room_id: str) -> None: ...
 
     def recorded(self, room_id: str, size: int) -> None: ...
@@ -114,8 +117,12 @@ class RoomLink(KeptProcess):
 
     # ---- told by the process --------------------------------------------------------------------------------
 
-    def became_ready(self, rooms: list[str]) -> None:
-        self.rooms = set(rooms)
+    def became_ready(self, owners: dict[str, str]) -> None:
+        for lost in self.rooms - owners.keys():
+            self._front.room_closed(lost)
+        for room_id, owner in owners.items():
+            self._front.room_came_back(room_id, owner)
+        self.rooms = set(owners)
         self._heard = time.monotonic()
         self.restart_record.seen()
         self._ready.set()

@@ -213,7 +213,7 @@ def _lifespan(host: RoomProcess, handover: socket.socket) -> Callable[[Starlette
         serving = asyncio.create_task(_serve(host, server))
         connections.start()
         await host.start()
-        host.channel.tell(news.became_ready, list(host.registry.rooms))
+        host.channel.tell(news.became_ready, {room.id: room.config.owner for room in host.registry.rooms.values()})
         yield
         connections.stop()
         await host.suspend()

@@ -77,7 +77,7 @@ class _ServiceLink:
     """The service as a pool sees it: a worker."""
 
     pid = 0
-    restarts = 0
+    restarts = overruns = 0
 
     def faults(self) -> Iterator[str]:
         """The front watches over the service."""

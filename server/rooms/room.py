@@ -45,7 +45,7 @@ class Room:
         self.notice = progress.notice  # why the room is in its phase
         self.until = 0.0  # when the countdown or the pause ends
         self.missed_ticks = 0
-        self.was_joined = progress is not AT_THE_START  # whether anybody ever came
+        self.was_joined = progress.joined  # whether anybody ever came
         self.held = NOTHING  # why the person who runs a study has stopped the clock
         self._held_next = NOTHING  # why no further round begins
         self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id)

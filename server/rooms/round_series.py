@@ -27,6 +27,7 @@ class RoomProgress:
     results: tuple[m.Result, ...] = ()
     phase: m.Phase = "lobby"
     notice: Notice = NOTHING  # why it is where it is
+    joined: bool = False  # whether anybody ever came
 
 
 AT_THE_START = RoomProgress()

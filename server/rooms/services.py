@@ -31,6 +31,7 @@ class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
     resume_s: float = RESUME_S
     pings: bool = False  # whether players may point at places and items
     study: dict[str, str] = {}  # pseudonymous ids for the recording; empty for rooms of the lobby
+    owner: str = ""  # who has opened it, as limits of an address count rooms; empty for nobody who has limits
     own_maps: dict[str, dict[str, Any]] = {}  # by name: the JSON of maps that are not shipped, as they were then
 
     def designed(self, index: int) -> MapSpec:

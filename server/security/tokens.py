@@ -1,4 +1,4 @@
-"""Seat and admin tokens: 128 random bits, kept only as a hash, compared in constant time."""
+"""Seat and admin tokens: 128 random bits, kept only as a hash, compared in constant time. And pseudonyms."""
 
 import hashlib
 import hmac
@@ -23,6 +23,11 @@ def new_id(length: int = 12) -> str:
 def hash_token(token: str) -> Hash:
     """The hash that is stored of a token. Tokens are random, so a plain hash is enough."""
     return hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
+
+
+def pseudonym(name: str, secret: str) -> str:
+    """The same for the same name, and nobody without the secret can tell which."""
+    return hmac.digest(secret.encode(), name.encode("utf-8", "surrogatepass"), "sha256")[:12].hex()
 
 
 def token_matches(token: str, kept: Hash) -> bool:

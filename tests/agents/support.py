@@ -1,6 +1,7 @@
 """Agents that behave well or badly on purpose; workers load them as `tests.agents.support:Name`."""
 
 import os
+import threading
 import time
 
 import numpy as np
@@ -74,6 +75,28 @@ class Hungry(Forward):
 
     def act(self, observation: Observation) -> ActionChunk:
         return np.ones(10**10) if observation.state.tick > 0 else super().act(observation)
+
+
+class Threaded(Forward):
+    """From tick 1 on, computes for ever in threads of its own; `short`: in new ones, which end with the decision."""
+
+    def __init__(self, threads: int = 1, short: bool = False) -> None:
+        super().__init__()
+        self.threads, self.short = threads, short
+
+    def act(self, observation: Observation) -> ActionChunk:
+        if observation.state.tick == 1 or (self.short and observation.state.tick > 0):
+            begun = [threading.Thread(target=self._compute, daemon=True) for _ in range(self.threads)]
+            for thread in begun:
+                thread.start()
+            for thread in begun if self.short else ():
+                thread.join()
+        return super().act(observation)
+
+    def _compute(self) -> None:
+        begun = time.thread_time()
+        while not self.short or time.thread_time() < begun + 0.05:
+            sum(range(1000))
 
 
 def broken_factory() -> Forward:

@@ -119,7 +119,7 @@ def test_10_what_is_no_tick_keeps_no_lobby_closed_and_late_ticks_do() -> None:
 def test_10_one_address_cannot_fill_the_disk_in_a_day() -> None:
     now = [0.0]
     admission = AdmissionControl(replace(Limits(), recorded_per_address_per_day=1e6), lambda: now[0])
-    admission.opened_room("10.0.0.1", "room")
+    admission.opened_room(admission.owner("10.0.0.1"), "room")
     admission.recorded("room", 800_000)
     assert admission.may_record("10.0.0.1")
     admission.recorded("room", 800_000)

@@ -81,6 +81,40 @@ def test_one_deleted_while_it_is_sent_does_not_stay(
     assert store.buckets["lab"] == {}
 
 
+def test_one_whose_deletion_has_begun_while_it_is_sent_does_not_stay(store: S3Server, tmp_path: Path) -> None:
+    """The worst moment: copies are deleted before this one is there, and the file is still there afterwards."""
+    path, address = recording(tmp_path / "recordings", "one"), f"s3://lab/{tmp_path.name}"
+    note_uploads(tmp_path, address)
+    store.on_put = lambda key: delete_copies(tmp_path, ["one.mcap"])
+    assert upload(path, address) == 0
+    assert path.exists() and store.puts and store.buckets["lab"] == {}
+
+
+def test_a_copy_left_by_a_killed_sender_is_found_and_deleted(store: S3Server, tmp_path: Path) -> None:
+    note_uploads(tmp_path, "s3://lab/study")
+    delete_copies(tmp_path, ["gone.mcap", "being deleted.mcap"])
+    recording(tmp_path / "recordings", "being deleted")
+    store.buckets["lab"] |= {"study/gone.mcap": b"1", "study/moved-away.mcap": b"1"}
+    assert not_uploaded(tmp_path / "recordings", "s3://lab/study") == []
+    assert store.buckets["lab"] == {"study/moved-away.mcap": b"1"}
+
+
+def test_a_deletion_that_the_store_refused_is_tried_again(store: S3Server, tmp_path: Path) -> None:
+    path, address = recording(tmp_path / "recordings", "one"), f"s3://lab/{tmp_path.name}"
+    note_uploads(tmp_path, address)
+
+    def refuse_from_now_on(key: str) -> None:
+        path.unlink()
+        store.fails = "AccessDenied"
+
+    store.on_put = refuse_from_now_on
+    with pytest.raises(RecordingError):
+        upload(path, address)
+    assert list(store.buckets["lab"]) == [f"{tmp_path.name}/one.mcap"]
+    store.fails = ""
+    assert upload(path, address) == 0 and store.buckets["lab"] == {}
+
+
 def test_copies_are_deleted_wherever_they_were_sent(store: S3Server, tmp_path: Path) -> None:
     for address in ("s3://lab/a", "s3://lab/b", "s3://lab/a"):
         note_uploads(tmp_path, address)

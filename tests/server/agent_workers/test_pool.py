@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import re
 import signal
 import time
 from collections.abc import Awaitable, Callable
@@ -13,6 +14,7 @@ import pytest
 from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.agents.observation.seat_observation import start_state
 from movingout.agents.worker.messages import Answer, Open, Opened
+from movingout.agents.worker.thread_budget import MOST_CORES
 from movingout.maps import load_map
 from movingout.server.agent_workers import process, process_restarts
 from movingout.server.agent_workers.pool import AgentAnswer, AgentPool, AgentSeat
@@ -23,6 +25,7 @@ from tests.agents.support import HERE
 
 MAP = load_map("HandOff")
 PATIENCE_S = 20.0
+FEW_CORES = 0.05  # of which even a busy machine has enough for an agent to go beyond
 
 
 def state_at(tick: int) -> WorldState:
@@ -30,9 +33,9 @@ def state_at(tick: int) -> WorldState:
     return WorldState(tick, state.robot_poses, state.robot_velocities, state.held, state.item_poses)
 
 
-def with_pool(scenario: Callable[[AgentPool], Awaitable[None]]) -> None:
+def with_pool(scenario: Callable[[AgentPool], Awaitable[None]], thread_cores: float = MOST_CORES) -> None:
     async def use() -> None:
-        pool = AgentPool(workers=1)
+        pool = AgentPool(workers=1, thread_cores=thread_cores)
         await pool.start()
         try:
             await scenario(pool)
@@ -249,6 +252,31 @@ def test_one_slow_first_decision_refuses_nobody_and_one_seat_is_always_had() -> 
     for _ in range(200):
         slow.note_cost("idle", 500.0, 1)
     open_seat(slow, "idle")
+
+
+@pytest.mark.parametrize("options", ["threads=1", "threads=4", "threads=2,short=true"])
+def test_an_agent_whose_threads_compute_for_ever_is_stopped_and_its_neighbour_plays_on(
+    options: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def scenario(pool: AgentPool) -> None:
+        runaway, neighbour = open_seat(pool, f"{HERE}:Threaded:{options}"), open_seat(pool, f"{HERE}:Forward")
+        await until(lambda: runaway.ready and neighbour.ready)
+        for tick in range(1, 500):
+            for seat in (runaway, neighbour):
+                seat.observe(state_at(tick), tick, time.monotonic() + PATIENCE_S)
+            await asyncio.sleep(0.1)
+            if runaway.failed:
+                break
+        assert re.fullmatch(r"the agent's own threads took \d+\.\d cores, and 0.05 are allowed", runaway.failed)
+        assert runaway.answer(500).action[0] == 0.0
+        await until(lambda: pool.report()[0]["overruns"] == 1 and neighbour.ready)
+        assert (await ask(neighbour, 501)).action[0] == 1.0 and neighbour.strikes == 0
+        again = open_seat(pool, f"{HERE}:Threaded:{options}")
+        assert again.failed == "the agent's own threads computed too much a short while ago"
+        assert [*pool.faults()] == []
+
+    with_pool(scenario, thread_cores=FEW_CORES)
+    assert any(said.startswith(f"{HERE}:Threaded:{options} takes no seat for 10 minutes:") for said in caplog.messages)
 
 
 def test_an_agent_that_asks_for_all_memory_fails_alone() -> None:

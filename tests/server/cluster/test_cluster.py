@@ -47,6 +47,7 @@ def test_a_node_that_ends_hands_its_rooms_over_and_they_go_on(tmp_path: Path, da
             a.server.should_exit = True
             assert person.end()[0] == m.CLOSE_SHUTDOWN
         wait_until(lambda: b.call(f"/api/rooms/{room}")[0] == 200, "b has taken the room over")
+        assert host(b).admission.rooms_of("127.0.0.1") == {room}, "who opened it at a has it at b"
         again = b.person(room, tokens=[person.tokens[0]])
         again.say(type="ready", seat=0, ready=True)
         path = tmp_path / "recordings" / f"{again.play_out()['recording']}.mcap"

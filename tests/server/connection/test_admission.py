@@ -40,7 +40,7 @@ def test_all_addresses_of_a_network_share_their_rooms() -> None:
     for count in range(2):
         address = f"2001:db8::{count + 1}"
         assert gate.may_open_room(address)
-        gate.opened_room(address, f"room-{count}")
+        gate.opened_room(gate.owner(address), f"room-{count}")
     assert not gate.may_open_room("2001:db8::77")
     assert gate.rooms_of("2001:db8::5") == {"room-0", "room-1"}
     gate.closed_room("room-0")

@@ -98,6 +98,7 @@ def test_the_metrics_tell_of_agents_and_of_every_process(live: Live) -> None:
 
     found = until(measured)
     assert found["movingout_agent_load,worker=0"] >= 0 and "movingout_agent_restarts_total,worker=0" in found
+    assert found["movingout_agent_overruns_total,worker=0"] == 0
     for name in ("process_open_fds", "process_max_fds", "process_resident_memory_bytes", "process_cpu_seconds_total"):
         assert {f"{name},process={each}" for each in ("0", "1", "front", "agents")} <= set(found), name
     assert live.call("/api/admin/state", token=ADMIN)[1]["agents"][0]["seats"] == 1

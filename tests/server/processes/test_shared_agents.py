@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, cast
 
 import pytest
@@ -103,3 +104,20 @@ def test_the_seats_of_a_killed_process_are_free_and_taken_again(live: Live) -> N
     assert moves(again, 20)
     assert [row["seats"] for row in workers(live)] == [seats]
     close(live, room)
+
+
+def test_an_agent_whose_threads_compute_for_ever_is_stopped_in_all_rooms(tmp_path: Path) -> None:
+    runaway = "tests.agents.support:Threaded"
+    with cluster(tmp_path, partner=runaway, agent_thread_cores=0.05) as live:
+        first, second = live.open_room("here", runaway, limit_ticks=2000), live.open_room("here", "scripted")
+        people = [live.person(room["room"], tokens=room["tokens"][:1]) for room in (first, second)]
+        for person in people:
+            person.say(type="ready", seat=0, ready=True)
+            person.wait_for("room", phase="playing")
+        deadline = time.monotonic() + 60.0
+        while not workers(live)[0]["overruns"]:
+            assert time.monotonic() < deadline
+            people[0].play(1)
+        assert moves(people[1]), "its neighbour plays on, in another process"
+        people[0].play(20)
+        assert workers(live)[0]["overruns"] == 1, "it is not begun again"
