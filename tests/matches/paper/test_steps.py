@@ -81,7 +81,7 @@ def test_measurements_are_kept(here: Path) -> None:
     space.keep("noise-0.2", {"valid_share": Estimate(0.5, 0.1, 20)})
     assert space.measured("noise-0.2") == {"valid_share": Estimate(0.5, 0.1, 20)}
     table = laid_out(ENTRIES["tab:pose_noise_ablation"], space)
-    assert table.rows[-1] == ("0.2", "0.43", "0.4", "0.5000 ± 0.1000", "0.0002", "not measured", "0", "20")
+    assert table.rows[-1] == ("0.2", "0.43", "0.400", "0.5000 ± 0.1000", "0.0002", "not measured", "0.0000", "20")
     assert "| 0.5000 ± 0.1000 | 0.0002 |" in markdown(table)
     assert r"\textbf{0.43}" not in latex(table) and r"0.5000 & 0.1000 & 0.0002" in latex(table)
     assert r"\label{tab:pose_noise_ablation}" in latex(table)
