@@ -13,6 +13,7 @@ from typing import Any, get_args
 from movingout.maps.commands.parser import add_out
 from movingout.maps.errors import MovingOutError
 from movingout.maps.suggestion import counted
+from movingout.matches.commands.dry_run import dry_run
 from movingout.matches.commands.progress import bar
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.bar_chart import bar_chart
@@ -147,7 +148,7 @@ def _make(args: argparse.Namespace) -> int:
     given, folder = _existing(args.data or ()), args.out
     styles = given_styles(args.styles, args.groups, "--groups style")
     if args.dry_run and not folder.exists():
-        return _dry_run(entries, _workspace(args, given, styles), args.json)
+        return dry_run(entries, _workspace(args, given, styles), args.json)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -155,7 +156,7 @@ def _make(args: argparse.Namespace) -> int:
     with contextlib.chdir(folder):  # where commands look for trained agents
         space = _workspace(args, given, styles)
         if args.dry_run:
-            return _dry_run(entries, space, args.json)
+            return dry_run(entries, space, args.json)
         begin(space)
         written, failed = _made(entries, space)
     _show(args, folder, written, failed)
@@ -201,22 +202,6 @@ def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
         if not path.exists():
             raise MatchError(f"there are no recordings at {path}")
     return tuple(path.resolve() for path in paths)
-
-
-def _dry_run(entries: Sequence[PaperEntry], space: Workspace, as_json: bool) -> int:
-    steps = paper_steps(entries, space)
-    todo = [step for step in steps if not step.is_done()]
-    seconds = sum(step.seconds for step in todo)
-    if as_json:
-        document = [{"step": step.about, "estimated_s": step.seconds} for step in todo]
-        print(json.dumps({"steps": document, "finished": len(steps) - len(todo), "estimated_s": seconds}, indent=2))
-        return 0
-    for step in todo:
-        print(f"{span(step.seconds):>8}  {step.about}")
-    print(f"{counted(len(todo), 'step')} to do, {len(steps) - len(todo)} done; about {span(seconds)} in all, roughly")
-    if space.budget.gpu:
-        print("(trainings and decisions of the paper's networks as on an NVIDIA RTX A6000; on a CPU far longer)")
-    return 0
 
 
 def _made(entries: Sequence[PaperEntry], space: Workspace) -> tuple[list[Path], dict[str, str]]:

@@ -183,6 +183,28 @@ def test_a_dry_run_says_what_would_be_done_and_leaves_nothing(here: Path, capsys
     assert list(here.iterdir()) == []
 
 
+def test_a_dry_run_refuses_recordings_that_the_run_would_refuse(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "junk.mcap").write_text("no recording", encoding="utf-8")
+    dry = ["--data", "junk.mcap", "--dry-run", "--budget", "smoke", "-o", "out"]
+    assert main(["paper", "tables", "tab:nfd_vs_ac", *dry]) == 2
+    assert "junk.mcap is not an MCAP file" in capsys.readouterr().err
+    assert main(["paper", "tables", "mappo_parameters", *dry]) == 0, "which needs no recordings"
+    capsys.readouterr()
+    assert main(["paper", "tables", "all", *dry]) == 1
+    shown = capsys.readouterr()
+    assert "tab:nfd_vs_ac cannot be made: junk.mcap is not an MCAP file" in shown.err and "train" not in shown.out
+    assert "mappo_parameters" not in shown.err and {path.name for path in here.iterdir()} == {"junk.mcap"}
+
+
+def test_a_dry_run_refuses_a_folder_that_was_begun_with_something_else(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = ["paper", "tables", "mappo_parameters", "-o", "out", "--budget", "smoke"]
+    assert main(table) == 0
+    assert main([*table, "--seed", "1", "--dry-run"]) == 2
+    assert "was begun with seed 0; choose another folder" in capsys.readouterr().err
+
+
 def test_the_list_has_every_label(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["paper", "list"]) == 0
     shown = capsys.readouterr().out
