@@ -45,14 +45,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     listing.add_argument("--json", action="store_true", help="one JSON document on standard output")
     listing.set_defaults(perform=_list)
-    for name, kinds in (("tables", "table"), ("figures", "figure")):
+    for name, kinds, labels in (
+        ("tables", "table", "tab:…, table:…, text:… and the like of `movingout paper list` (all)"),
+        ("figures", "figure", "fig:… of `movingout paper list` (all)"),
+    ):
         sub = actions.add_parser(
             name,
             help=f"make one {kinds} or all, beside the paper's",
             example=f"movingout paper {name} {'tab:ablation' if name == 'tables' else 'fig:results_t2'} "
             "--budget small -o data/paper",
         )
-        sub.add_argument("label", nargs="?", default="all", metavar="LABEL|all", help="of `movingout paper list` (all)")
+        sub.add_argument("label", nargs="?", default="all", metavar="LABEL|all", help=labels)
         _making_options(sub)
         sub.set_defaults(perform=_make)
     _add_page(actions)
@@ -184,9 +187,17 @@ def _entries(args: argparse.Namespace) -> list[PaperEntry]:
     """Those to make. Raises MatchError, with the reason, for a label that cannot be made here."""
     entries = chosen_entries(args.label)
     if args.label == "all":
-        return [entry for entry in entries if (entry.kind == "figure") == (args.action == "figures")]
+        return [entry for entry in entries if _action(entry) == args.action]
     _check_runnable(*entries)
+    for entry in entries:
+        if (action := _action(entry)) != args.action:
+            raise MatchError(f"{entry.label} is a {entry.kind}: `movingout paper {action} {entry.label}` makes it")
     return entries
+
+
+def _action(entry: PaperEntry) -> str:
+    """The command that makes it; a sentence with numbers becomes a table."""
+    return "figures" if entry.kind == "figure" else "tables"
 
 
 def _check_runnable(entry: PaperEntry) -> None:

@@ -151,6 +151,23 @@ def test_the_command_refuses_in_sentences(here: Path, capsys: pytest.CaptureFixt
     assert list(here.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        (("figures", "tab:ablation"), "tab:ablation is a table: `movingout paper tables tab:ablation` makes it"),
+        (("figures", "text:augmentation"), "a sentence: `movingout paper tables text:augmentation` makes it"),
+        (("tables", "fig:visual_task2"), "is a figure: `movingout paper figures fig:visual_task2` makes it"),
+    ],
+)
+def test_a_label_is_made_by_the_command_for_its_kind(
+    here: Path, capsys: pytest.CaptureFixture[str], asked: tuple[str, str], sentence: str
+) -> None:
+    for dry in ([], ["--dry-run"]):
+        assert main(["paper", *asked, *dry]) == 2
+        assert sentence in capsys.readouterr().err
+    assert list(here.iterdir()) == []
+
+
 def test_of_all_labels_one_that_cannot_be_made_is_named_and_the_others_are_made(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
