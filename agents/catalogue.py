@@ -9,7 +9,7 @@ agents are imported when they are loaded, so that heavy dependencies cost nothin
 
 import importlib
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -253,7 +253,12 @@ def agent_card(agent_id: str) -> AgentCard:
 
 
 def unseen_map(agent_id: str, map_name: str) -> str:
-    """A sentence saying that an agent was not trained on a map; empty if it was, or if it is not a trained agent.
+    """A sentence saying that an agent was not trained on a map; empty if it was, or if it is not a trained agent."""
+    return unseen_maps(agent_id, [map_name])
+
+
+def unseen_maps(agent_id: str, names: Sequence[str]) -> str:
+    """Likewise of several maps; those that it was trained on are left out.
 
     Who learned on generated maps learned for maps that it has never seen: nothing is said of any.
     Variants of a map (Challenge 2) share its name and count as known.
@@ -262,10 +267,12 @@ def unseen_map(agent_id: str, map_name: str) -> str:
     if "@" not in reference:
         return ""
     maps = find_checkpoint(reference, *model_roots()).card.maps
-    if map_name in maps or PREFIX in maps:
+    unseen = [name for name in names if name not in maps]
+    if not unseen or PREFIX in maps:
         return ""
     others = ", ".join(maps) if len(maps) <= 3 else f"{len(maps)} others"
-    return f"{agent_id} has never seen the map {map_name}: it was trained on {others}."
+    which = f"map{'s' * (len(unseen) > 1)} {', '.join(unseen)}"
+    return f"{agent_id} has never seen the {which}: it was trained on {others}."
 
 
 def load_agent(agent_id: str) -> Agent:

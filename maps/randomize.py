@@ -68,8 +68,26 @@ def pairs_of(split: Split, spec: MapSpec | None = None) -> frozenset[Pair]:
         return EVALUATION_PAIRS
     everything = frozenset((size, shape) for size in SIZES for shape in SHAPES)
     if split == "official":
-        return everything - {(item.size, item.shape) for item in (spec.items if spec else ())}
+        return everything - (pairs_on(spec) if spec else frozenset())
     return everything - EVALUATION_PAIRS
+
+
+def variant_pairs(spec: MapSpec, split: Split) -> frozenset[Pair]:
+    """The pairs that items in variants of a map can have."""
+    sizes = {item.size for item in spec.items}
+    if spec.number in _MAPS_WITH_REDRAWN_SIZES and sizes != {"small"}:
+        sizes |= {"middle", "large"}
+    return frozenset(pair for pair in pairs_of(split, spec) if pair[0] in sizes)
+
+
+def pairs_on(spec: MapSpec) -> frozenset[Pair]:
+    """The pairs of the items that lie on a map, as designed or a variant."""
+    return frozenset((item.size, item.shape) for item in spec.items)
+
+
+def pair_text(pair: Pair) -> str:
+    """As people say it: large star."""
+    return " ".join(pair)
 
 
 def randomize(spec: MapSpec, seed: int, split: Split = "train") -> MapSpec:

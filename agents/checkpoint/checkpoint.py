@@ -19,6 +19,7 @@ import re
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -77,6 +78,8 @@ class Training(_StrictModel):
     updates: Annotated[int, Field(ge=0)]  # in total, over all times the run was continued
     seed: int
     created: _Line  # ISO date
+    items: Annotated[tuple[_Line, ...], Field(max_length=64)] | None = None
+    """Sizes and shapes on the maps, "large star"; None where a part of the training is older than this field."""
 
 
 Combine = Literal["independent", "product"]
@@ -146,6 +149,13 @@ class Card(_StrictModel):
     progress_training: Training | None = None
     scores: dict[Annotated[str, Field(max_length=60)], Score] = {}
     files: Annotated[tuple[FileEntry, ...], Field(min_length=1, max_length=8)]
+
+    @property
+    def learned_items(self) -> frozenset[str] | None:
+        """`items` of all of its trainings; None where one does not say."""
+        parts = (self.training, self.dynamics_training, self.value_training, self.progress_training)
+        said = [part.items for part in parts if part is not None]
+        return None if None in said else frozenset(chain.from_iterable(items for items in said if items is not None))
 
     @property
     def network(self) -> PolicySpec:

@@ -16,7 +16,7 @@ from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, 
 from movingout.agents.training.run import TrainingRun
 from movingout.maps import load_map
 from movingout.maps.json_format import map_to_json
-from movingout.maps.randomize import Split
+from movingout.maps.randomize import Split, pair_text, pairs_on, variant_pairs
 from movingout.maps.selection import HELP, selected_maps
 
 if TYPE_CHECKING:
@@ -67,9 +67,18 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
         updates=sum(one.round for one in learned),
         seed=config.seed,
         created=datetime.datetime.now(datetime.UTC).date().isoformat(),
+        items=_items(maps, options.split),
     )
     about = f"{_TITLES[run.kind]} on {where}: {frames:,} ticks of its own play, reward {config.reward}."
     return Trained(save_policy(run.model_folder, run.agent_id, last.actor, maps, training, run.name, about), training)
+
+
+def _items(maps: Sequence[str], split: Split | None) -> tuple[str, ...]:
+    """Sizes and shapes that lie on the maps that are played."""
+    specs = [load_map(name) for name in maps]
+    return tuple(
+        sorted({pair_text(pair) for one in specs for pair in (variant_pairs(one, split) if split else pairs_on(one))})
+    )
 
 
 def _for_maps(run: TrainingRun[ConfigT], maps: Sequence[str]) -> ConfigT:

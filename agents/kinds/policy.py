@@ -85,7 +85,7 @@ def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: Traini
     windows = windows_of(chain(pieces, _recombined(run, data, spec)))
     fitted = train_policy(build, spec, config, windows, run.folder, first)
     run.check_learned(data, before, fitted, "--updates")
-    training = run.training(data, windows.names, len(windows), fitted.updates)
+    training = run.training(data, windows.names, len(windows), fitted.updates, base.card if base else None)
     beginning = f", starting from {base.card.id}" if base else ""
     learned = counted(training.episodes, "episode")
     description = f"{kind.upper()} trained on {learned} of {training.population}{beginning}."

@@ -11,13 +11,23 @@ from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 from movingout.agents.base import Agent
-from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, Training, find_checkpoint, folder_name
+from movingout.agents.checkpoint.checkpoint import (
+    CARD,
+    SHIPPED,
+    Card,
+    Checkpoint,
+    Training,
+    find_checkpoint,
+    folder_name,
+    read_checkpoint,
+)
 from movingout.agents.errors import DataError
 from movingout.agents.partners.families import group
 from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Optimisation
 from movingout.agents.training.training_data import TrainingData, read_training_data
 from movingout.maps.generated.names import test_maps_caution
+from movingout.maps.randomize import pair_text, pairs_on
 from movingout.maps.suggestion import counted
 
 ConfigT = TypeVar("ConfigT", bound=Optimisation)
@@ -110,8 +120,10 @@ class TrainingRun(Generic[ConfigT]):
                 f"{self.agent_id} has made all of its {fitted.updates} updates; to train on, give a larger {option}"
             )
 
-    def training(self, data: TrainingData, people: Collection[str], rows: int, updates: int) -> Training:
-        """Where weights come from, for the card."""
+    def training(
+        self, data: TrainingData, people: Collection[str], rows: int, updates: int, start: Card | None = None
+    ) -> Training:
+        """Where weights come from, for the card; `start` is the agent whose weights they were at first."""
         return Training(
             preset=self.options.preset,
             data_sha256=data.sha256,
@@ -121,4 +133,16 @@ class TrainingRun(Generic[ConfigT]):
             updates=updates,
             seed=self.config.seed,
             created=datetime.datetime.now(datetime.UTC).date().isoformat(),
+            items=self._items(data, start),
         )
+
+    def _items(self, data: TrainingData, start: Card | None) -> tuple[str, ...] | None:
+        """Sizes and shapes that these weights learned from, whenever; None where an earlier card does not say."""
+        earlier = [start.learned_items] if start else []
+        if self.options.go_on and (self.model_folder / CARD).exists():
+            earlier.append(read_checkpoint(self.model_folder).card.learned_items)
+        known = [items for items in earlier if items is not None]
+        if len(known) < len(earlier):
+            return None
+        items = {pair_text(pair) for trajectory in data.episodes for pair in pairs_on(trajectory.map)}
+        return tuple(sorted(items.union(*known)))

@@ -13,6 +13,7 @@ from typing import Any, get_args
 from movingout.maps.commands.parser import add_out
 from movingout.maps.errors import MovingOutError
 from movingout.maps.suggestion import counted
+from movingout.matches.commands.dry_run import dry_run
 from movingout.matches.commands.progress import bar
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.bar_chart import bar_chart
@@ -44,14 +45,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     listing.add_argument("--json", action="store_true", help="one JSON document on standard output")
     listing.set_defaults(perform=_list)
-    for name, kinds in (("tables", "table"), ("figures", "figure")):
+    for name, kinds, labels in (
+        ("tables", "table", "tab:…, table:…, text:… and the like of `movingout paper list` (all)"),
+        ("figures", "figure", "fig:… of `movingout paper list` (all)"),
+    ):
         sub = actions.add_parser(
             name,
             help=f"make one {kinds} or all, beside the paper's",
             example=f"movingout paper {name} {'tab:ablation' if name == 'tables' else 'fig:results_t2'} "
             "--budget small -o data/paper",
         )
-        sub.add_argument("label", nargs="?", default="all", metavar="LABEL|all", help="of `movingout paper list` (all)")
+        sub.add_argument("label", nargs="?", default="all", metavar="LABEL|all", help=labels)
         _making_options(sub)
         sub.set_defaults(perform=_make)
     _add_page(actions)
@@ -147,7 +151,7 @@ def _make(args: argparse.Namespace) -> int:
     given, folder = _existing(args.data or ()), args.out
     styles = given_styles(args.styles, args.groups, "--groups style")
     if args.dry_run and not folder.exists():
-        return _dry_run(entries, _workspace(args, given, styles), args.json)
+        return dry_run(entries, _workspace(args, given, styles), args.json)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -155,7 +159,7 @@ def _make(args: argparse.Namespace) -> int:
     with contextlib.chdir(folder):  # where commands look for trained agents
         space = _workspace(args, given, styles)
         if args.dry_run:
-            return _dry_run(entries, space, args.json)
+            return dry_run(entries, space, args.json)
         begin(space)
         written, failed = _made(entries, space)
     _show(args, folder, written, failed)
@@ -183,9 +187,17 @@ def _entries(args: argparse.Namespace) -> list[PaperEntry]:
     """Those to make. Raises MatchError, with the reason, for a label that cannot be made here."""
     entries = chosen_entries(args.label)
     if args.label == "all":
-        return [entry for entry in entries if (entry.kind == "figure") == (args.action == "figures")]
+        return [entry for entry in entries if _action(entry) == args.action]
     _check_runnable(*entries)
+    for entry in entries:
+        if (action := _action(entry)) != args.action:
+            raise MatchError(f"{entry.label} is a {entry.kind}: `movingout paper {action} {entry.label}` makes it")
     return entries
+
+
+def _action(entry: PaperEntry) -> str:
+    """The command that makes it; a sentence with numbers becomes a table."""
+    return "figures" if entry.kind == "figure" else "tables"
 
 
 def _check_runnable(entry: PaperEntry) -> None:
@@ -201,22 +213,6 @@ def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
         if not path.exists():
             raise MatchError(f"there are no recordings at {path}")
     return tuple(path.resolve() for path in paths)
-
-
-def _dry_run(entries: Sequence[PaperEntry], space: Workspace, as_json: bool) -> int:
-    steps = paper_steps(entries, space)
-    todo = [step for step in steps if not step.is_done()]
-    seconds = sum(step.seconds for step in todo)
-    if as_json:
-        document = [{"step": step.about, "estimated_s": step.seconds} for step in todo]
-        print(json.dumps({"steps": document, "finished": len(steps) - len(todo), "estimated_s": seconds}, indent=2))
-        return 0
-    for step in todo:
-        print(f"{span(step.seconds):>8}  {step.about}")
-    print(f"{counted(len(todo), 'step')} to do, {len(steps) - len(todo)} done; about {span(seconds)} in all, roughly")
-    if space.budget.gpu:
-        print("(trainings and decisions of the paper's networks as on an NVIDIA RTX A6000; on a CPU far longer)")
-    return 0
 
 
 def _made(entries: Sequence[PaperEntry], space: Workspace) -> tuple[list[Path], dict[str, str]]:

@@ -25,6 +25,12 @@ def begin(space: Workspace) -> None:
 
     A folder in which nothing was made yet, because its recordings were refused, is begun anew.
     """
+    check_beginning(space)
+    write_whole(BEGUN, json.dumps(_note(space), indent=1) + "\n")
+
+
+def check_beginning(space: Workspace) -> None:
+    """Raises MatchError where something else was made in the current folder."""
     mine = _note(space)
     if _is_begun():
         theirs = _begun_with()
@@ -37,7 +43,6 @@ def begin(space: Workspace) -> None:
                 f"the recordings of --data are not those that {Path.cwd()} was begun with: since then some were added, "
                 "removed, changed, or marked as invalid in their study; choose another folder with --out"
             )
-    write_whole(BEGUN, json.dumps(mine, indent=1) + "\n")
 
 
 def grown(budget: Budget, **asked: int | None) -> Budget:

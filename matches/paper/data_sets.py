@@ -32,6 +32,11 @@ def list_episodes(challenge: int, space: Workspace) -> None:
 
     Raises RecordingError or MatchError for recordings that the tables cannot be made from.
     """
+    write_groups(space.listing(f"c{challenge}"), listed_episodes(challenge, space))
+
+
+def listed_episodes(challenge: int, space: Workspace) -> list[GroupedRecording]:
+    """The lines of that list. Raises as `list_episodes`."""
     found = space.given_files() if space.given else sorted(_recorded(challenge).glob(f"*{SUFFIX}"))
     paths = [path for path in found if bool(read_summary(path).variant) == (challenge == 2)]
     if not paths:
@@ -40,7 +45,7 @@ def list_episodes(challenge: int, space: Workspace) -> None:
         paths = fair_variants(paths, space.evaluation)
     rows = _grouped(paths, challenge, space)
     _check(rows, challenge)
-    write_groups(space.listing(f"c{challenge}"), rows)
+    return rows
 
 
 def _grouped(paths: list[Path], challenge: int, space: Workspace) -> list[GroupedRecording]:

@@ -188,7 +188,7 @@ def paper_text(figure: Figure | None) -> str:
 def _published(figure: Figure | None) -> CellText:
     if figure is None:
         return CellText("–")
-    return CellText(plain(figure.mean), "" if figure.stderr is None else f"{figure.stderr:g}")
+    return CellText(figure.text, figure.error_text or "")
 
 
 def plain(value: float) -> str:

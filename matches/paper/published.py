@@ -17,11 +17,26 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 FILE = Path(__file__).with_name("published.yaml")
 
 
-class Figure(NamedTuple):
-    """A mean and, where the paper gives one, its standard error."""
+Printed = Annotated[str, Field(pattern=r"^-?\d[\d,]*(\.\d+)?$")]
 
-    mean: float
-    stderr: float | None = None
+
+class Figure(NamedTuple):
+    """A mean and, where the paper gives one, its standard error, digit by digit as it prints them: 0.3010."""
+
+    text: Printed
+    error_text: Printed | None = None
+
+    @property
+    def mean(self) -> float:
+        return _number(self.text)
+
+    @property
+    def stderr(self) -> float | None:
+        return None if self.error_text is None else _number(self.error_text)
+
+
+def _number(text: str) -> float:
+    return float(text.replace(",", ""))
 
 
 class PublishedColumn(NamedTuple):
@@ -84,10 +99,20 @@ class PublishedEntry(BaseModel):
                 yield PublishedRow(group, name, {column: figure for column, figure in pairs if figure is not None})
 
 
+class _NumbersAsText(yaml.SafeLoader):
+    """As a number, 0.3010 would lose its last digit."""
+
+
+_NumbersAsText.yaml_implicit_resolvers = {
+    first: [(tag, form) for tag, form in forms if not tag.endswith((":int", ":float"))]
+    for first, forms in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+
+
 @cache
 def published_tables() -> Mapping[str, PublishedTable]:
     """All tables by label, in the order of the file."""
-    document = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    document = yaml.load(FILE.read_text(encoding="utf-8"), _NumbersAsText)
     return {label: PublishedEntry.model_validate(entry).table(label) for label, entry in document.items()}
 
 

@@ -7,7 +7,7 @@ from functools import partial
 from movingout.matches.match import Match
 from movingout.matches.paper.cells import Measurement
 from movingout.matches.paper.costs import match_seconds, recording_seconds, training_seconds
-from movingout.matches.paper.data_sets import list_episodes, record_scripted
+from movingout.matches.paper.data_sets import list_episodes, listed_episodes, record_scripted
 from movingout.matches.paper.entry import PaperEntry, measurements, played_cells
 from movingout.matches.paper.methods import METHODS, TrainedId, trained_before, trained_id
 from movingout.matches.paper.training import train_agent
@@ -26,6 +26,7 @@ class PaperStep:
     is_done: Callable[[], bool]
     perform: Callable[[OnProgress], None]
     matches: bool = False  # whether it plays: each result says how long its match took
+    check: Callable[[], object] | None = None  # raises MovingOutError for what would stop it, and changes nothing
 
 
 def paper_steps(entries: Sequence[PaperEntry], space: Workspace) -> list[PaperStep]:
@@ -80,6 +81,7 @@ def _data_steps(challenge: int, space: Workspace) -> Iterator[PaperStep]:
         5.0,
         listing.exists,
         lambda progress: list_episodes(challenge, space),
+        check=partial(listed_episodes, challenge, space) if space.given else None,
     )
 
 

@@ -118,7 +118,7 @@ def _change_words(percent: float | None, p: float | None) -> str:
 def _figure_words(figure: Figure | None) -> str:
     if figure is None:
         return ""
-    return f"{figure.mean:.4f}" + ("" if figure.stderr is None else f" ± {figure.stderr:.4f}")
+    return figure.text + (f" ± {figure.error_text}" if figure.error_text else "")
 
 
 def _notes(run: GridRun, words: Words) -> str:
@@ -146,7 +146,7 @@ def _grid_json(run: GridRun) -> dict[str, Any]:
                 "distinct": distinct(line.results),
                 "ours": {measure.key: estimate_json(line.ours(measure)) for measure in (*MEASURES, WAITING)},
                 "paper": {
-                    measure.key: figure._asdict()
+                    measure.key: {"mean": figure.mean, "stderr": figure.stderr}
                     for measure in COMPARED
                     if (figure := line.theirs(measure)) is not None
                 },

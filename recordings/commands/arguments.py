@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from movingout.recordings.storage.listing import recording_paths
+from movingout.recordings.storage.listing import recordings_below
 
 
 def add_data(parser: argparse.ArgumentParser) -> None:
@@ -19,7 +19,9 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_paths(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("paths", nargs="+", type=Path, metavar="FILE|DIR", help="recordings, or folders of them")
+    parser.add_argument(
+        "paths", nargs="+", type=Path, metavar="FILE|DIR", help="recordings, or folders with some in or below them"
+    )
 
 
 def add_styles(parser: argparse.ArgumentParser) -> None:
@@ -34,11 +36,9 @@ def print_json(document: dict[str, Any]) -> None:
 
 
 def expanded(paths: Iterable[Path]) -> list[Path]:
-    """The files named, and the recordings of the folders named."""
-    files: list[Path] = []
-    for path in paths:
-        files += recording_paths(path) if path.is_dir() else [path]
-    return files
+    """The files named, and the recordings in the folders named and below them; each once."""
+    files = [file for path in paths for file in (recordings_below(path) if path.is_dir() else [path])]
+    return list(dict.fromkeys(files))
 
 
 def share(text: str) -> float:

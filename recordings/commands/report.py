@@ -19,7 +19,7 @@ from movingout.recordings.report.measures import MEASURES
 from movingout.recordings.report.page import ReportPage
 from movingout.recordings.report.tally import FailureFinding, Group, ReportTally
 from movingout.recordings.report.words import DEFAULT, LANGUAGES, Words
-from movingout.recordings.storage.listing import recording_paths
+from movingout.recordings.storage.listing import recordings_below
 from movingout.world.estimates import Estimate
 
 SERVER = "http://127.0.0.1:8000"
@@ -27,7 +27,7 @@ OUT = Path("report.html")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("folder", type=Path, metavar="DIR", help="folder of recordings")
+    parser.add_argument("folder", type=Path, metavar="DIR", help="folder with recordings in or below it")
     add_out(parser, "FILE", f"default: {OUT}", default=OUT)
     parser.add_argument(
         "--by", choices=tuple(GROUPINGS), default="agent", help="what makes a population (default: agent)"
@@ -43,7 +43,7 @@ def report(args: argparse.Namespace) -> int:
     if urlsplit(args.server).scheme not in ("http", "https"):
         raise RecordingError(f"{args.server!r} is not the address of a server; it should look like {SERVER}")
     check_name(args.out)
-    paths = recording_paths(args.folder)
+    paths = recordings_below(args.folder)
     if not paths:
         raise RecordingError(f"there are no recordings in {args.folder}; name a folder with .mcap files")
     facts = map_in_processes(partial(facts_of, grouping=args.by), paths, min(args.workers, len(paths)), "reading")

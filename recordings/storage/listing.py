@@ -1,5 +1,6 @@
 """The recordings in a folder: one summary each, read from the metadata alone."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,6 +71,16 @@ def recording_paths(folder: Path) -> list[Path]:
     except OSError as error:
         raise cannot("list", folder, error) from error
     return sorted(names)
+
+
+def recordings_below(folder: Path) -> list[Path]:
+    """The recordings and journals in a folder and in those below it; RecordingError for one that cannot be listed."""
+
+    def refuse(error: OSError) -> None:
+        raise cannot("list", Path(error.filename), error) from error
+
+    found = (Path(here, name) for here, _, names in os.walk(folder, onerror=refuse) for name in names)
+    return sorted(path for path in found if path.name.endswith((SUFFIX, JOURNAL_SUFFIX)))
 
 
 def read_summary(path: Path) -> Summary:

@@ -11,6 +11,7 @@ from movingout.maps import load_map
 from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.consent_text import contradictions, unfilled
 from movingout.study.design.definition import Element, Study
+from movingout.study.design.partner_origin import origin_warnings
 from movingout.study.design.steps import Step, planned_seconds, steps
 from movingout.study.design.translations import missing_texts
 
@@ -138,6 +139,7 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
     if minutes > study.minutes:
         yield f"participants were told {study.minutes} minutes, and it can take {minutes:.0f}"
     yield from _impatient_partners(study)
+    yield from origin_warnings(study)
     missing = [name for name in get_args(Element) if name not in study.consent.covers]
     if missing:
         yield f"the consent does not mention (in `covers`): {', '.join(missing)}"

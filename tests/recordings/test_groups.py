@@ -89,3 +89,11 @@ def test_the_command_writes_the_list(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main(["recordings", "split", str(tmp_path), "--groups", "9", "-o", str(out)]) == 2
     assert "9 groups need 9 participants" in capsys.readouterr().err
     assert main(["recordings", "split", str(tmp_path), "--min-tcr", "2", "-o", str(out)]) == 2
+
+
+def test_recordings_in_folders_below_are_divided_too_each_once(tmp_path: Path) -> None:
+    for number, (one, two) in enumerate(PAIRS):
+        recorded(tmp_path / "day" / str(number), f"{one}{two}", ticks=9, people=(one, two))
+    out = tmp_path / "groups.csv"
+    assert main(["recordings", "split", str(tmp_path), str(tmp_path / "day"), "-o", str(out)]) == 0
+    assert sorted(row.path for row in read_groups(out)) == sorted((tmp_path / "day").rglob("*.mcap"))

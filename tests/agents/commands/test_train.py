@@ -11,13 +11,14 @@ from safetensors.numpy import load
 from movingout.agents.action_chunk import checked_chunk
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.bass.recombination import LENGTH
-from movingout.agents.checkpoint.checkpoint import find_checkpoint
+from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint
 from movingout.agents.data.corrections import save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
 from movingout.agents.inference.policy_agent import agent_rows
 from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import load_map
+from movingout.maps.randomize import pair_text, pairs_on
 from movingout.server.cli import main
 from movingout.world import World
 from tests.agents.learning import recorded
@@ -41,6 +42,7 @@ def test_training_writes_an_agent_that_plays(
     assert json.loads(capsys.readouterr().out)["windows"] == 3 * 2 * 30
     card = find_checkpoint("dp@tiny", tmp_path / "models").card
     assert (card.training.episodes, card.maps, card.network.width) == (3, ("HandOff",), 16)
+    assert card.learned_items == frozenset(map(pair_text, pairs_on(load_map("HandOff"))))
     run = tmp_path / "runs" / "dp-tiny"
     assert json.loads((run / "config.json").read_text())["batch"] == 32
     assert list(run.glob("events.*"))
@@ -304,6 +306,10 @@ def test_an_agent_starts_from_the_weights_of_another_and_is_shaped_as_it_is(
     base, tuned, fresh = (find_checkpoint(f"mlp@{name}", tmp_path / "models") for name in ("base", "tuned", "fresh"))
     assert tuned.card.network == base.card.network
     assert "starting from mlp@base" in tuned.card.description
+    assert tuned.card.learned_items == base.card.learned_items != frozenset()
+    (base.folder / CARD).write_text(base.card.model_dump_json(exclude={"training": {"items"}}), encoding="utf-8")
+    assert main([*command, "--id", "mlp@again", "--start", "mlp@base", *few]) == 0
+    assert find_checkpoint("mlp@again", tmp_path / "models").card.learned_items is None, "mlp@base no longer says"
     weights = [load(one.read("policy.safetensors")) for one in (base, tuned, fresh)]
     assert all(np.allclose(weights[0][name], weights[1][name], atol=1e-3) for name in weights[0])
     assert not all(np.allclose(weights[0][name], weights[2][name], atol=1e-3) for name in weights[0])

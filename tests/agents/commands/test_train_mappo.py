@@ -19,6 +19,7 @@ from movingout.agents.kinds.registry import KINDS, load_checkpoint
 from movingout.agents.reinforcement.mappo_config import MappoConfig
 from movingout.agents.training.optimisation import Optimisation
 from movingout.maps import load_map
+from movingout.maps.randomize import pair_text, pairs_on
 from movingout.server.cli import main
 
 TINY = ["--frames", "24", "--frames-per-batch", "12", "--envs", "3", "--passes", "1", "--batch", "12", "--ticks", "5"]
@@ -54,6 +55,9 @@ def test_it_writes_an_agent_that_plays(
 def test_it_draws_as_in_training_or_plays_the_middle(here: Path) -> None:
     assert main(["train", "mappo", "--id", "mappo@tiny", "--split", "official", *TINY, *SMALL_NET]) == 0
     checkpoint = find_checkpoint("mappo@tiny", here / "data" / "models")
+    designed = {pair_text(pair) for pair in pairs_on(load_map("HandOff"))}
+    learned = checkpoint.card.learned_items
+    assert learned and designed.isdisjoint(learned), "the split `official` has no item as on the map as designed"
 
     def played(noise: float, seed: int) -> list[list[float]]:
         agents = load_checkpoint(checkpoint, noise=noise), load_checkpoint(checkpoint, noise=noise)

@@ -81,7 +81,7 @@ def test_measurements_are_kept(here: Path) -> None:
     space.keep("noise-0.2", {"valid_share": Estimate(0.5, 0.1, 20)})
     assert space.measured("noise-0.2") == {"valid_share": Estimate(0.5, 0.1, 20)}
     table = laid_out(ENTRIES["tab:pose_noise_ablation"], space)
-    assert table.rows[-1] == ("0.2", "0.43", "0.4", "0.5000 ± 0.1000", "0.0002", "not measured", "0", "20")
+    assert table.rows[-1] == ("0.2", "0.43", "0.400", "0.5000 ± 0.1000", "0.0002", "not measured", "0.0000", "20")
     assert "| 0.5000 ± 0.1000 | 0.0002 |" in markdown(table)
     assert r"\textbf{0.43}" not in latex(table) and r"0.5000 & 0.1000 & 0.0002" in latex(table)
     assert r"\label{tab:pose_noise_ablation}" in latex(table)
@@ -151,6 +151,23 @@ def test_the_command_refuses_in_sentences(here: Path, capsys: pytest.CaptureFixt
     assert list(here.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        (("figures", "tab:ablation"), "tab:ablation is a table: `movingout paper tables tab:ablation` makes it"),
+        (("figures", "text:augmentation"), "a sentence: `movingout paper tables text:augmentation` makes it"),
+        (("tables", "fig:visual_task2"), "is a figure: `movingout paper figures fig:visual_task2` makes it"),
+    ],
+)
+def test_a_label_is_made_by_the_command_for_its_kind(
+    here: Path, capsys: pytest.CaptureFixture[str], asked: tuple[str, str], sentence: str
+) -> None:
+    for dry in ([], ["--dry-run"]):
+        assert main(["paper", *asked, *dry]) == 2
+        assert sentence in capsys.readouterr().err
+    assert list(here.iterdir()) == []
+
+
 def test_of_all_labels_one_that_cannot_be_made_is_named_and_the_others_are_made(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -181,6 +198,28 @@ def test_a_dry_run_says_what_would_be_done_and_leaves_nothing(here: Path, capsys
     shown = capsys.readouterr().out
     assert "train bass@c1 (bass)" in shown and "5 steps to do, 0 done; about" in shown
     assert list(here.iterdir()) == []
+
+
+def test_a_dry_run_refuses_recordings_that_the_run_would_refuse(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "junk.mcap").write_text("no recording", encoding="utf-8")
+    dry = ["--data", "junk.mcap", "--dry-run", "--budget", "smoke", "-o", "out"]
+    assert main(["paper", "tables", "tab:nfd_vs_ac", *dry]) == 2
+    assert "junk.mcap is not an MCAP file" in capsys.readouterr().err
+    assert main(["paper", "tables", "mappo_parameters", *dry]) == 0, "which needs no recordings"
+    capsys.readouterr()
+    assert main(["paper", "tables", "all", *dry]) == 1
+    shown = capsys.readouterr()
+    assert "tab:nfd_vs_ac cannot be made: junk.mcap is not an MCAP file" in shown.err and "train" not in shown.out
+    assert "mappo_parameters" not in shown.err and {path.name for path in here.iterdir()} == {"junk.mcap"}
+
+
+def test_a_dry_run_refuses_a_folder_that_was_begun_with_something_else(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = ["paper", "tables", "mappo_parameters", "-o", "out", "--budget", "smoke"]
+    assert main(table) == 0
+    assert main([*table, "--seed", "1", "--dry-run"]) == 2
+    assert "was begun with seed 0; choose another folder" in capsys.readouterr().err
 
 
 def test_the_list_has_every_label(capsys: pytest.CaptureFixture[str]) -> None:

@@ -66,7 +66,7 @@ def test_errors_have_columns_and_the_best_is_bold(space: Workspace) -> None:
     assert (
         r"0.0002 & 0.00043 & 0.0004 & \textbf{0.9000} & 0.1000 & \textbf{0.9992} & not measured & 0.5492 & 20" in text
     )
-    assert r"0.02 & 0.043 & 0.04 & 0.4000 & 0.1000 & 0.3501 & not measured & 0 & 20" in text
+    assert r"0.02 & 0.043 & 0.040 & 0.4000 & 0.1000 & 0.3501 & not measured & 0.0000 & 20" in text
     assert "Method & here & paper & here & StdErr & paper & here & paper & n" in text
     results = latex(laid_out(ENTRIES["tab:task_1_results"], space))
     assert r"\textbf{0.3503} & 0.0293" in results, "the best of the seen, not only of all"

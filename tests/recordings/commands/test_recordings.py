@@ -166,6 +166,14 @@ def test_verify_of_a_folder_answers_for_every_file(data: Path, capsys: pytest.Ca
     assert all(f["identical"] and f["first_divergence"] is None for f in files)
 
 
+def test_verify_looks_into_the_folders_below(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = []
+    for folder in (data / "recordings", data):
+        assert main(["recordings", "verify", str(folder), "--json", "--workers", "1"]) == 0
+        found.append({file["path"] for file in json.loads(capsys.readouterr().out)["files"]})
+    assert found[0] == found[1] != set()
+
+
 def test_verify_over_several_processes_gives_the_same_answers(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["recordings", "verify", str(data / "recordings"), "--workers", "2"]) == 0
     assert capsys.readouterr().out.count("equal to the bit") == 4
