@@ -130,7 +130,7 @@ def test_a_wide_font_alone_on_a_machine_is_set_as_wide_as_others(
     configuration = tmp_path / "fonts.conf"
     configuration.write_text(ONLY_DEJAVU.format(fonts=DEJAVU, cache=tmp_path / "cache"), encoding="utf-8")
     path, flags = str(find_chromium()), list(FLAGS)
-    around = {**os.environ, "FONTCONFIG_FILE": str(configuration)}
+    around: dict[str, str | float | bool] = {**os.environ, "FONTCONFIG_FILE": str(configuration)}
     alone = browser.browser_type.launch(executable_path=path, args=flags, env=around)
     try:
         with complaining_page(alone, server, "/?lang=de", **SMALL) as page:
