@@ -11,11 +11,11 @@ import time
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Protocol
 
+from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.errors import ClusterError, DatabaseAway, NodeRefused
 from movingout.server.cluster.held_leases import HeldLeases
 from movingout.server.cluster.lease_store import (
     FORGET_S,
-    LEASE_S,
     ClusterView,
     LeaseRow,
     LeaseStore,

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Literal, TypeVar
 
+from movingout.server.connection.other_nodes import OtherNodes
 from movingout.server.connection.socket_counts import SocketCounts
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.settings import Limits
@@ -28,6 +29,7 @@ class AdmissionControl:
     """Counts sockets and wrong tokens per address. A refusal is a sentence; empty means admitted.
 
     `elsewhere` counts the sockets of other processes, where there are some; `on_socket` is told of those here.
+    `other_nodes` says what an address has used of its limits at other nodes of a cluster.
     """
 
     def __init__(
@@ -38,6 +40,7 @@ class AdmissionControl:
         self._here = SocketCounts()
         self._elsewhere = elsewhere
         self.on_socket: Callable[[SocketNews, str], None] = lambda news, address: None
+        self.other_nodes = OtherNodes()
         self._guesses: dict[tuple[str, Secret], TokenBucket] = {}
         self._openings: dict[str, TokenBucket] = {}
         self._checks: dict[str, TokenBucket] = {}
@@ -53,6 +56,7 @@ class AdmissionControl:
         self._arrivals: dict[str, TokenBucket] = {}
         self._room_owners: dict[str, str] = {}  # address group by room
         self._rooms_of: dict[str, set[str]] = {}  # open ones by address group
+        self._being_opened: Counter[str] = Counter()  # by address group
         self._locked: dict[tuple[str, Secret], float] = {}  # until
 
     @property
@@ -111,7 +115,7 @@ class AdmissionControl:
             keep(self._banned, address, self._clock() + BAN_S)
         return first
 
-    def guesses_too_often(self, address: str, secret: Secret) -> bool:
+    async def guesses_too_often(self, address: str, secret: Secret) -> bool:
         """Count a wrong token; True once there are too many per minute, which is all that the guesser then hears.
 
         A right one is never counted and never refused: whoever shares the address plays on, and tokens of 128 bits, or
@@ -120,7 +124,8 @@ class AdmissionControl:
         key, now = (address_group(address), secret), self._clock()
         if now < self._locked.get(key, 0.0):
             return True
-        if self._bucket(self._guesses, key, self._limits.wrong_tokens_per_minute).take(now):
+        few = self._bucket(self._guesses, key, self._limits.wrong_tokens_per_minute).take(now)
+        if few and await self.other_nodes.may_guess(*key):
             return False
         keep(self._locked, key, now + LOCK_S)
         return True
@@ -144,11 +149,27 @@ class AdmissionControl:
             keep(self._recorded, group, TokenBucket(per_day / DAY_S, per_day, now))
         if not self._recorded[group].take(now, size):
             self._recorded[group].empty(now)
+        self.other_nodes.recorded(group, size)
 
     def may_record(self, address: str) -> bool:
         """Whether rooms of this address may fill the disk further today."""
         bucket = self._recorded.get(address_group(address))
         return bucket is None or bucket.holds(self._clock(), ROUND_BYTES)
+
+    def opening_began(self, address: str) -> None:
+        """Until `opening_ended`, a room that is being opened counts as one that nobody has joined."""
+        self._being_opened[address_group(address)] += 1
+
+    def opening_ended(self, address: str) -> None:
+        self._being_opened -= Counter([address_group(address)])  # which keeps no zeros
+
+    def being_opened(self, address: str) -> int:
+        return self._being_opened[address_group(address)]
+
+    def rooms_by_group(self) -> dict[str, tuple[int, frozenset[str]]]:
+        """Per address group the rooms that are being opened, and those that are open."""
+        groups = {*self._being_opened, *self._rooms_of}
+        return {group: (self._being_opened[group], frozenset(self._rooms_of.get(group, ()))) for group in groups}
 
     def may_open_room(self, address: str) -> bool:
         per_minute = self._limits.rooms_per_address_per_minute

@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
+from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.errors import DatabaseAway, NodeRefused
-from movingout.server.cluster.lease_store import FORGET_S, LEASE_S, NodeIdentity
+from movingout.server.cluster.lease_store import FORGET_S, NodeIdentity
 from movingout.server.cluster.node import ROUTED_S, ClusterNode
 from movingout.server.cluster.shards import STUDY
 from tests.server.cluster.clock import TestClock, identity
