@@ -239,18 +239,27 @@ class PublicHost(ABC):
     # ---- whether a room may be opened -----------------------------------------------------------------------
 
     async def may_open_room(self, address: str) -> bool:
-        """Whether somebody at this address may open one more room now; it may take the place of one left behind."""
+        """Whether somebody at this address may open one more room now; it may take the place of one left behind here.
+
+        After True, tell `admission.opening_ended` when it was opened, or could not be.
+        """
         if not self.admission.may_record(address) or not self.admission.may_open_room(address):
             return False  # first, because asking each of the open rooms may be a call to another process
         limits = self.settings.limits
-        opened = [state for room in self.admission.rooms_of(address) if (state := await self._left_state(room))]
-        if sum(not was_joined for _, was_joined, _ in opened) >= limits.unjoined_rooms_per_address:
+        elsewhere = await self.admission.other_nodes.may_open_room(self.admission.owner(address))
+        if elsewhere is None:
             return False
-        if len(opened) >= limits.open_rooms_per_address:
-            empty_s, _, left = max(opened)
+        new = 1 + self.admission.being_opened(address)
+        opened = [state for room in self.admission.rooms_of(address) if (state := await self._left_state(room))]
+        unjoined = sum(not was_joined for _, was_joined, _ in opened)
+        if new + unjoined + elsewhere.unjoined > limits.unjoined_rooms_per_address:
+            return False
+        if new + len(opened) + elsewhere.open > limits.open_rooms_per_address:
+            empty_s, _, left = max(opened, default=(-1.0, False, ""))
             if empty_s < LEFT_BEHIND_S:
                 return False
             await self.close_room(left, m.CLOSE_ROOM_OVER, NOBODY_HERE)
+        self.admission.opening_began(address)
         return True
 
     async def _left_state(self, room_id: str) -> tuple[float, bool, str] | None:

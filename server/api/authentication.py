@@ -24,7 +24,7 @@ def admin(host: PublicHost) -> Any:
         if not token:
             raise ApiError(401, "no_token", "This needs the admin token that was printed when the server started.")
         if not host.is_admin(token):
-            if host.admission.guesses_too_often(address_of(request), "admin"):
+            if await host.admission.guesses_too_often(address_of(request), "admin"):
                 raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
             raise ApiError(403, "wrong_token", "This is not the admin token that was printed when the server started.")
 
@@ -101,7 +101,7 @@ async def seat_of_token(host: PublicHost, room_id: str, request: Request) -> Tok
     """The seat whose token came with the request; wrong ones are counted. Raises ApiError."""
     seat = await in_room(host, room_id, _token_holder, bearer(request))
     if seat is None:
-        if host.admission.guesses_too_often(address_of(request), "seat"):
+        if await host.admission.guesses_too_often(address_of(request), "seat"):
             raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
         raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
     return seat

@@ -117,9 +117,15 @@ def _play_routes(host: PublicHost) -> APIRouter:
         if not host.settings.lobby and not host.is_admin(bearer(request)):
             raise ApiError(403, "study", "This server runs a study, which opens its rooms by itself.")
         address = "" if host.is_admin(bearer(request)) else address_of(request)
-        if address and not await host.may_open_room(address):
+        wanted = await body_of(request, RoomRequest)
+        if not address:
+            return await open_room(host, wanted, address)
+        if not await host.may_open_room(address):
             raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
-        return await open_room(host, await body_of(request, RoomRequest), address)
+        try:
+            return await open_room(host, wanted, address)
+        finally:
+            host.admission.opening_ended(address)
 
     @router.get("/api/rooms/{room_id}")
     async def room(room_id: str) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from movingout.server.agent_workers.capacity import COSTS, AgentCosts
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.lease_store import LeaseStore, NodeIdentity
+from movingout.server.cluster.limit_store import LimitStore
 from movingout.server.cluster.node import ClusterNode
 from movingout.server.cluster.room_files import (
     ShardedRoomStore,
@@ -24,7 +25,9 @@ from movingout.server.cluster.room_files import (
     journals_of,
 )
 from movingout.server.cluster.shards import new_id_in, shard_of
+from movingout.server.cluster.shared_limits import SHARE_S, SharedLimits
 from movingout.server.connection.endpoint import CloseConnection, no_room
+from movingout.server.connection.other_nodes import RoomCount
 from movingout.server.host import Host
 from movingout.server.notices import NOTHING, ErrorCode, Notice
 from movingout.server.persistence.room_snapshot import interrupted_round, room_again
@@ -68,6 +71,9 @@ class ClusterHost(Host):
         self.node: ClusterNode = self._make_node()
         RoomHost.__init__(self, settings, new_room_id=self._new_room_id, agents=agents)
         self.endpoint.absence = self.absence
+        limits = LimitStore(settings.cluster, lease_s=settings.lease_s)
+        self.shared_limits = SharedLimits(self.node.who.run, limits, settings.limits, self._rooms_by_owner)
+        self.admission.other_nodes = self.shared_limits
 
     def _make_node(self) -> ClusterNode:
         settings = self.settings
@@ -107,10 +113,13 @@ class ClusterHost(Host):
         await self.agents.start()
         warm_up()
         await self.node.join()
+        await self.shared_limits.begin()
+        self.admission.name_owners_by(self.shared_limits.secret)
         self.node.begin()
         await self.node.opened()
         await self.start_rooms()
         self.background.repeat("rooms that wait for an agent", self._bring_awaiting, AGENTS_AGAIN_S)
+        self.background.repeat("limits of addresses", self.shared_limits.share, SHARE_S)
 
     async def stop(self) -> None:
         """Hand the rooms over: first everything about them is on the disk, then the leases end."""
@@ -123,6 +132,7 @@ class ClusterHost(Host):
         await self.node.leave()
         await self._stop_public()
         await self.stop_rooms()
+        await self.shared_limits.close()
 
     async def drain(self, within_s: float) -> None:
         self.node.state = "draining"
@@ -222,6 +232,14 @@ class ClusterHost(Host):
         for room_id in (*self.registry.rooms, *self._awaiting_agents):
             counts[shard_of(room_id)] = counts.get(shard_of(room_id), 0) + 1
         return counts
+
+    def _rooms_by_owner(self) -> dict[str, RoomCount]:
+        found = {}
+        for owner, (new, ids) in self.admission.rooms_by_owner().items():
+            rooms = [room for each in ids if (room := self.registry.rooms.get(each)) is not None]
+            unjoined = sum(not room.was_joined for room in rooms)
+            found[owner] = RoomCount(open=new + len(rooms), unjoined=new + unjoined)
+        return found
 
     def can_give_back(self, shard: str) -> bool:
         return shard not in self.room_counts() and not journals_of(self.settings.recordings, shard)

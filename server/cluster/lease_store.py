@@ -4,24 +4,18 @@ A lease ends by the clock of the database, which all nodes share. Every statemen
 whoever takes a lease names the fencing token that was seen: of two that try, one gets it. A token only grows.
 """
 
-import asyncio
-import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from movingout.maps.extras import needs_extra
-from movingout.server.cluster.errors import ClusterError, DatabaseAway
+from movingout.server.cluster.database import CONNECT_S, ClusterDatabase
+from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.shards import SHARDS, STUDY
 from movingout.server.security.tokens import new_token
 
-LEASE_S = 5.0
 FORGET_S = 24 * 3600.0  # by the clock of the database: then nobody waits for whoever had a shard any more
-CALL_SHARE = 0.3  # of a lease, for an answer of the database: three calls fit into one
-CONNECT_S = 2
 SCHEMA = 2
 LOCK = 7_306_411  # of PostgreSQL, while the tables are made: any number that nobody else uses
-NOW = "clock_timestamp()"
 
 _TABLES = """
 CREATE SCHEMA IF NOT EXISTS movingout_cluster;
@@ -34,6 +28,10 @@ CREATE TABLE IF NOT EXISTS movingout_cluster.lease (
   shared boolean NOT NULL, expires timestamptz NOT NULL, rooms int NOT NULL);
 CREATE SCHEMA IF NOT EXISTS movingout_identities;
 CREATE TABLE IF NOT EXISTS movingout_cluster.secret (value text NOT NULL);
+CREATE TABLE IF NOT EXISTS movingout_cluster.address_rate (
+  kind text, address text, full_at timestamptz NOT NULL, PRIMARY KEY (kind, address));
+CREATE TABLE IF NOT EXISTS movingout_cluster.address_rooms (
+  address text, run text, open int NOT NULL, unjoined int NOT NULL, PRIMARY KEY (address, run));
 """
 
 
@@ -93,28 +91,8 @@ class ClusterView:
         return next((each for each in self.nodes if each.name == name), None)
 
 
-class LeaseStore:
-    """Calls to the database, one at a time. Each raises DatabaseAway; a call that takes too long is given up.
-
-    `now` is SQL for the time of the database, which tests replace.
-    """
-
-    def __init__(self, url: str, now: str = NOW, lease_s: float = LEASE_S, call_s: float = 0.0) -> None:
-        with needs_extra("postgres", "a cluster"):
-            import psycopg
-        from movingout.study.store.database import shown  # SQLAlchemy, which that extra brings
-
-        try:
-            self.shown = shown(url)
-        except Exception as error:  # SQLAlchemy's own, of several kinds
-            raise ClusterError(_NO_URL.format(url=url)) from error
-        if not url.startswith(("postgresql://", "postgres://")):
-            raise ClusterError(_NO_URL.format(url=self.shown))
-        self._driver = psycopg
-        self.lease_s = lease_s
-        self._url, self._now, self._call_s = url, now, call_s or CALL_SHARE * lease_s
-        self._connection: Any = None
-        self._one_at_a_time = asyncio.Lock()
+class LeaseStore(ClusterDatabase):
+    """Each call raises DatabaseAway."""
 
     async def prepare(self) -> None:
         """Make the tables where there are none. Raises ClusterError when they are of a newer version."""
@@ -147,11 +125,6 @@ class LeaseStore:
             cursor = await connection.execute("SELECT max(number) FROM movingout_cluster.version")
             (number,) = await cursor.fetchone()
             return int(number)
-
-    async def secret(self) -> str:
-        """What nodes sign the calls to each other with."""
-        found = await self._call(lambda each: self._rows(each, "SELECT value FROM movingout_cluster.secret", {}))
-        return str(found[0][0])
 
     async def view(self) -> ClusterView:
         view: ClusterView = await self._call(self._view)
@@ -283,14 +256,6 @@ class LeaseStore:
             )
         )
 
-    async def close(self) -> None:
-        connection, self._connection = self._connection, None
-        if connection is not None:
-            with contextlib.suppress(self._driver.Error, OSError):
-                await connection.close()
-
-    # ---- calls ----------------------------------------------------------------------------------------------
-
     @property
     def _expiry(self) -> str:
         return f"{self._now} + make_interval(secs => %(lease_s)s)"
@@ -306,54 +271,3 @@ class LeaseStore:
             "lease_s": self.lease_s,
             "forget_s": FORGET_S,
         }
-
-    async def _rows(self, connection: Any, statement: str, values: Mapping[str, Any]) -> Sequence[Any]:
-        cursor = await connection.execute(statement, values)
-        rows: Sequence[Any] = await cursor.fetchall()
-        return rows
-
-    async def _call(self, work: Any, within_s: float = 0.0) -> Any:
-        """What `work(connection)` returns. Raises DatabaseAway.
-
-        A call that takes too long is left to itself and its connection given up: to wait for its end, as cancelling
-        does, would last as long as the database is away.
-        """
-        async with self._one_at_a_time:
-            task = asyncio.create_task(self._work(work))
-            done, _ = await asyncio.wait({task}, timeout=within_s or self._call_s)
-            if not done:
-                self._connection = None
-                task.add_done_callback(_forget)
-                task.cancel()
-                raise DatabaseAway(f"the database {self.shown} does not answer in time")
-            try:
-                return task.result()
-            except (self._driver.Error, OSError) as error:
-                await self.close()
-                raise DatabaseAway(f"the database {self.shown} does not answer: {_reason(error)}") from error
-
-    async def _work(self, work: Any) -> Any:
-        if self._connection is None or self._connection.closed:
-            self._connection = await self._driver.AsyncConnection.connect(
-                self._url,
-                autocommit=True,
-                connect_timeout=CONNECT_S,
-                application_name="movingout cluster",
-                options=f"-c statement_timeout={round(self._call_s * 1e3)}",
-                tcp_user_timeout=3000,
-            )
-        return await work(self._connection)
-
-
-_NO_URL = "{url!r} is not the address of a PostgreSQL database; it looks like postgresql://user@host/name"
-
-
-def _forget(task: "asyncio.Task[Any]") -> None:
-    if not task.cancelled():
-        task.exception()  # nobody waits for it any more
-
-
-def _reason(error: Exception) -> str:
-    """The first line, without what the driver puts before it."""
-    text = str(error).strip().splitlines()
-    return text[0] if text else type(error).__name__

@@ -11,11 +11,11 @@ import time
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Protocol
 
+from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.errors import ClusterError, DatabaseAway, NodeRefused
 from movingout.server.cluster.held_leases import HeldLeases
 from movingout.server.cluster.lease_store import (
     FORGET_S,
-    LEASE_S,
     ClusterView,
     LeaseRow,
     LeaseStore,
@@ -146,11 +146,7 @@ class ClusterNode:
         others = [node for node in view.nodes if node.alive and node.name != self.who.name]
         foreign = [node for node in others if node.format != self.who.format]
         if foreign:
-            names = ", ".join(f"{node.name}: {node.version}" for node in foreign)
-            raise NodeRefused(
-                f"this node has version {self.who.version}, and its rooms do not fit those of the running nodes "
-                f"({names}): end these first (SIGUSR1 lets their rounds end), or start the same version"
-            )
+            raise NodeRefused(self._why_foreign(foreign))
         self._refuse_other_folder(others)
         elsewhere = [
             lease
@@ -162,6 +158,18 @@ class ClusterNode:
                 f"the rooms of node {self.who.name} lie in another data folder: start it with that one, or give this "
                 "node a name of its own: --node NAME"
             )
+
+    def _why_foreign(self, foreign: list[NodeRow]) -> str:
+        if all(node.version == self.who.version for node in foreign):
+            return (
+                f"this node serves something else than the running nodes ({', '.join(node.name for node in foreign)}): "
+                "start it with the same command, study file and options, or end those nodes first"
+            )
+        names = ", ".join(f"{node.name}: {node.version}" for node in foreign)
+        return (
+            f"this node has version {self.who.version}, and its rooms do not fit those of the running nodes "
+            f"({names}): end these first (SIGUSR1 lets their rounds end), or start the same version"
+        )
 
     def _refuse_other_folder(self, others: list[NodeRow]) -> None:
         if self._study and (strangers := [node.name for node in others if node.folder != self.who.folder]):

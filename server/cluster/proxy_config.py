@@ -11,6 +11,7 @@ from typing import Literal
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from movingout.server.api.request_limit import FILE_COST
 from movingout.server.cluster.app import CHECK
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.shards import SHARDS, STUDY
@@ -32,6 +33,18 @@ class ProxyLimits:
     per_address: int = Limits().connections_per_address
     new_per_10s: int = round(10 * Limits().accepts_per_address_per_s)
     requests_per_10s: int = round(10 * Limits().requests_per_address_per_s) + 1800
+
+    @property
+    def files_per_10s(self) -> int:
+        """Requests of any kind."""
+        return round(self.requests_per_10s / FILE_COST)
+
+    @classmethod
+    def for_address(cls, connections: int, per_address: int) -> "ProxyLimits":
+        """For as many connections of one address; from the usual number on, the rest grows with them."""
+        usual = cls()
+        share = max(1.0, per_address / usual.per_address)
+        return cls(connections, per_address, round(share * usual.new_per_10s), round(share * usual.requests_per_10s))
 
 
 @dataclass(frozen=True)

@@ -164,6 +164,8 @@ def addresses(settings: Settings) -> list[str]:
 
 def hints(settings: Settings, command: str) -> list[str]:
     """Hints to print after the links."""
+    if settings.trusted_proxies:
+        return ["These addresses lie behind the proxy; give people the proxy's.", ""]
     everywhere = settings.host in EVERYWHERE
     if not everywhere and not settings.tls:
         return [f"Only this machine can connect. For others in the network: {command} --host 0.0.0.0 --tls", ""]

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Literal, TypeVar
 
+from movingout.server.connection.other_nodes import OtherNodes
 from movingout.server.connection.socket_counts import SocketCounts
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.security.tokens import new_token, pseudonym
@@ -30,6 +31,7 @@ class AdmissionControl:
 
     `elsewhere` counts the sockets of other processes, where there are some; `on_socket` is told of those here. `secret`
     makes the names under which addresses own rooms, which are kept on the disk: the same one, the same names.
+    `other_nodes` says what an address has used of its limits at other nodes of a cluster.
     """
 
     def __init__(
@@ -45,6 +47,7 @@ class AdmissionControl:
         self._elsewhere = elsewhere
         self._secret = secret or new_token()
         self.on_socket: Callable[[SocketNews, str], None] = lambda news, address: None
+        self.other_nodes = OtherNodes()
         self._guesses: dict[tuple[str, Secret], TokenBucket] = {}
         self._openings: dict[str, TokenBucket] = {}
         self._checks: dict[str, TokenBucket] = {}
@@ -60,6 +63,7 @@ class AdmissionControl:
         self._arrivals: dict[str, TokenBucket] = {}
         self._room_owners: dict[str, str] = {}  # owner by room
         self._rooms_of: dict[str, set[str]] = {}  # open ones by owner
+        self._being_opened: Counter[str] = Counter()  # by owner
         self._locked: dict[tuple[str, Secret], float] = {}  # until
 
     @property
@@ -118,7 +122,7 @@ class AdmissionControl:
             keep(self._banned, address, self._clock() + BAN_S)
         return first
 
-    def guesses_too_often(self, address: str, secret: Secret) -> bool:
+    async def guesses_too_often(self, address: str, secret: Secret) -> bool:
         """Count a wrong token; True once there are too many per minute, which is all that the guesser then hears.
 
         A right one is never counted and never refused: whoever shares the address plays on, and tokens of 128 bits, or
@@ -127,7 +131,8 @@ class AdmissionControl:
         key, now = (address_group(address), secret), self._clock()
         if now < self._locked.get(key, 0.0):
             return True
-        if self._bucket(self._guesses, key, self._limits.wrong_tokens_per_minute).take(now):
+        few = self._bucket(self._guesses, key, self._limits.wrong_tokens_per_minute).take(now)
+        if few and await self.other_nodes.may_guess(*key):
             return False
         keep(self._locked, key, now + LOCK_S)
         return True
@@ -151,15 +156,35 @@ class AdmissionControl:
             keep(self._recorded, owner, TokenBucket(per_day / DAY_S, per_day, now))
         if not self._recorded[owner].take(now, size):
             self._recorded[owner].empty(now)
+        self.other_nodes.recorded(owner, size)
 
     def may_record(self, address: str) -> bool:
         """Whether rooms of this address may fill the disk further today."""
         bucket = self._recorded.get(self.owner(address))
         return bucket is None or bucket.holds(self._clock(), ROUND_BYTES)
 
+    def opening_began(self, address: str) -> None:
+        """Until `opening_ended`, a room that is being opened counts as one that nobody has joined."""
+        self._being_opened[self.owner(address)] += 1
+
+    def opening_ended(self, address: str) -> None:
+        self._being_opened -= Counter([self.owner(address)])  # which keeps no zeros
+
+    def being_opened(self, address: str) -> int:
+        return self._being_opened[self.owner(address)]
+
+    def rooms_by_owner(self) -> dict[str, tuple[int, frozenset[str]]]:
+        """Per owner the rooms that are being opened, and those that are open."""
+        owners = {*self._being_opened, *self._rooms_of}
+        return {owner: (self._being_opened[owner], frozenset(self._rooms_of.get(owner, ()))) for owner in owners}
+
     def may_open_room(self, address: str) -> bool:
         per_minute = self._limits.rooms_per_address_per_minute
         return self._bucket(self._openings, address_group(address), per_minute).take(self._clock())
+
+    def name_owners_by(self, secret: str) -> None:
+        """Nodes that share a secret know each other's owners; call it before there are rooms."""
+        self._secret = secret
 
     def owner(self, address: str) -> str:
         """Under which name rooms are counted for an address."""

@@ -234,22 +234,22 @@ class ClientConnection:
         room = self._registry.rooms.get(request.room)
         if room is None:
             raise self._absence(request.room)
-        self._enter(room, request)
+        await self._enter(room, request)
 
-    def _enter(self, room: Room, request: m.Join) -> None:
+    async def _enter(self, room: Room, request: m.Join) -> None:
         self.client.acknowledges = request.mode == "play"
         try:
             welcome = room.join(self.client, request, time.monotonic())
         except Refused as refusal:
-            raise CloseConnection(refusal.code, self._refused(room, request) or refusal.notice) from None
+            raise CloseConnection(refusal.code, await self._refused(room, request) or refusal.notice) from None
         self._room = room
         per_s = self._limits.messages_per_s * max(1, len(welcome.seats))
         self._bucket = TokenBucket(per_s, per_s, time.monotonic())
 
-    def _refused(self, room: Room, request: m.Join) -> Notice | None:
+    async def _refused(self, room: Room, request: m.Join) -> Notice | None:
         """Count a guessed key; an older one of the same seat is none."""
         guessed = [token for token in request.tokens if not room.seating.was_token(token)]
-        return LOCKED if guessed and self._admission.guesses_too_often(self._address, "seat") else None
+        return LOCKED if guessed and await self._admission.guesses_too_often(self._address, "seat") else None
 
     def _on_binary(self, raw: bytes) -> bool:
         """Called by the protocol, so nothing is raised; False when the connection is closing."""

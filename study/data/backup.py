@@ -48,8 +48,7 @@ def back_up(
     """Write a backup into the new folder `target`. Raises StudyError; then `target` does not exist."""
     if target.exists():
         raise StudyError(f"{target} exists already and is not overwritten; choose another name with -o")
-    if folder.database is None and not (folder.own / MAIN).is_file():
-        raise StudyError(f"study {folder.study.id} has no data in {folder.data}")
+    folder.check_was_run()
     part = target.with_name(f"{target.name}.part")
     shutil.rmtree(part, ignore_errors=True)
     try:

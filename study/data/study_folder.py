@@ -84,8 +84,13 @@ class StudyFolder:
 
     def open_existing(self, now: Callable[[], int] = now_ms) -> Store:
         """The store of a study that was run. Raises StudyError when it never was."""
+        self.check_was_run()
+        return self.open(now)
+
+    def check_was_run(self) -> None:
+        """Raises StudyError where neither a file nor an address of a database is there."""
         if self.database is None and not (self.own / "study.sqlite").is_file():
             raise StudyError(
-                f"study {self.study.id} has no data in {self.data}; run it first, or name another folder with --data"
+                f"study {self.study.id} has no data in {self.data}; run it first, or name another folder with --data; "
+                "where it was served from PostgreSQL, say so here too: --cluster or --database"
             )
-        return self.open(now)

@@ -65,7 +65,7 @@ def _add_config(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--max-per-address", type=int, default=limits.per_address, metavar="N",
-        help="connections of one address, or /64 network (%(default)s)",
+        help="connections of one address, or /64 network (%(default)s); with more, it may also send more requests",
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="write it here instead of printing it")
     parser.set_defaults(work=_config)
@@ -108,7 +108,7 @@ def _config(args: argparse.Namespace) -> int:
         listen=args.listen,
         redirect_from=args.redirect_from,
         admin_socket=args.admin_socket,
-        limits=ProxyLimits(connections=args.max_connections, per_address=args.max_per_address),
+        limits=ProxyLimits.for_address(args.max_connections, args.max_per_address),
         command=command_line(),
     )
     text = config.text(args.proxy)
@@ -135,7 +135,7 @@ def _status(args: argparse.Namespace) -> int:
             await store.close()
 
     view = asyncio.run(look())
-    waiting = list(waiting_rooms(view))
+    waiting, study = list(waiting_rooms(view)), view.lease(STUDY)
     rows = [
         {
             "name": node.name,
@@ -144,7 +144,7 @@ def _status(args: argparse.Namespace) -> int:
             "shards": "".join(
                 lease.shard for lease in view.leases if lease.node == node.name and lease.shard in SHARDS
             ),
-            "runs_study": any(lease.node == node.name for lease in view.leases if lease.shard == STUDY),
+            "runs_study": study is not None and study.node == node.name and study.expired_s <= 0.0,
             "version": node.version,
             "address": node.address,
         }

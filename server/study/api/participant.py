@@ -80,7 +80,7 @@ class ParticipantApi:
             )
             token, session = await self._session_service.arrive(arrival, wanted.language, wanted.beside, wanted.known)
         except ArrivalRefused as error:
-            if error.code == "code_unknown" and gate.guesses_too_often(address, "seat"):
+            if error.code == "code_unknown" and await gate.guesses_too_often(address, "seat"):
                 raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.") from None
             raise ApiError(403, error.code, str(error)) from None
         return {"token": token, "view": await self._views.view(session)}

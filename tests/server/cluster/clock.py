@@ -5,6 +5,7 @@ import asyncio
 import psycopg
 
 from movingout.server.cluster.lease_store import LeaseStore, NodeIdentity
+from movingout.server.cluster.limit_store import LimitStore
 
 SQL = "(SELECT at FROM test_clock)"
 
@@ -42,6 +43,9 @@ class TestClock:
 
     def store(self) -> LeaseStore:
         return LeaseStore(self.url, now=SQL, call_s=20.0)
+
+    def limits(self) -> LimitStore:
+        return LimitStore(self.url, now=SQL, call_s=20.0)
 
     def close(self) -> None:
         self._connection.close()

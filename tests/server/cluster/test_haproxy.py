@@ -1,5 +1,6 @@
 """Two real nodes behind a real HAProxy: where rooms are found, and what happens when a node ends, dies or hangs."""
 
+import asyncio
 import contextlib
 import http.client
 import json
@@ -14,10 +15,13 @@ from typing import Any
 import pytest
 
 from movingout.recordings.verification import verify
+from movingout.server.cli import main
+from movingout.server.cluster.lease_store import LeaseStore
 from movingout.server.cluster.proxy_config import ProxyLimits
-from movingout.server.cluster.shards import shard_of
+from movingout.server.cluster.shards import STUDY, shard_of
 from movingout.server.security.certificate import certificate_in
 from tests.database import PostgresServer
+from tests.server.cluster.clock import identity
 from tests.server.cluster.lease_watch import LeaseWatch
 from tests.server.cluster.processes import LEASE_S, NodeProcess, come_back, free_port, haproxy, status, wait_until
 from tests.server.live import Live, Person
@@ -138,12 +142,12 @@ def test_the_proxy_speaks_tls_tells_browsers_to_stay_with_it_and_counts_addresse
     redirect = f"127.0.0.1:{free_port()}"
     with haproxy(tmp_path, nodes[1:], certificate=str(pem), redirect_from=redirect, limits=few) as live:
 
-        def get(**headers: str) -> tuple[int, str | None]:
-            """The status of the page, and what it says of https."""
+        def get(path: str = "/", **headers: str) -> tuple[int, str | None]:
+            """The status of a page or an answer, and what it says of https."""
             trusting = ssl._create_unverified_context()
             connection = http.client.HTTPSConnection("127.0.0.1", live.port, context=trusting, timeout=30)
             with contextlib.closing(connection):
-                connection.request("GET", "/", headers=headers)
+                connection.request("GET", path, headers=headers)
                 answer = connection.getresponse()
                 answer.read()
                 return answer.status, answer.headers["strict-transport-security"]
@@ -153,10 +157,12 @@ def test_the_proxy_speaks_tls_tells_browsers_to_stay_with_it_and_counts_addresse
             return get() == (200, "max-age=31536000")
 
         wait_until(calm, "the proxy finds a node")
-        many = threading.Thread(target=lambda: [get() for _ in range(40)])
+        assert [get("/static/theme.js")[0] for _ in range(40)] == [200] * 40, "a page has many files"
+        many = threading.Thread(target=lambda: [get("/api/maps") for _ in range(40)])
         many.start()
-        wait_until(lambda: get(X_Forwarded_For="9.9.9.9")[0] == 429, "requests of an address are counted")
+        wait_until(lambda: get("/api/maps", X_Forwarded_For="9.9.9.9")[0] == 429, "requests of an address are counted")
         many.join(60)
+        assert get()[0] == 200, "who may not ask any more still sees a page"
 
 
 @pytest.mark.slow
@@ -173,7 +179,33 @@ def test_who_comes_while_no_node_is_there_sees_a_calm_page(tmp_path: Path) -> No
 
 
 def test_status_tells_which_rooms_wait(database: str, capsys: pytest.CaptureFixture[str]) -> None:
-    from movingout.server.cli import main
-
     assert main(["cluster", "status", "--cluster", database, "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"nodes": [], "waiting": []}
+
+
+def test_status_tells_which_node_runs_the_study_and_none_when_that_has_ended(
+    database: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    who = identity("a")
+
+    def runs_study() -> list[bool]:
+        assert main(["cluster", "status", "--cluster", database, "--json"]) == 0
+        return [node["runs_study"] for node in json.loads(capsys.readouterr().out)["nodes"]]
+
+    async def take() -> None:
+        store = LeaseStore(database, lease_s=60.0)
+        await store.prepare()
+        await store.join(who)
+        free = (await store.view()).lease(STUDY)
+        assert free is not None and await store.take(who, free, shared=True) == 1
+        await store.close()
+
+    async def leave() -> None:
+        store = LeaseStore(database)
+        await store.leave(who)
+        await store.close()
+
+    asyncio.run(take())
+    assert runs_study() == [True]
+    asyncio.run(leave())
+    assert runs_study() == [False]

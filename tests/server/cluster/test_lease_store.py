@@ -13,9 +13,10 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_state_machine_as_test
 
+from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.errors import ClusterError, DatabaseAway
 from movingout.server.cluster.held_leases import HeldLeases
-from movingout.server.cluster.lease_store import FORGET_S, LEASE_S, LeaseRow, LeaseStore
+from movingout.server.cluster.lease_store import FORGET_S, LeaseRow, LeaseStore
 from tests.database import PostgresServer
 from tests.server.cluster.clock import TestClock, identity
 

@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
+from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.errors import DatabaseAway, NodeRefused
-from movingout.server.cluster.lease_store import FORGET_S, LEASE_S, NodeIdentity
+from movingout.server.cluster.lease_store import FORGET_S, NodeIdentity
 from movingout.server.cluster.node import ROUTED_S, ClusterNode
 from movingout.server.cluster.shards import STUDY
 from tests.server.cluster.clock import TestClock, identity
@@ -177,6 +178,8 @@ def test_a_node_that_does_not_fit_is_refused_with_a_sentence(clock: TestClock) -
         await a.step()
         with pytest.raises(NodeRefused, match=r"version 2\.0.*a: 1\.0.*end these first"):
             await Node(clock, "b", format="2", version="2.0").start()
+        with pytest.raises(NodeRefused, match=r"something else than the running nodes \(a\).*study file and options"):
+            await Node(clock, "b", format="2").start()
         with pytest.raises(NodeRefused, match="rooms of node a lie in another data folder"):
             await Node(clock, "a", run="other", folder="elsewhere").start()
         a.node.who = identity("a")

@@ -28,6 +28,18 @@ def test_haproxy_has_a_group_of_servers_per_shard(capsys: pytest.CaptureFixture[
     assert "server a 10.0.0.1:8000 check" in shard and "server any-b [fd00::2]:8000 track pages/b backup" in shard
 
 
+def test_a_large_class_behind_one_address_may_send_more(capsys: pytest.CaptureFixture[str]) -> None:
+    usual, more = written(capsys), written(capsys, "--max-per-address", "2000")
+    for rate, one, other in (
+        ("sc0_conn_cur(addresses)", 400, 2000),
+        ("sc0_conn_rate(addresses)", 1000, 5000),
+        ("sc1_http_req_rate(requests)", 2400, 12000),
+        ("sc0_http_req_rate(addresses)", 9600, 48000),
+    ):
+        assert f"{rate} gt {one} }}" in usual and f"{rate} gt {other} }}" in more
+    assert "sc0_conn_rate(addresses) gt 1000 }" in written(capsys, "--max-per-address", "20")
+
+
 def test_without_a_certificate_it_is_plain_http(capsys: pytest.CaptureFixture[str]) -> None:
     text = written(capsys)
     assert "bind :80\n" in text and "redirect scheme" not in text and "ssl crt" not in text

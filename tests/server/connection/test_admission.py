@@ -1,9 +1,11 @@
 """Limits per address: whom they count together, and whom they never hit."""
 
+import asyncio
+
 import pytest
 
 from movingout.server.connection import admission
-from movingout.server.connection.admission import AdmissionControl, address_group
+from movingout.server.connection.admission import AdmissionControl, Secret, address_group
 from movingout.server.settings import Limits
 
 
@@ -18,6 +20,10 @@ class Clock:
 
 def control(clock: Clock | None = None, **limits: int) -> AdmissionControl:
     return AdmissionControl(Limits(**limits), clock or Clock())
+
+
+def guesses(gate: AdmissionControl, address: str, secret: Secret) -> bool:
+    return asyncio.run(gate.guesses_too_often(address, secret))
 
 
 @pytest.mark.parametrize(
@@ -50,14 +56,29 @@ def test_all_addresses_of_a_network_share_their_rooms() -> None:
     assert gate.rooms_of("2001:db8::5") == frozenset()
 
 
+def test_a_room_that_is_being_opened_counts_until_it_is_open_or_was_refused() -> None:
+    gate = control()
+    gate.opening_began("2001:db8::1")
+    gate.opening_began("2001:db8::2")
+    owner = gate.owner("2001:db8::2")
+    gate.opened_room(owner, "room")
+    gate.opening_ended("2001:db8::2")
+    assert gate.being_opened("2001:db8::3") == 1
+    assert gate.rooms_by_owner() == {owner: (1, frozenset({"room"}))}
+    gate.opening_ended("2001:db8::1")
+    assert gate.being_opened("2001:db8::3") == 0
+    gate.closed_room("room")
+    assert gate.rooms_by_owner() == {}
+
+
 def test_wrong_tokens_lock_the_guesser_for_a_minute_and_one_kind_only() -> None:
     clock = Clock()
     gate = control(clock, wrong_tokens_per_minute=3)
-    assert [gate.guesses_too_often("192.0.2.1", "seat") for _ in range(5)] == [False, False, False, True, True]
-    assert not gate.guesses_too_often("192.0.2.1", "admin")
-    assert not gate.guesses_too_often("192.0.2.2", "seat")
+    assert [guesses(gate, "192.0.2.1", "seat") for _ in range(5)] == [False, False, False, True, True]
+    assert not guesses(gate, "192.0.2.1", "admin")
+    assert not guesses(gate, "192.0.2.2", "seat")
     clock.now = 61.0
-    assert not gate.guesses_too_often("192.0.2.1", "seat")
+    assert not guesses(gate, "192.0.2.1", "seat")
 
 
 def test_many_addresses_free_only_the_oldest(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,9 +86,9 @@ def test_many_addresses_free_only_the_oldest(monkeypatch: pytest.MonkeyPatch) ->
     gate = control(wrong_tokens_per_minute=1)
     for count in range(60):
         for _ in range(2):
-            gate.guesses_too_often(f"192.0.2.{count}", "seat")
-    assert gate.guesses_too_often("192.0.2.59", "seat"), "still locked"
-    assert not gate.guesses_too_often("192.0.2.0", "seat"), "forgotten"
+            guesses(gate, f"192.0.2.{count}", "seat")
+    assert guesses(gate, "192.0.2.59", "seat"), "still locked"
+    assert not guesses(gate, "192.0.2.0", "seat"), "forgotten"
 
 
 def test_connecting_again_and_again_has_to_wait() -> None:

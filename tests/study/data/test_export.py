@@ -265,3 +265,5 @@ def test_the_commands_say_what_they_did(tmp_path: Path, capsys: pytest.CaptureFi
     assert json.loads(capsys.readouterr().out)["identity"] is True
     assert main(["study", "forget", str(file), pid, "--data", str(tmp_path / "nothing")]) == 2
     assert "has no data in" in capsys.readouterr().err
+    assert main(["study", "backup", str(file), "--data", str(tmp_path / "nothing"), "-o", str(tmp_path / "b")]) == 2
+    assert "say so here too: --cluster or --database" in capsys.readouterr().err

@@ -1,0 +1,23 @@
+"""What `movingout play` prints at its start."""
+
+import pytest
+
+from movingout.server.commands.play import hints
+from movingout.server.settings import Settings
+
+
+@pytest.mark.parametrize(
+    ("settings", "hint"),
+    [
+        (Settings(), "Only this machine can connect. For others in the network: movingout play --host 0.0.0.0 --tls"),
+        (Settings(host="0.0.0.0"), "On other machines gamepads need https: add --tls."),
+        (Settings(tls=True), "The certificate is self-signed: the browser asks once whether to trust it."),
+        (Settings(trusted_proxies=("127.0.0.1",)), "These addresses lie behind the proxy; give people the proxy's."),
+        (
+            Settings(host="0.0.0.0", trusted_proxies=("*",)),
+            "These addresses lie behind the proxy; give people the proxy's.",
+        ),
+    ],
+)
+def test_the_hint_says_who_can_connect(settings: Settings, hint: str) -> None:
+    assert hints(settings, "movingout play") == [hint, ""]
