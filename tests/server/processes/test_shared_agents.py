@@ -118,6 +118,6 @@ def test_an_agent_whose_threads_compute_for_ever_is_stopped_in_all_rooms(tmp_pat
         while not workers(live)[0]["overruns"]:
             assert time.monotonic() < deadline
             people[0].play(1)
-        assert moves(people[1]), "its neighbour plays on, in another process"
+        assert moves(people[1], 20), "its neighbour plays on, in another process"
         people[0].play(20)
         assert workers(live)[0]["overruns"] == 1, "it is not begun again"
