@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 from random import Random
 
-from tests.attacks.soak import Soak, Tally, faults_of, server_at
+from tests.attacks.soak import Soak, Tally, faults_of, server_at, wait_for_recordings
 
 WARM_UP = 0.25  # of the time, which the slope of the memory leaves out
 KILLING = 0.25  # of the time: a process that has just begun hides what the one before has leaked
@@ -34,6 +34,7 @@ def main(options: list[str]) -> None:
         with server_at(data, args.processes) as (base, token, process):
             soak = Soak(base, token, process, Random(args.seed))
             tally = asyncio.run(soak.run(args.players, seconds, args.kill_every, kills_for_s))
+            wait_for_recordings(data / "recordings")
         faults, recordings = faults_of(data / "recordings"), len(list((data / "recordings").glob("*.mcap")))
     _tell(tally, faults, recordings)
 

@@ -31,6 +31,7 @@ _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
 SUFFIX = ".mcap"
 CACHED_REPLAYS = 8
 RETRY_S = (2.0, 10.0, 60.0, 600.0)  # after a journal could not be finished; the last one again and again
+CLOSE_S = 10.0  # for journals that wait when the server ends: whoever stops it kills it after 30 s (systemd, containers)
 
 
 class ReplayFiles(NamedTuple):
@@ -136,11 +137,17 @@ class RecordingService:
         await asyncio.gather(*self._pending.values(), return_exceptions=True)
 
     async def close(self) -> None:
-        """Finish what is pending and stop the processes."""
+        """Finish what can be within CLOSE_S, and stop the processes. The others stay journals until the next start."""
         for handle in self._retries.values():
             handle.cancel()
-        await self.settled()
-        await asyncio.gather(self._finishing.close(), self._reading.close())
+        if self._pending:
+            await asyncio.wait(self._pending.values(), timeout=CLOSE_S)
+        left = list(self._pending.values())
+        if left:
+            log.warning("%d recordings stay journals; the next start finishes them", len(left))
+        for task in left:
+            task.cancel()
+        await asyncio.gather(self._finishing.close(), self._reading.close(), *left, return_exceptions=True)
 
     def _begin(self, journal: Path, work: Any, attempt: int = 0) -> None:
         self._retries.pop(journal.name, None)

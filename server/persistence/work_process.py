@@ -45,8 +45,8 @@ class WorkProcess:
             self._waiting -= 1
 
     async def close(self) -> None:
-        """Wait for what runs and end the process."""
-        await asyncio.to_thread(self._executor.shutdown)
+        """Wait for what runs, not for what waits, and end the process."""
+        await asyncio.to_thread(self._executor.shutdown, cancel_futures=True)
 
     async def _attempt(self, work: Any, arguments: tuple[Any, ...]) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._executor, work, *arguments)

@@ -30,7 +30,8 @@ from movingout.server.frames import Bundle
 from tests.server.support import make_input
 
 ROUND_TICKS = 60
-START_S, STOP_S = 120.0, 120.0
+START_S, STOP_S = 120.0, 30.0  # a service manager kills a server that has not ended 30 s after SIGTERM
+FINISH_S = 1800.0  # in which all rounds become recordings, after a long soak of a machine with other work
 BACK_S = 90.0  # in which whoever was dropped must be back in the seat
 SMALL_FLOODS = ("pongs", "fragments", "inputs", "connects")
 
@@ -65,14 +66,18 @@ def _printed(log: Path, process: "subprocess.Popen[bytes]") -> tuple[str, str]:
 
 
 def collecting_often(folder: Path) -> dict[str, str]:
-    """An environment in which all processes collect garbage after little growth: what still grows then is a leak.
-
-    A busy server lets each process grow by 48 MB first, for which three minutes are too short.
-    """
-    lines = ["import movingout.server.memory as memory", "memory.BUSY_S, memory.GROWTH_BYTES = 10.0, 3e6"]
+    """An environment in which all processes collect garbage every 10 s: what still grows then is a leak."""
+    lines = ["import movingout.server.memory as memory", "memory.BUSY_S, memory.GROWTH_OBJECTS = 10.0, 0"]
     folder.mkdir()
     (folder / "sitecustomize.py").write_text("\n".join(lines), encoding="utf-8")
     return {"PYTHONPATH": os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])}
+
+
+def wait_for_recordings(recordings: Path) -> None:
+    """Until a server that is still there has finished all journals, which it does when nothing else has to be done."""
+    deadline = time.monotonic() + FINISH_S
+    while next(recordings.glob("*.journal"), None) is not None and time.monotonic() < deadline:
+        time.sleep(0.5)
 
 
 def faults_of(recordings: Path) -> list[str]:

@@ -9,7 +9,7 @@ from random import Random
 
 import pytest
 
-from tests.attacks.soak import Soak, Tally, collecting_often, faults_of, server_at
+from tests.attacks.soak import Soak, Tally, collecting_often, faults_of, server_at, wait_for_recordings
 
 PLAYERS, SECONDS = 30, 180.0  # each player has a room
 KILL_EVERY_S, KILLS_FOR_S = 12.0, 40.0
@@ -32,6 +32,7 @@ def test_no_seat_and_no_recording_is_lost_and_memory_is_level(tmp_path: Path) ->
     data.mkdir()
     with server_at(data, 2, collecting_often(tmp_path / "often")) as (base, token, process):
         tally = asyncio.run(Soak(base, token, process, Random(1)).run(PLAYERS, SECONDS, KILL_EVERY_S, KILLS_FOR_S))
+        wait_for_recordings(data / "recordings")
     assert tally.lost == []
     assert faults_of(data / "recordings") == []
     assert min(tally.rounds, tally.drops, tally.kills, tally.floods) > 0, tally

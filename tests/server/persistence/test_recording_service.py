@@ -140,3 +140,34 @@ def test_a_long_queue_is_refused_but_for_recordings_to_finish(tmp_path: Path, mo
         return float(urgent)
 
     assert run(tmp_path, work) == 0.02
+
+
+def _finalise_slowly(journal: Path) -> Path:
+    time.sleep(1.0)
+    return finalise(journal)
+
+
+def test_a_server_that_ends_does_not_wait_for_a_long_queue_and_the_next_one_finishes_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    journals = [record(tmp_path, 3, episode_id=f"episode-{number}")[0] for number in range(6)]
+    monkeypatch.setattr(recording_service, "finalise", _finalise_slowly)
+    monkeypatch.setattr(recording_service, "CLOSE_S", 0.1)
+
+    async def begin(service: RecordingService) -> None:
+        for journal in journals:
+            service.finalise(journal)
+
+    run(tmp_path, begin)
+    left = [journal for journal in journals if journal.exists()]
+    assert left, "the last of a queue are not waited for"
+    assert "stay journals; the next start finishes them" in caplog.text
+
+    async def recover(service: RecordingService) -> None:
+        for journal in left:
+            service.recover(journal)
+        await service.settled()
+
+    run(tmp_path, recover)
+    assert len(list(tmp_path.glob("*.mcap"))) == len(journals)
+    assert not list(tmp_path.glob("*.journal"))
