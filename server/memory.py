@@ -15,14 +15,20 @@ log = logging.getLogger(__name__)
 THRESHOLDS = (700, 5, 1_000_000)  # the young generations stay small, the old one is collected here
 IDLE_S = 60.0  # between two collections while nobody plays
 BUSY_S = 120.0  # the same while somebody does
-GROWTH_OBJECTS = 50_000  # more than after the last collection, before a busy server collects: garbage of some 150 rounds
+GROWTH_OBJECTS = 50_000  # since the last collection, before a busy server collects: the garbage of 150 rounds
+
+
+def objects_since_collection() -> int:
+    """How many more containers there are than after the last full collection, to a few thousand."""
+    young, middle, _ = THRESHOLDS
+    return gc.get_count()[2] * young * (middle + 1)
 
 
 class GarbageCollection:
     """Collects at good moments. `start` and `stop` change and restore the interpreter's own thresholds."""
 
     def __init__(
-        self, clock: Callable[[], float] = time.monotonic, growth: Callable[[], int] = lambda: objects_since_collection()
+        self, clock: Callable[[], float] = time.monotonic, growth: Callable[[], int] = objects_since_collection
     ) -> None:
         self._clock = clock
         self._growth = growth
@@ -48,9 +54,3 @@ class GarbageCollection:
         log.debug("collected %d objects after %.0f s", found, waited)
         self._at = self._clock()
         return True
-
-
-def objects_since_collection() -> int:
-    """How many more containers there are than after the last full collection, to a few thousand."""
-    young, middle, _ = THRESHOLDS
-    return gc.get_count()[2] * young * (middle + 1)

@@ -1,6 +1,7 @@
 """What pages and the HTTP API need of a server, wherever its rooms are: in this process or in others."""
 
 import asyncio
+import contextlib
 import shutil
 import time
 from abc import ABC, abstractmethod
@@ -120,6 +121,15 @@ class PublicHost(ABC):
     @abstractmethod
     async def close_room(self, room_id: str, code: int, notice: Notice, outcome: Outcome = "stopped") -> PlayedRound:
         """Close a room and forget it; how its round went. Raises NoRoom."""
+
+    async def close_rooms_owned_by(self, owner: str, code: int, notice: Notice) -> int:
+        """Close all rooms of an owner (`admission.owner`); how many there were. None for the empty owner."""
+        closed = 0
+        for room_id in self.admission.rooms_owned_by(owner):
+            with contextlib.suppress(NoRoom):  # it has ended meanwhile
+                await self.close_room(room_id, code, notice)
+                closed += 1
+        return closed
 
     @abstractmethod
     async def look(self, rooms: Collection[str]) -> dict[str, RoomView | None]:

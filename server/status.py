@@ -75,7 +75,7 @@ def server_report(host: "PublicHost", reports: list[dict[str, Any]]) -> dict[str
         "refusal_values": refusal.values,
         "agents": [worker for each in reports for worker in each["agents"]],
         "rooms": [
-            room | {"rooms_of_address": len(host.admission.rooms_beside(room["room"]))}
+            room | {"rooms_of_address": len(host.admission.rooms_owned_by(host.admission.owner_of(room["room"])))}
             for each in reports
             for room in each["rooms"]
         ],

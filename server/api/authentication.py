@@ -1,6 +1,5 @@
 """Who sends a request and what it contains: address, secret, origin, room, seat, body."""
 
-import contextlib
 from collections.abc import Callable
 from typing import Any, Concatenate, NamedTuple, TypeVar
 
@@ -83,11 +82,7 @@ async def close_room(host: PublicHost, room_id: str, code: int, notice: Notice) 
 
 async def close_rooms_beside(host: PublicHost, room_id: str, code: int, notice: Notice) -> int:
     """Close all rooms of the address that opened this one: how many there were. Raises ApiError."""
-    closed = 0
-    for each in host.admission.rooms_beside(room_id):
-        with contextlib.suppress(NoRoom):  # it has ended meanwhile
-            await host.close_room(each, code, notice)
-            closed += 1
+    closed = await host.close_rooms_owned_by(host.admission.owner_of(room_id), code, notice)
     if not closed:
         raise _no_room()
     return closed

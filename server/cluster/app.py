@@ -8,8 +8,9 @@ from fastapi import FastAPI
 
 from movingout.server.api.middleware import App, Message, Receive, Send
 from movingout.server.app import assemble
-from movingout.server.cluster.host import ClusterHost
+from movingout.server.cluster.host import WORKS, ClusterHost
 from movingout.server.cluster.node import ClusterNode
+from movingout.server.cluster.node_calls import NodeCalls
 from movingout.server.settings import Settings
 
 CHECK = "/cluster/rooms/"  # + shard: whether its rooms are here, for health checks of a proxy
@@ -30,6 +31,7 @@ def create_cluster_app(settings: Settings) -> FastAPI:
         await host.stop()
 
     app = assemble(host, host.endpoint, lifespan)
+    app.add_middleware(NodeCalls, host=host, run=host.node.who.run, secret=host.secret, works=WORKS)
     app.add_middleware(ShardCheck, node=host.node)
     return app
 

@@ -13,9 +13,11 @@ from movingout.server import messages as m
 from movingout.server.agent_workers.capacity import COSTS, AgentCosts
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.cluster.errors import ClusterError
-from movingout.server.cluster.lease_store import LeaseStore, NodeIdentity
+from movingout.server.cluster.lease_store import LeaseStore, NodeIdentity, NodeRow
 from movingout.server.cluster.limit_store import LimitStore
 from movingout.server.cluster.node import ClusterNode
+from movingout.server.cluster.node_calls import NodeCaller
+from movingout.server.cluster.report import cluster_report
 from movingout.server.cluster.room_files import (
     ShardedRoomStore,
     adopt,
@@ -68,7 +70,9 @@ class ClusterHost(Host):
         costs = AgentCosts(settings.node_folder / COSTS)
         agents = AgentPool(settings.agent_workers, costs=costs, thread_cores=settings.agent_thread_cores)
         self._awaiting_agents: dict[str, RoomFile] = {}  # rooms that come back when an agent is free
+        self._secret = ""
         self.node: ClusterNode = self._make_node()
+        self._caller = NodeCaller(self.node.who.run, self.secret)
         RoomHost.__init__(self, settings, new_room_id=self._new_room_id, agents=agents)
         self.endpoint.absence = self.absence
         limits = LimitStore(settings.cluster, lease_s=settings.lease_s)
@@ -97,6 +101,10 @@ class ClusterHost(Host):
     def _format(self) -> str:
         return FORMAT
 
+    def secret(self) -> str:
+        """That of the cluster; empty before this node has joined it."""
+        return self._secret
+
     # ---- start and stop -------------------------------------------------------------------------------------
 
     async def check_cluster(self) -> None:
@@ -112,9 +120,11 @@ class ClusterHost(Host):
         self._start_public()
         await self.agents.start()
         warm_up()
+        await self.node.store.prepare()
+        self._secret = await self.node.store.secret()
         await self.node.join()
-        await self.shared_limits.begin()
-        self.admission.name_owners_by(self.shared_limits.secret)
+        self.shared_limits.begin(self._secret)
+        self.admission.name_owners_by(self._secret)
         self.node.begin()
         await self.node.opened()
         await self.start_rooms()
@@ -176,6 +186,25 @@ class ClusterHost(Host):
             if notice is None:
                 raise
             raise RoomElsewhere(notice, "moving" if notice is MOVING else "room_waits") from None
+
+    async def close_rooms_owned_by(self, owner: str, code: int, notice: Notice) -> int:
+        """At all nodes: an owner has the same name everywhere. A node that does not answer keeps them."""
+        if not owner:
+            return 0
+        work, others = close_rooms_owned_by, [row for row in self._nodes() if row.run != self.node.who.run]
+        calls = (self._caller.call(row.address, row.run, work, owner, code, notice) for row in others)
+        answers = await asyncio.gather(*calls, return_exceptions=True)
+        for row, answer in zip(others, answers, strict=True):
+            if isinstance(answer, BaseException):
+                log.warning("rooms of an address at node %s were not closed: %s", row.name, answer)
+        closed_there = sum(answer for answer in answers if isinstance(answer, int))
+        return closed_there + await super().close_rooms_owned_by(owner, code, notice)
+
+    async def close_owned_here(self, owner: str, code: int, notice: Notice) -> int:
+        return await super().close_rooms_owned_by(owner, code, notice)
+
+    def _nodes(self) -> list[NodeRow]:
+        return [node for node in self.node.view.nodes if node.alive]
 
     # ---- what the node asks for (RoomKeeper) ----------------------------------------------------------------
 
@@ -263,32 +292,17 @@ class ClusterHost(Host):
         return {**await super().report(), "cluster": cluster_report(self.node)}
 
 
+async def close_rooms_owned_by(host: ClusterHost, owner: str, code: int, notice: Notice) -> int:
+    """Called by another node: how many rooms of this owner were closed here."""
+    return await host.close_owned_here(owner, code, notice)
+
+
+WORKS = (close_rooms_owned_by,)
+"""What any node may ask of another one."""
+
+
 def _reached_at(settings: Settings) -> str:
     """Where other nodes find this one."""
     everywhere = settings.host in ("0.0.0.0", "::")
     host = next(iter(lan_addresses()), "127.0.0.1") if everywhere else settings.host
     return f"[{host}]:{settings.port}" if ":" in host else f"{host}:{settings.port}"
-
-
-def cluster_report(node: ClusterNode) -> dict[str, Any]:
-    """The cluster for the admin's state: nodes, which shards each has, and which rooms wait."""
-    shards: dict[str | None, list[str]] = {}
-    for lease in node.view.leases:
-        shards.setdefault(lease.node, []).append(lease.shard)
-    return {
-        "node": node.who.name,
-        "home": node.home,
-        "problem": node.problem,
-        "waiting": list(node.waiting()),
-        "nodes": [
-            {
-                "name": row.name,
-                "version": row.version,
-                "address": row.address,
-                "state": row.state if row.alive else "away" if row.state != "ended" else "ended",
-                "rooms": row.rooms,
-                "shards": shards.get(row.name, []),
-            }
-            for row in node.view.nodes
-        ],
-    }

@@ -45,9 +45,9 @@ class SharedLimits(OtherNodes):
         self._pruned_at = clock()
         self._one_at_a_time = asyncio.Lock()
 
-    async def begin(self) -> None:
-        """Raises DatabaseAway."""
-        self.secret = await self._store.secret()
+    def begin(self, secret: str) -> None:
+        """Once the node has joined the cluster, whose secret names owners."""
+        self.secret = secret
         self._away = False
 
     async def close(self) -> None:

@@ -192,11 +192,15 @@ class AdmissionControl:
 
     def rooms_of(self, address: str) -> frozenset[str]:
         """The open rooms that were opened from here."""
-        return frozenset(self._rooms_of.get(self.owner(address), ()))
+        return self.rooms_owned_by(self.owner(address))
 
-    def rooms_beside(self, room_id: str) -> frozenset[str]:
-        """The open rooms of whoever opened this one, itself included; empty for one that was opened for nobody."""
-        return frozenset(self._rooms_of.get(self._room_owners.get(room_id, ""), ()))
+    def owner_of(self, room_id: str) -> str:
+        """Whose room this is; empty for one that was opened for nobody."""
+        return self._room_owners.get(room_id, "")
+
+    def rooms_owned_by(self, owner: str) -> frozenset[str]:
+        """The open rooms of an owner."""
+        return frozenset(self._rooms_of.get(owner, ()))
 
     def opened_room(self, owner: str, room_id: str) -> None:
         """A room was opened for this owner, or is there again; report its end to `closed_room`."""

@@ -31,7 +31,7 @@ _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
 SUFFIX = ".mcap"
 CACHED_REPLAYS = 8
 RETRY_S = (2.0, 10.0, 60.0, 600.0)  # after a journal could not be finished; the last one again and again
-CLOSE_S = 10.0  # for journals that wait when the server ends: whoever stops it kills it after 30 s (systemd, containers)
+CLOSE_S = 10.0  # for journals that wait when the server ends; service managers kill it after 30 s
 
 
 class ReplayFiles(NamedTuple):

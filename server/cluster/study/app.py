@@ -15,10 +15,11 @@ from movingout.server.api.middleware import Message, Receive, Send
 from movingout.server.api.routes import shape_errors
 from movingout.server.app import assemble
 from movingout.server.cluster.app import ShardCheck
+from movingout.server.cluster.host import WORKS
 from movingout.server.cluster.node_calls import NodeCalls
 from movingout.server.cluster.shards import STUDY
 from movingout.server.cluster.study.host import StudyNodeHost
-from movingout.server.cluster.study.room_works import WORKS
+from movingout.server.cluster.study.room_works import WORKS as ROOM_CALLS
 from movingout.server.settings import Settings
 from movingout.server.study.api.app import add_study_errors, study_pages
 from movingout.server.study.api.served_study import Admission, ServedStudy
@@ -110,6 +111,6 @@ def create_study_node(
     app.state.study = study
     for path in ("/api/study{rest:path}", "/api/experimenter{rest:path}"):
         app.router.routes.insert(0, Route(path, study))
-    app.add_middleware(NodeCalls, host=host, run=host.node.who.run, secret=host.secret, works=WORKS)
+    app.add_middleware(NodeCalls, host=host, run=host.node.who.run, secret=host.secret, works=(*WORKS, *ROOM_CALLS))
     app.add_middleware(ShardCheck, node=host.node)
     return app

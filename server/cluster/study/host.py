@@ -19,7 +19,6 @@ from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.host import FORMAT, ClusterHost
 from movingout.server.cluster.lease_store import LeaseStore, NodeIdentity, NodeRow
 from movingout.server.cluster.node import ClusterNode
-from movingout.server.cluster.node_calls import NodeCaller
 from movingout.server.cluster.shards import SHARDS, STUDY, shard_of
 from movingout.server.cluster.study import room_works
 from movingout.server.cluster.study.room_works import NodeStatus, SeatPlan
@@ -60,26 +59,15 @@ class StudyNodeHost(ClusterHost):
     def __init__(self, settings: Settings, kind: str) -> None:
         self._kind = kind
         self._newest_fence = 0
-        self._secret = ""
         super().__init__(settings)
-        self._caller = NodeCaller(self.node.who.run, self.secret)
         self._sent: set[tuple[MapSpec, int, Split, str]] = set()  # randomised maps that nodes have
         self._telling: set[asyncio.Task[None]] = set()
-
-    def secret(self) -> str:
-        """That of the cluster; empty before this node has joined it."""
-        return self._secret
 
     def _node_of(self, who: NodeIdentity) -> ClusterNode:
         return ClusterNode(who, LeaseStore(self.settings.cluster, lease_s=self.settings.lease_s), self, study=True)
 
     def _format(self) -> str:
         return f"{FORMAT}, {self._kind}"
-
-    async def start(self) -> None:
-        await self.node.store.prepare()
-        self._secret = await self.node.store.secret()
-        await super().start()
 
     async def stop(self) -> None:
         self.study.let_go()
@@ -156,9 +144,6 @@ class StudyNodeHost(ClusterHost):
             found = work(self, fence, *args)
             return await found if inspect.isawaitable(found) else found
         return await self._caller.call(node.address, node.run, work, fence, *args, within_s=within_s)
-
-    def _nodes(self) -> list[NodeRow]:
-        return [node for node in self.node.view.nodes if node.alive]
 
     def _holder(self, room_id: str) -> NodeRow:
         """The node that has a room. Raises Away, and NoRoom where nobody has its shard."""

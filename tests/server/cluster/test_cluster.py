@@ -19,6 +19,7 @@ from tests.server.cluster.processes import wait_until
 from tests.server.live import ADMIN, Live, Person
 
 ROUND = 40
+SEATS = {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]}
 
 
 def opened(live: Live, **config: Any) -> tuple[str, Person]:
@@ -57,6 +58,22 @@ def test_a_node_that_ends_hands_its_rooms_over_and_they_go_on(tmp_path: Path, da
         assert [(row["name"], row["state"]) for row in report["nodes"]] == [("a", "ended"), ("b", "serving")]
         assert b.call(f"/api/admin/rooms/{room}/close", {}, token=ADMIN)[0] == 200
         wait_until(lambda: shard_of(room) not in host(b).node.leases, "the shard is given back")
+
+
+def test_the_admin_closes_the_rooms_of_an_address_at_all_nodes(tmp_path: Path, database: str) -> None:
+    behind = {"trusted_proxies": ("127.0.0.1",)}
+    with node(tmp_path / "a", database, "a", **behind) as a, node(tmp_path / "b", database, "b", **behind) as b:
+        rooms: dict[tuple[int, str], str] = {}
+        for live in (a, b):
+            wait_until(lambda live=live: live.call("/readyz")[0] == 200, "the node takes rooms")
+            for address in ("192.0.2.7", "192.0.2.8"):
+                rooms[live.port, address] = live.call("/api/rooms", SEATS, **{"X-Forwarded-For": address})[1]["room"]
+        wait_until(lambda: len(host(a)._nodes()) == 2, "a knows of b")
+        path = f"/api/admin/rooms/{rooms[a.port, '192.0.2.7']}/close-address"
+        assert a.call(path, {}, token=ADMIN) == (200, {"closed": 2})
+        for live in (a, b):
+            left = {row["room"] for row in live.call("/api/admin/state", token=ADMIN)[1]["rooms"]}
+            assert left == {rooms[live.port, "192.0.2.8"]}
 
 
 def test_a_node_comes_back_to_its_rooms(tmp_path: Path, database: str) -> None:

@@ -54,8 +54,9 @@ class Node:
         nodes = self.clock.store()
         await nodes.prepare()
         assert await nodes.join(self.who)
+        secret = await nodes.secret()
         await nodes.close()
-        await self.limits.begin()
+        self.limits.begin(secret)
 
     async def renew(self) -> None:
         nodes = self.clock.store()
