@@ -41,6 +41,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--split", choices=get_args(Split), default=None, help="play another Challenge 2 variant in every episode"
     )
+    parser.add_argument("--ray", default="", metavar="auto|ADDRESS", help="play on a Ray cluster (extra `cluster`)")
 
 
 def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
@@ -95,7 +96,7 @@ def _mappo(
 ) -> "list[Mappo]":
     from movingout.agents.reinforcement.mappo import Mappo, learn_mappo
 
-    mappo = Mappo(config, config.spec(run.kind), maps, split)
+    mappo = Mappo(config, config.spec(run.kind), maps, split, ray=run.options.ray)
     learn_mappo(mappo, run.folder, lambda told: run.tell(_line(told, config)))
     return [mappo]
 
@@ -105,10 +106,10 @@ def _comedi(
 ) -> "list[Mappo]":
     from movingout.agents.reinforcement.comedi import learn_comedi
 
-    spec = config.spec(run.kind)
-    return learn_comedi(
-        config, spec, maps, split, run.folder, lambda name, told: run.tell(f"{name}: {_line(told, config)}")
-    )
+    def tell(name: str, told: dict[str, float]) -> None:
+        run.tell(f"{name}: {_line(told, config)}")
+
+    return learn_comedi(config, config.spec(run.kind), maps, split, run.folder, tell, run.options.ray)
 
 
 def _line(told: dict[str, float], config: MappoConfig) -> str:

@@ -27,15 +27,16 @@ TellOf = Callable[[str, dict[str, float]], None]
 
 
 def learn_comedi(
-    config: ComediConfig, spec: PolicySpec, maps: Sequence[str], split: Split | None, folder: Path, tell: TellOf
-) -> list[Mappo]:
+    config: ComediConfig, spec: PolicySpec, maps: Sequence[str], split: Split | None, folder: Path, tell: TellOf,
+    ray: str = "",
+) -> list[Mappo]:  # fmt: skip
     """Learn the conventions, and last the answer to them; each has a folder of its own and is continued there."""
     conventions: list[TanhActor] = []
     learned: list[Mappo] = []
     for number in range(config.members + 1):
         answers = number == config.members
         pairings = answering(config) if answers else differing(config, number)
-        one = Mappo(config.of_member(number), spec, maps, split, pairings, tuple(conventions))
+        one = Mappo(config.of_member(number), spec, maps, split, pairings, tuple(conventions), ray)
         name = "answer" if answers else f"convention-{number + 1}"
         learn_mappo(one, folder / name, lambda told, name=name: tell(name, told))  # type: ignore[misc]
         conventions.append(one.actor.requires_grad_(False))

@@ -1,4 +1,4 @@
-"""Playing a round in all rooms: what both seats saw, did and got, as sequences to learn from."""
+"""A round in all rooms: what both seats saw, did and got, as sequences to learn from."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,8 +9,9 @@ import torch
 from torch import Tensor
 from torch.nn import functional as F
 
-from movingout.agents.reinforcement.learning_room import MODES, LearningRoom, RoomTick
-from movingout.agents.reinforcement.tanh_actor import HIGH, LOW, TanhActor
+from movingout.agents.reinforcement.learning_room import MODES, RoomPairing
+from movingout.agents.reinforcement.room_play import RoomPlay
+from movingout.agents.reinforcement.tanh_actor import HIGH, LOW
 from movingout.maps.extras import needs_extra
 
 with needs_extra("rl", "reinforcement learning"):
@@ -36,87 +37,34 @@ class JointPlay:
         return float(self.rewards[rows][mine].mean()) if mine.any() else 0.0
 
 
-def play_round(
-    rooms: Sequence[LearningRoom],
-    actor: TanhActor,
-    frozen: Sequence[TanhActor],
-    ticks: int,
-    generator: torch.Generator,
-) -> JointPlay:
-    """Play so many ticks in every room; all that is drawn comes from the generator."""
-    steps: list[tuple[Tensor, Tensor, Tensor, Tensor, list[RoomTick]]] = []
-    for _ in range(ticks):
-        seen = _seen(rooms)
-        learned = torch.tensor([room.learned for room in rooms])
-        noise = torch.randn((len(rooms), 2, 4), generator=generator)
-        with torch.no_grad():
-            loc, scale = actor.moments(seen)
-            raw = loc + scale * noise
-            actions = actor.squashed(raw)
-            logs = TanhNormal(loc, scale, **RANGE).log_prob(actions)
-            played = _with_partners(rooms, frozen, seen, noise, actions)
-        results = [room.step(own) for room, own in zip(rooms, played.numpy(), strict=True)]
-        steps.append((seen, actions, logs, learned, results))
-    return _sequences(rooms, steps)
-
-
-def _with_partners(
-    rooms: Sequence[LearningRoom], frozen: Sequence[TanhActor], seen: Tensor, noise: Tensor, actions: Tensor
-) -> Tensor:
-    """The actions (K, 2, 4) with those of frozen partners in their seats."""
-    played = actions.clone()
-    for number, partner in enumerate(frozen):
-        places = [
-            (index, room.partner_seat)
-            for index, room in enumerate(rooms)
-            if room.pairing.partner == number and room.partner_seat >= 0
-        ]
-        if places:
-            index, seat = torch.tensor(places).T
-            loc, scale = partner.moments(seen[index, seat])
-            played[index, seat] = partner.squashed(loc + scale * noise[index, seat])
-    return played
-
-
-def _seen(rooms: Sequence[LearningRoom]) -> Tensor:
-    return torch.from_numpy(np.stack([room.seen for room in rooms]))
-
-
-def _sequences(
-    rooms: Sequence[LearningRoom], steps: Sequence[tuple[Tensor, Tensor, Tensor, Tensor, list[RoomTick]]]
-) -> JointPlay:
-    seen, actions, logs, learned = (
-        torch.stack(list(part), dim=2).flatten(0, 1) for part in zip(*_moved(steps), strict=True)
+def joint_play(plays: Sequence[RoomPlay], pairings: Sequence[RoomPairing]) -> JointPlay:
+    """What was played in all rooms, as sequences to learn from."""
+    seen, loc, scale, actions, learned, rewards, after = (
+        torch.from_numpy(np.array([getattr(one, name) for one in plays])).transpose(1, 2)  # (K, 2, T, …)
+        for name in ("seen", "loc", "scale", "actions", "learned", "rewards", "after")
     )
-    results = [[step[4][room] for step in steps] for room in range(len(rooms))]
-    after = torch.tensor(np.array([[one.seen for one in row] for row in results])).transpose(1, 2)
-    rewards = torch.tensor(np.array([[one.rewards for one in row] for row in results])).transpose(1, 2)
     over, finished = (
-        torch.tensor([[getattr(one, name) for one in row] for row in results]).repeat_interleave(2, dim=0)[..., None]
+        torch.from_numpy(np.array([getattr(one, name) for one in plays])).repeat_interleave(2, dim=0)[..., None]
         for name in ("over", "finished")
     )
-    weights = torch.tensor([room.pairing.weight for room in rooms])[:, None, None]
-    mode = F.one_hot(torch.tensor([MODES.index(room.pairing.mode) for room in rooms]), len(MODES)).float()
-    shape = seen.shape[:2]
+    logs = TanhNormal(loc, scale, **RANGE).log_prob(actions)
+    weights = torch.tensor([one.weight for one in pairings])[:, None, None]
+    mode = F.one_hot(torch.tensor([MODES.index(one.mode) for one in pairings]), len(MODES)).float()
     rows = TensorDict(
         {
-            "observation": seen,
-            "state": _states(seen.reshape(-1, 2, *seen.shape[1:]), mode),
-            "action": actions,
-            "action_log_prob": logs,
+            "observation": seen.flatten(0, 1),
+            "state": _states(seen, mode),
+            "action": actions.flatten(0, 1),
+            "action_log_prob": logs.flatten(0, 1),
             "next": {
                 "state": _states(after, mode), "reward": (weights * rewards).flatten(0, 1)[..., None],
                 "done": over, "terminated": finished,
             },
         },
-        batch_size=shape,
+        batch_size=over.shape[:2],
     )  # fmt: skip
-    scores = tuple(one.score for row in results for one in row if one.over)
-    return JointPlay(rows, learned, rewards.flatten(0, 1), scores)
-
-
-def _moved(steps: Sequence[tuple[Any, ...]]) -> list[tuple[Tensor, ...]]:
-    return [tuple(step[:4]) for step in steps]
+    scores = tuple(score for one in plays for score in one.scores)
+    return JointPlay(rows, learned.flatten(0, 1), rewards.flatten(0, 1), scores)
 
 
 def _states(seen: Tensor, mode: Tensor) -> Tensor:

@@ -41,6 +41,13 @@ class RoomTick(NamedTuple):
     score: float  # official, of the episode so far
 
 
+class Kept(NamedTuple):
+    """Where a room is."""
+
+    episode: int  # its number
+    actions: Singles  # (T, 2, 4) that were played in it
+
+
 class LearningRoom:
     """One episode after another. What is drawn for an episode follows from seed, room and number of the episode."""
 
@@ -74,15 +81,13 @@ class LearningRoom:
             self._open(self.episode + 1)
         return tick
 
-    def kept(self) -> dict[str, npt.NDArray[np.generic]]:
-        """The number of the episode and the actions (T, 2, 4) that were played in it."""
-        actions = np.array(self._actions, np.float32).reshape(-1, 2, 4)
-        return {"episode": np.array(self.episode), "actions": actions}
+    def kept(self) -> Kept:
+        return Kept(self.episode, np.array(self._actions, np.float32).reshape(-1, 2, 4))
 
-    def put_back(self, episode: int, actions: Singles) -> None:
+    def put_back(self, kept: Kept) -> None:
         """Play what `kept` told again, which gives the same floats."""
-        self._open(episode)
-        for one in actions:
+        self._open(kept.episode)
+        for one in kept.actions:
             self._advance(one)
 
     def _open(self, episode: int) -> None:

@@ -8,6 +8,7 @@ the tick at which they were, so that a run that was interrupted arrives at the s
 import json
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,11 @@ from torch import Tensor, nn
 
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.errors import DataError
-from movingout.agents.reinforcement.joint_play import RANGE, JointPlay, play_round
-from movingout.agents.reinforcement.learning_room import MODES, LearningRoom, RoomPairing
+from movingout.agents.reinforcement.joint_play import RANGE, JointPlay, joint_play
+from movingout.agents.reinforcement.learning_room import MODES, Kept, RoomPairing
 from movingout.agents.reinforcement.mappo_config import MappoConfig
+from movingout.agents.reinforcement.playing_rooms import LocalRooms, PlayingRooms, RoomSetup
+from movingout.agents.reinforcement.ray_rooms import RayRooms
 from movingout.agents.reinforcement.resume_file import read_resume, write_resume
 from movingout.agents.reinforcement.tanh_actor import CentralCritic, TanhActor
 from movingout.agents.training.run_folder import RESUME
@@ -45,17 +48,20 @@ class Mappo:
         split: Split | None = None,
         pairings: Sequence[RoomPairing] | None = None,
         frozen: Sequence[TanhActor] = (),
+        ray: str = "",
     ) -> None:
-        """`pairings`: one for each room, self-play without; `frozen`: the partners that they name."""
+        """`pairings`: one for each room, self-play without; `frozen`: the partners that they name.
+
+        `ray`: the address of a cluster that plays, else this process does. Raises NoCluster.
+        """
         torch.set_num_threads(config.threads)
         self.config, self.frozen, self.round, self.episodes = config, frozen, 0, 0
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(config.seed)
             self.actor, self.critic = TanhActor(spec), CentralCritic(spec, len(MODES))
-        self.rooms = [
-            LearningRoom(maps, config, split, (config.seed, number), pairing)
-            for number, pairing in enumerate(pairings or [RoomPairing()] * config.envs)
-        ]
+        self.pairings = tuple(pairings or [RoomPairing()] * config.envs)
+        setups = [RoomSetup(tuple(maps), config, split, one, number) for number, one in enumerate(self.pairings)]
+        self.rooms: PlayingRooms = RayRooms(ray, setups) if ray else LocalRooms(setups)
         self._learned = nn.ModuleDict({"actor": self.actor, "critic": self.critic})
         value = ValueOperator(self.critic, in_keys=["state"])
         self._advantages = GAE(gamma=config.discount, lmbda=config.trace, value_network=value)
@@ -71,7 +77,8 @@ class Mappo:
         """One round: play, then improve. Returns what is to be drawn as curves."""
         seed = int(np.random.SeedSequence([self.config.seed, self.round]).generate_state(1)[0])
         generator = torch.Generator().manual_seed(seed)
-        played = play_round(self.rooms, self.actor, self.frozen, self.config.room_ticks, generator)
+        noise = torch.randn((len(self.pairings), self.config.room_ticks, 2, 4), generator=generator)
+        played = joint_play(self.rooms.play(self.actor, self.frozen, noise), self.pairings)
         chosen, told = self._chosen(played)
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)  # for the loss, which estimates the entropy from samples
@@ -86,20 +93,20 @@ class Mappo:
 
         With rewards that count against, as in CoMeDi; where rewards count for, all partners are learned with.
         """
-        told = {"reward per tick": played.mean_reward([k for k, one in enumerate(self.rooms) if self._is_own(one)])}
-        against = {room.pairing.partner for room in self.rooms if room.pairing.weight < 0.0}
+        told = {"reward per tick": played.mean_reward([k for k, one in enumerate(self.pairings) if self._is_own(one)])}
+        against = {one.partner for one in self.pairings if one.weight < 0.0}
         if not against:
             return played.learned, told
         rewards = {
-            one: played.mean_reward([k for k, room in enumerate(self.rooms) if _is_cross(room, one)])
+            one: played.mean_reward([k for k, pairing in enumerate(self.pairings) if _is_cross(pairing, one)])
             for one in sorted(against)
         }
         most = max(rewards, key=lambda one: rewards[one])
-        kept = torch.tensor([room.pairing.partner in (-1, most) for room in self.rooms]).repeat_interleave(2)
+        kept = torch.tensor([one.partner in (-1, most) for one in self.pairings]).repeat_interleave(2)
         return played.learned & kept[:, None], {**told, "with the most compatible": rewards[most]}
 
-    def _is_own(self, room: LearningRoom) -> bool:
-        return room.pairing.mode == "self" or all(one.pairing.mode == "partner" for one in self.rooms)
+    def _is_own(self, pairing: RoomPairing) -> bool:
+        return pairing.mode == "self" or all(one.mode == "partner" for one in self.pairings)
 
     def _improve(self, played: JointPlay, chosen: Tensor, generator: torch.Generator) -> None:
         with torch.no_grad():
@@ -123,8 +130,9 @@ class Mappo:
     def save(self, path: Path) -> None:
         """Everything needed to continue, rooms included, as plain tensors."""
         others = {"round": torch.tensor(self.round), "episodes": torch.tensor(self.episodes)}
-        for number, room in enumerate(self.rooms):
-            others |= {f"room.{number}.{name}": torch.from_numpy(one) for name, one in room.kept().items()}
+        for number, kept in enumerate(self.rooms.kept()):
+            others[f"room.{number}.episode"] = torch.tensor(kept.episode)
+            others[f"room.{number}.actions"] = torch.from_numpy(kept.actions)
         write_resume(path, self._learned, self._optimiser, others)
 
     def resume(self, path: Path) -> None:
@@ -134,10 +142,11 @@ class Mappo:
         others = read_resume(path, self._learned, self._optimiser)
         try:
             self.round, self.episodes = int(others["round"]), int(others["episodes"])
-            for number, room in enumerate(self.rooms):
-                room.put_back(int(others[f"room.{number}.episode"]), others[f"room.{number}.actions"].numpy())
+            numbered = [f"room.{number}" for number in range(len(self.pairings))]
+            kept = [Kept(int(others[f"{one}.episode"]), others[f"{one}.actions"].numpy()) for one in numbered]
         except KeyError as error:
             raise DataError(f"{path} was begun with fewer environments; choose another --id") from error
+        self.rooms.put_back(kept)
 
 
 def learn_mappo(mappo: Mappo, folder: Path, tell: Tell) -> None:
@@ -145,7 +154,7 @@ def learn_mappo(mappo: Mappo, folder: Path, tell: Tell) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     mappo.resume(folder / RESUME)
     begun, rounds = time.monotonic(), mappo.config.rounds
-    with (folder / "losses.jsonl").open("a", encoding="utf-8") as curve:
+    with closing(mappo.rooms), (folder / "losses.jsonl").open("a", encoding="utf-8") as curve:
         while mappo.round < rounds:
             values = mappo.learn()
             told = {"frames": float(mappo.frames), **values}
@@ -171,8 +180,8 @@ def _losses(actor: TanhActor, value: ValueOperator, config: MappoConfig) -> Clip
     )  # fmt: skip
 
 
-def _is_cross(room: LearningRoom, partner: int) -> bool:
-    return room.pairing.mode == "partner" and room.pairing.partner == partner
+def _is_cross(pairing: RoomPairing, partner: int) -> bool:
+    return pairing.mode == "partner" and pairing.partner == partner
 
 
 class _Moments(nn.Module):

@@ -12,11 +12,12 @@ pytest.importorskip("torchrl")
 from movingout.agents.errors import DataError
 from movingout.agents.inference.network import PolicyNetwork
 from movingout.agents.policies.export import export_policy
-from movingout.agents.reinforcement import joint_play
 from movingout.agents.reinforcement.comedi import answering, differing, learn_comedi
+from movingout.agents.reinforcement.joint_play import JointPlay, joint_play
 from movingout.agents.reinforcement.learning_room import LearningRoom, RoomPairing
 from movingout.agents.reinforcement.mappo import Mappo, learn_mappo
 from movingout.agents.reinforcement.mappo_config import ComediConfig, MappoConfig
+from movingout.agents.reinforcement.playing_rooms import LocalRooms
 from movingout.agents.reinforcement.tanh_actor import TanhActor
 from movingout.agents.training.run_folder import RESUME
 
@@ -28,6 +29,11 @@ MAPS = "HandOff", "DistancePriority"
 
 def mappo(config: MappoConfig = CONFIG, pairings: list[RoomPairing] | None = None, **others: object) -> Mappo:
     return Mappo(config, config.spec("mappo"), MAPS, None, pairings, **others)  # type: ignore[arg-type]
+
+
+def a_round(one: Mappo, ticks: int = 7) -> JointPlay:
+    noise = torch.randn((len(one.pairings), ticks, 2, 4), generator=torch.Generator().manual_seed(0))
+    return joint_play(one.rooms.play(one.actor, one.frozen, noise), one.pairings)
 
 
 def weights(one: Mappo) -> list[Tensor]:
@@ -51,7 +57,7 @@ def test_equal_seeds_give_equal_weights_also_after_an_interruption(tmp_path: Pat
     continued = mappo()
     assert not equal(weights(continued), weights(begun)), "a round has changed them"
     continued.resume(tmp_path / "begun.safetensors")
-    assert continued.rooms[0].kept()["actions"].shape == begun.rooms[0].kept()["actions"].shape != (0, 2, 4)
+    assert continued.rooms.kept()[0].actions.shape == begun.rooms.kept()[0].actions.shape != (0, 2, 4)
     continued.learn()
     assert equal(weights(continued), weights(whole))
     again = mappo()
@@ -96,7 +102,8 @@ def test_a_frozen_partner_acts_in_its_seat_and_is_not_learned_from() -> None:
     one = mappo(
         pairings=[RoomPairing("partner", -0.5, 0), RoomPairing("mixed", 0.5, 0), RoomPairing()], frozen=(frozen,)
     )
-    cross, mixed, own = one.rooms
+    assert isinstance(one.rooms, LocalRooms)
+    cross, mixed, own = one.rooms.rooms
     assert (cross.partner_seat, own.partner_seat) == (1, -1)
     assert (cross.learned, own.learned) == ((True, False), (True, True))
     learned = []
@@ -105,7 +112,7 @@ def test_a_frozen_partner_acts_in_its_seat_and_is_not_learned_from() -> None:
         assert (mixed.partner_seat < 0) == all(mixed.learned)
         mixed.step(np.zeros((2, 4), np.float32))
     assert learned == sorted(learned) and learned[0] == (False, False) and learned[-1] == (True, True)
-    played = joint_play.play_round(one.rooms, one.actor, one.frozen, 7, torch.Generator().manual_seed(0))
+    played = a_round(one)
     assert played.learned[0].all() and not played.learned[1].any(), "blue learns, red is the partner"
     assert torch.allclose(played.rows["next", "reward"][0, :, 0], -0.5 * played.rewards[0])
 
@@ -114,7 +121,7 @@ def test_only_the_most_compatible_partner_counts_against() -> None:
     frozen = (mappo().actor, mappo().actor)
     pairings = [RoomPairing(), RoomPairing("partner", -0.5, 0), RoomPairing("partner", -0.5, 1)]
     one = mappo(pairings=pairings, frozen=frozen)
-    played = joint_play.play_round(one.rooms, one.actor, one.frozen, 7, torch.Generator().manual_seed(0))
+    played = a_round(one)
     played.rewards[2:4], played.rewards[4:6] = 0.1, 0.2
     chosen, told = one._chosen(played)
     assert chosen[:2].all() and not chosen[2:4].any() and chosen[4:6].any()
