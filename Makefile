@@ -22,11 +22,12 @@ test-slow: .venv/dev .venv/browser .venv/node ## the long tests: fuzzing, endura
 test-large-downloads: .venv/dev ## the tests of LeRobot in an environment of its own (8 GB)
 	$(BIN)/pytest -m large_download $(ARGS)
 
-check: .venv/dev .venv/node ## format, lint, types, import rules, JavaScript
+check: .venv/dev .venv/node ## format, lint, types, import rules, JavaScript, the list of files in docs/
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/pytest --quiet tests/bench/source
 	node_modules/.bin/prettier --check --log-level warn 'web/**/*.{js,css}' 'tests/browser/*.js'
 	node_modules/.bin/eslint web tests/browser
 	cd web && ../node_modules/.bin/tsc -p jsconfig.json
