@@ -11,9 +11,9 @@ import time
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Protocol
 
-from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.errors import ClusterError, DatabaseAway, NodeRefused
 from movingout.server.cluster.held_leases import HeldLeases
+from movingout.server.cluster.joining import refuse_unfit
 from movingout.server.cluster.lease_store import (
     FORGET_S,
     ClusterView,
@@ -107,10 +107,6 @@ class ClusterNode:
             return True
         return lease.shared and any(self._may_take(node, lease) for node in self.view.nodes)
 
-    def waiting(self) -> Iterator[str]:
-        """Which rooms wait for a node that is away, for whoever runs the cluster."""
-        return waiting_rooms(self.view)
-
     # ---- start and stop -------------------------------------------------------------------------------------
 
     async def join(self) -> None:
@@ -142,41 +138,8 @@ class ClusterNode:
     async def check(self) -> None:
         """Raise ClusterError when this node could not join."""
         await self.store.prepare()
-        self.view = view = await self.store.view()
-        others = [node for node in view.nodes if node.alive and node.name != self.who.name]
-        foreign = [node for node in others if node.format != self.who.format]
-        if foreign:
-            raise NodeRefused(self._why_foreign(foreign))
-        self._refuse_other_folder(others)
-        elsewhere = [
-            lease
-            for lease in view.leases
-            if lease.node == self.who.name and lease.folder != self.who.folder and lease.rooms
-        ]
-        if elsewhere:
-            raise NodeRefused(
-                f"the rooms of node {self.who.name} lie in another data folder: start it with that one, or give this "
-                "node a name of its own: --node NAME"
-            )
-
-    def _why_foreign(self, foreign: list[NodeRow]) -> str:
-        if all(node.version == self.who.version for node in foreign):
-            return (
-                f"this node serves something else than the running nodes ({', '.join(node.name for node in foreign)}): "
-                "start it with the same command, study file and options, or end those nodes first"
-            )
-        names = ", ".join(f"{node.name}: {node.version}" for node in foreign)
-        return (
-            f"this node has version {self.who.version}, and its rooms do not fit those of the running nodes "
-            f"({names}): end these first (SIGUSR1 lets their rounds end), or start the same version"
-        )
-
-    def _refuse_other_folder(self, others: list[NodeRow]) -> None:
-        if self._study and (strangers := [node.name for node in others if node.folder != self.who.folder]):
-            raise NodeRefused(
-                "the nodes of a study share one data folder, and this node has another one than "
-                f"{', '.join(strangers)}: start it with theirs (--data)"
-            )
+        self.view = await self.store.view()
+        refuse_unfit(self.who, self.view, self._study)
 
     async def _register(self) -> None:
         deadline = self._clock() + 2 * self.store.lease_s
@@ -354,17 +317,3 @@ class ClusterNode:
 def _named(shard: str) -> str:
     """What to call a lease in a sentence."""
     return "the study" if shard == STUDY else f"the shard {shard!r}"
-
-
-def waiting_rooms(view: ClusterView) -> Iterator[str]:
-    """A sentence for each node that is away and whose rooms nobody else can go on with."""
-    silent: dict[str, list[LeaseRow]] = {}
-    for lease in view.leases:
-        if lease.node is not None and lease.rooms and LEASE_S < lease.expired_s < FORGET_S:
-            silent.setdefault(lease.node, []).append(lease)
-    for node, leases in silent.items():
-        count = sum(lease.rooms for lease in leases)
-        rooms = "1 room waits" if count == 1 else f"{count} rooms wait"
-        beginnings = ", ".join(lease.shard for lease in leases)
-        away_s = min(lease.expired_s for lease in leases)
-        yield f"node {node} has been away for {away_s:.0f} s: {rooms} for it (ids beginning with {beginnings})"

@@ -1,7 +1,10 @@
-"""The cluster as the admin's state tells it."""
+"""The cluster as whoever runs it is told."""
 
+from collections.abc import Iterator
 from typing import Any
 
+from movingout.server.cluster.database import LEASE_S
+from movingout.server.cluster.lease_store import FORGET_S, ClusterView, LeaseRow
 from movingout.server.cluster.node import ClusterNode
 
 
@@ -14,7 +17,7 @@ def cluster_report(node: ClusterNode) -> dict[str, Any]:
         "node": node.who.name,
         "home": node.home,
         "problem": node.problem,
-        "waiting": list(node.waiting()),
+        "waiting": list(waiting_rooms(node.view)),
         "nodes": [
             {
                 "name": row.name,
@@ -27,3 +30,17 @@ def cluster_report(node: ClusterNode) -> dict[str, Any]:
             for row in node.view.nodes
         ],
     }
+
+
+def waiting_rooms(view: ClusterView) -> Iterator[str]:
+    """A sentence for each node that is away and whose rooms nobody else can go on with."""
+    silent: dict[str, list[LeaseRow]] = {}
+    for lease in view.leases:
+        if lease.node is not None and lease.rooms and LEASE_S < lease.expired_s < FORGET_S:
+            silent.setdefault(lease.node, []).append(lease)
+    for node, leases in silent.items():
+        count = sum(lease.rooms for lease in leases)
+        rooms = "1 room waits" if count == 1 else f"{count} rooms wait"
+        beginnings = ", ".join(lease.shard for lease in leases)
+        away_s = min(lease.expired_s for lease in leases)
+        yield f"node {node} has been away for {away_s:.0f} s: {rooms} for it (ids beginning with {beginnings})"

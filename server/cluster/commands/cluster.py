@@ -10,8 +10,8 @@ from pathlib import Path
 from movingout.server.cluster.capacity import FIGURES, plan, read_figures
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.lease_store import ClusterView, LeaseStore
-from movingout.server.cluster.node import waiting_rooms
 from movingout.server.cluster.proxy_config import TEMPLATES, ProxyConfig, ProxyLimits, command_line, nodes_of
+from movingout.server.cluster.report import waiting_rooms
 from movingout.server.cluster.shards import SHARDS, STUDY
 
 
