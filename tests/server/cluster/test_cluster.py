@@ -22,9 +22,13 @@ ROUND = 40
 SEATS = {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]}
 
 
+def wait_for_rooms(live: Live) -> None:
+    wait_until(lambda: live.call("/readyz")[0] == 200, "the node takes rooms")
+
+
 def opened(live: Live, **config: Any) -> tuple[str, Person]:
     """A room whose only person plays."""
-    wait_until(lambda: live.call("/readyz")[0] == 200, "the node takes rooms")
+    wait_for_rooms(live)
     room = live.open_room("here", "idle", limit_ticks=ROUND, **config)
     person = live.person(room["room"], tokens=room["tokens"][:1])
     person.say(type="ready", seat=0, ready=True)
@@ -65,7 +69,7 @@ def test_the_admin_closes_the_rooms_of_an_address_at_all_nodes(tmp_path: Path, d
     with node(tmp_path / "a", database, "a", **behind) as a, node(tmp_path / "b", database, "b", **behind) as b:
         rooms: dict[tuple[int, str], str] = {}
         for live in (a, b):
-            wait_until(lambda live=live: live.call("/readyz")[0] == 200, "the node takes rooms")
+            wait_for_rooms(live)
             for address in ("192.0.2.7", "192.0.2.8"):
                 rooms[live.port, address] = live.call("/api/rooms", SEATS, **{"X-Forwarded-For": address})[1]["room"]
         wait_until(lambda: len(host(a)._nodes()) == 2, "a knows of b")
