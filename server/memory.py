@@ -14,8 +14,8 @@ log = logging.getLogger(__name__)
 
 THRESHOLDS = (700, 5, 1_000_000)  # the young generations stay small, the old one is collected here
 IDLE_S = 60.0  # between two collections while nobody plays
-BUSY_S = 120.0  # the same while somebody does
-GROWTH_OBJECTS = 50_000  # since the last collection, before a busy server collects: the garbage of 150 rounds
+BUSY_S = 60.0  # the same while somebody does
+GROWTH_OBJECTS = 20_000  # since the last collection, before a busy server collects: the garbage of 60 rounds
 
 
 def objects_since_collection() -> int:

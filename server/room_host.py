@@ -73,7 +73,7 @@ class RoomHost:
             owns=self.owns,
         )
         self.registry.watch_rounds(self._study_round_over)
-        self.endpoint = SocketEndpoint(settings, self.registry, self.admission)
+        self.endpoint = SocketEndpoint(settings, self.registry, self.admission, self._kept)
         self._recordings_id: tuple[int, int] | None = None
 
     def owns(self, room_id: str) -> bool:
@@ -119,11 +119,15 @@ class RoomHost:
         await asyncio.to_thread(self.store.close)
         self._garbage.stop()
 
+    async def _kept(self) -> None:
+        """Wait until what was saved so far would survive the process."""
+        if not self.stopping:
+            await self.store.written()
+
     async def open_kept(self, config: RoomConfig, seats: list[Seat]) -> Room:
         """Open a room and wait until a restart would bring it back. Raises MapError and AgentError."""
         room = self.registry.open(config, seats)
-        if not self.stopping:
-            await self.store.written()
+        await self._kept()
         return room
 
     # ---- what a room tells ----------------------------------------------------------------------------------

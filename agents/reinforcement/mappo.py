@@ -20,7 +20,7 @@ from movingout.agents.errors import DataError
 from movingout.agents.reinforcement.joint_play import RANGE, JointPlay, joint_play
 from movingout.agents.reinforcement.learning_room import MODES, Kept, RoomPairing
 from movingout.agents.reinforcement.mappo_config import MappoConfig
-from movingout.agents.reinforcement.playing_rooms import LocalRooms, PlayingRooms, RoomSetup
+from movingout.agents.reinforcement.playing_rooms import LearningRoomSetup, LocalRooms, PlayingRooms
 from movingout.agents.reinforcement.ray_rooms import RayRooms
 from movingout.agents.reinforcement.resume_file import read_resume, write_resume
 from movingout.agents.reinforcement.tanh_actor import CentralCritic, TanhActor
@@ -60,7 +60,9 @@ class Mappo:
             torch.manual_seed(config.seed)
             self.actor, self.critic = TanhActor(spec), CentralCritic(spec, len(MODES))
         self.pairings = tuple(pairings or [RoomPairing()] * config.envs)
-        setups = [RoomSetup(tuple(maps), config, split, one, number) for number, one in enumerate(self.pairings)]
+        setups = [
+            LearningRoomSetup(tuple(maps), config, split, one, number) for number, one in enumerate(self.pairings)
+        ]
         self.rooms: PlayingRooms = RayRooms(ray, setups) if ray else LocalRooms(setups)
         self._learned = nn.ModuleDict({"actor": self.actor, "critic": self.critic})
         value = ValueOperator(self.critic, in_keys=["state"])

@@ -14,7 +14,7 @@ from movingout.maps.randomize import Split
 
 
 @dataclass(frozen=True, slots=True)
-class RoomSetup:
+class LearningRoomSetup:
     """What a room plays; its episodes follow from the seed of the configuration and its number."""
 
     maps: tuple[str, ...]
@@ -50,7 +50,7 @@ class PlayingRooms(Protocol):
 class LocalRooms:
     """`PlayingRooms` of this process."""
 
-    def __init__(self, setups: Sequence[RoomSetup]) -> None:
+    def __init__(self, setups: Sequence[LearningRoomSetup]) -> None:
         self.rooms = [setup.open() for setup in setups]
 
     def play(self, actor: TanhActor, frozen: Sequence[TanhActor], noise: Tensor) -> list[RoomPlay]:

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from movingout.agents.reinforcement.learning_room import Kept
-from movingout.agents.reinforcement.playing_rooms import RoomSetup
+from movingout.agents.reinforcement.playing_rooms import LearningRoomSetup
 from movingout.agents.reinforcement.room_play import RoomPlay, play_room
 from movingout.agents.reinforcement.tanh_actor import TanhActor
 from movingout.recordings.ray_cluster import NoCluster, connect, processors
@@ -22,7 +22,7 @@ TRIES = 5  # of a round, when nodes are lost
 class RoomWorker:
     """The actor: some of the rooms."""
 
-    def __init__(self, setups: Sequence[RoomSetup], kept: Sequence[Kept | None]) -> None:
+    def __init__(self, setups: Sequence[LearningRoomSetup], kept: Sequence[Kept | None]) -> None:
         torch.set_num_threads(1)
         self._rooms = [setup.open(one) for setup, one in zip(setups, kept, strict=True)]
 
@@ -37,7 +37,7 @@ class RoomWorker:
 class RayRooms:
     """`PlayingRooms` of a cluster, whose workers have shares of them. Raises NoCluster."""
 
-    def __init__(self, address: str, setups: Sequence[RoomSetup]) -> None:
+    def __init__(self, address: str, setups: Sequence[LearningRoomSetup]) -> None:
         self._ray = connect(address)
         self._setups = list(setups)
         self._kept: list[Kept | None] = [None] * len(self._setups)

@@ -38,6 +38,7 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Message, Receive, Send], Awaitable[None]]
 OnBinary = Callable[[bytes], bool]  # False: the connection is closing
+Kept = Callable[[], Awaitable[None]]
 WIRE = "movingout.wire"  # where the scope's extensions hold the DirectSocket of a connection
 
 LOCKED = Notice("locked", "Too many wrong keys from your address; wait a minute.")
@@ -77,10 +78,18 @@ def no_room(room_id: str) -> CloseConnection:
     return CloseConnection(m.CLOSE_NOT_FOUND, NO_ROOM)
 
 
+async def _at_once() -> None:
+    """Nothing is kept."""
+
+
 class SocketEndpoint:
     """The ASGI application behind /ws and /ws/ROOM."""
 
-    def __init__(self, settings: Settings, registry: RoomRegistry, admission: AdmissionControl) -> None:
+    def __init__(
+        self, settings: Settings, registry: RoomRegistry, admission: AdmissionControl, kept: Kept = _at_once
+    ) -> None:
+        """`kept` waits until a restart would bring back what rooms are now."""
+        self._kept = kept
         self.absence: Callable[[str], CloseConnection] = no_room
         self._settings = settings
         self._registry = registry
@@ -107,7 +116,7 @@ class SocketEndpoint:
                 await say_goodbye(send, CloseConnection(m.CLOSE_SHUTDOWN, RESTARTING))
                 return
             connection = ClientConnection(
-                self._settings.limits, self._registry, self._admission, wire, address, self.absence
+                self._settings.limits, self._registry, self._admission, wire, address, self.absence, self._kept
             )
             await self._serve(connection, receive, send)
         finally:
@@ -149,8 +158,10 @@ class ClientConnection:
         wire: DirectSocket,
         address: str,
         absence: Callable[[str], CloseConnection],
+        kept: Kept,
     ) -> None:
         self._absence = absence
+        self._kept = kept
         self._limits = limits
         self._wire = wire
         self._registry = registry
@@ -238,6 +249,7 @@ class ClientConnection:
 
     async def _enter(self, room: Room, request: m.Join) -> None:
         self.client.acknowledges = request.mode == "play"
+        self.client.hold()
         try:
             welcome = room.join(self.client, request, time.monotonic())
         except Refused as refusal:
@@ -245,6 +257,9 @@ class ClientConnection:
         self._room = room
         per_s = self._limits.messages_per_s * max(1, len(welcome.seats))
         self._bucket = TokenBucket(per_s, per_s, time.monotonic())
+        if welcome.seats:  # a server that dies now knows the new tokens when it is back
+            await self._kept()
+        self.client.release()
 
     async def _refused(self, room: Room, request: m.Join) -> Notice | None:
         """Count a guessed key; an older one of the same seat is none."""

@@ -29,6 +29,7 @@ class Client:
 
     def __init__(self, write: Callable[[str | bytes], bool], wake: Callable[[], None]) -> None:
         self.acknowledges = True  # spectators need not
+        self._held = False
         self.goodbye: tuple[int, Notice] | None = None
         self.lost = False  # to be dropped without a close frame
         self.blocked_since = 0.0  # when a frame was first refused by the connection, 0 while it takes them
@@ -92,6 +93,14 @@ class Client:
 
     # ---- called by the socket -------------------------------------------------------------------------------
 
+    def hold(self) -> None:
+        """Queue everything until `release`."""
+        self._held = True
+
+    def release(self) -> None:
+        self._held = False
+        self._wake()
+
     def answer(self, frame: bytes) -> None:
         """Send a reply now if possible, else in its turn."""
         if not self._send_now(frame, 0.0):
@@ -108,6 +117,8 @@ class Client:
 
     def next_frame(self) -> str | bytes | None:
         """What to send next: control messages in order, then the newest bundle."""
+        if self._held:
+            return None
         if self._control:
             return self._control.popleft()
         bundle, self._bundle = self._bundle, None
@@ -115,6 +126,8 @@ class Client:
 
     def _send_now(self, frame: str | bytes, now: float) -> bool:
         """Straight to the connection, unless something is waiting that has to go first."""
+        if self._held:
+            return False
         if self._control or not self._write(frame):
             self.blocked_since = self.blocked_since or now
             return False

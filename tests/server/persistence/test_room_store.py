@@ -2,6 +2,7 @@
 
 import asyncio
 import errno
+import json
 import os
 import time
 from pathlib import Path
@@ -9,9 +10,12 @@ from pathlib import Path
 import pytest
 
 from movingout.server.host import Host
+from movingout.server.persistence.room_store import RoomStore
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
+from movingout.server.security.tokens import hash_token
 from movingout.server.settings import Settings
+from tests.server.live import serve
 
 
 @pytest.mark.parametrize(("study", "kept"), [({}, True), ({"unit": "7"}, False)], ids=["lobby", "study"])
@@ -29,6 +33,26 @@ def test_a_finished_round_of_a_study_leaves_no_room_file(tmp_path: Path, study: 
     host.store.close()
     assert room.phase == "series_over"
     assert file.exists() == kept
+
+
+def test_who_hears_a_new_token_finds_the_seat_again_whenever_the_server_dies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write = RoomStore._write
+
+    def slowly(store: RoomStore, room_id: str) -> None:
+        time.sleep(0.3)
+        write(store, room_id)
+
+    with serve(tmp_path) as live:
+        room = live.open_room("here", "idle")
+        monkeypatch.setattr(RoomStore, "_write", slowly)
+        token = room["tokens"][0]
+        for _ in range(3):
+            person = live.person(room["room"], tokens=[token])
+            token = person.tokens[0]
+            kept = json.loads((tmp_path / "rooms" / f"{room['room']}.json").read_text())
+            assert kept["seats"][0]["token"] == hash_token(token).hex(), "what was told was kept before"
 
 
 def test_a_file_that_the_disk_does_not_give_waits_for_the_next_start(
