@@ -137,10 +137,10 @@ def test_a_killed_worker_is_replaced_and_its_seats_go_on() -> None:
 def test_a_worker_that_cannot_be_started_is_tried_again_and_is_a_fault_meanwhile(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, error: Exception
 ) -> None:
-    monkeypatch.setattr(process, "QUICK_DEATH_S", 0.001)
+    monkeypatch.setattr(process, "QUICK_DEATH_S", 0.01)
 
     async def no_more(*_: object) -> NoReturn:
-        raise error
+        raise type(error)(*error.args)  # another one each time: its traceback, which is logged, would grow
 
     async def scenario(pool: AgentPool) -> None:
         with monkeypatch.context() as broken:
