@@ -15,8 +15,8 @@ PLAYERS, SECONDS = 30, 180.0  # each player has a room
 KILL_EVERY_S, KILLS_FOR_S = 12.0, 40.0
 WARM_UP_S = 100.0
 MOST_MB_PER_MINUTE = 3.0
-"""The aim, 0.1, is too little for three minutes: it was 0.5 when collections waited for objects, and 8 when they waited for
-memory, which stays where garbage once took it. Without any collection it was 18.6."""
+"""The aim, 0.1, is too little for three minutes: it was 0.5 when collections waited for objects, and 8 when they waited
+for memory, which stays where garbage once took it. Without any collection it was 18.6."""
 
 
 def test_the_slope_of_memory_is_that_of_its_level_not_of_its_peaks() -> None:
