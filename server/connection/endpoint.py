@@ -39,6 +39,7 @@ Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Message, Receive, Send], Awaitable[None]]
 OnBinary = Callable[[bytes], bool]  # False: the connection is closing
 Kept = Callable[[], Awaitable[None]]
+KEPT_S = 2.0  # that a welcome waits for: with a disk that hangs people play on
 WIRE = "movingout.wire"  # where the scope's extensions hold the DirectSocket of a connection
 
 LOCKED = Notice("locked", "Too many wrong keys from your address; wait a minute.")
@@ -258,7 +259,8 @@ class ClientConnection:
         per_s = self._limits.messages_per_s * max(1, len(welcome.seats))
         self._bucket = TokenBucket(per_s, per_s, time.monotonic())
         if welcome.seats:  # a server that dies now knows the new tokens when it is back
-            await self._kept()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._kept(), KEPT_S)
         self.client.release()
 
     async def _refused(self, room: Room, request: m.Join) -> Notice | None:

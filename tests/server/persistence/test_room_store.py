@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.server.connection import endpoint
 from movingout.server.host import Host
 from movingout.server.persistence.room_store import RoomStore
 from movingout.server.rooms.seat import Seat
@@ -53,6 +54,18 @@ def test_who_hears_a_new_token_finds_the_seat_again_whenever_the_server_dies(
             token = person.tokens[0]
             kept = json.loads((tmp_path / "rooms" / f"{room['room']}.json").read_text())
             assert kept["seats"][0]["token"] == hash_token(token).hex(), "what was told was kept before"
+
+
+def test_a_disk_that_hangs_keeps_nobody_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(endpoint, "KEPT_S", 0.1)
+
+    async def never(store: RoomStore) -> None:
+        await asyncio.Event().wait()
+
+    with serve(tmp_path) as live:
+        room = live.open_room("here", "idle")
+        monkeypatch.setattr(RoomStore, "written", never)
+        assert live.person(room["room"], tokens=room["tokens"][:1]).tokens
 
 
 def test_a_file_that_the_disk_does_not_give_waits_for_the_next_start(
