@@ -9,6 +9,8 @@ Distance is forward or backward, nominally in [-1, 1]; heading 0 looks along +y,
 lets go, 0 changes nothing. Everything that enters from outside is clipped and checked here, once.
 """
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -18,6 +20,9 @@ from movingout.world.state import Floats
 POLICY_SIZE = 4  # distance, cos, sin, grasp
 WORLD_SIZE = 3  # distance, heading, grasp
 GRASP_THRESHOLD = 0.5  # a grasp output above it is a press
+
+# Equal actions are equal headings on every processor: NumPy's own arctan2 has other last bits where there is AVX-512.
+_arctan2 = np.frompyfunc(math.atan2, 2, 1)
 
 
 def to_world(policy: npt.ArrayLike) -> Floats:
@@ -29,7 +34,7 @@ def to_world(policy: npt.ArrayLike) -> Floats:
     numbers = checked(policy, POLICY_SIZE)
     world = np.empty((*numbers.shape[:-1], WORLD_SIZE))
     world[..., 0] = np.maximum(np.minimum(numbers[..., 0], 1.0), -1.0)  # np.clip, in half the time
-    world[..., 1] = np.arctan2(numbers[..., 2], numbers[..., 1])
+    world[..., 1] = _arctan2(numbers[..., 2], numbers[..., 1])
     world[..., 2] = numbers[..., 3] > GRASP_THRESHOLD
     return world
 

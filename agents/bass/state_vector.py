@@ -14,6 +14,7 @@ The order is blue, red instead of own, other, because a tick is not symmetric: b
 | 98-145 | 8 walls and 4 goals: left, top, right, bottom |
 """
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -105,7 +106,7 @@ def constant(map_spec: MapSpec) -> Floats:
         items[index, 0] = 1.0
         items[index, 1 + SHAPES.index(item.shape)] = 1.0
         items[index, 1 + len(SHAPES) + SIZES.index(item.size)] = 1.0
-        items[index, -2:] = item.scale, np.log1p(item.mass) / 4
+        items[index, -2:] = item.scale, math.log1p(item.mass) / 4
     rectangles = encode_state(map_spec, start_state(map_spec), 0, "map-v1")[-_MAP_RECTANGLES:]
     row = np.concatenate((items.ravel(), rectangles))
     row.setflags(write=False)

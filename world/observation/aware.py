@@ -15,6 +15,8 @@ These are the ways around walls and who holds what, so that one policy can play 
 | + 13-14 | scale, and ln(1 + mass) / 4 |
 """
 
+import math
+
 import numpy as np
 
 from movingout.maps import MapSpec
@@ -65,7 +67,7 @@ class AwareEncoder(ArrayEncoder):
         """Raises WorldError for a map that does not fit into the layout."""
         self.map = map_spec
         self._base = Encoder(map_spec, WITH_MAP)
-        self._bulk = np.array([[item.scale, np.log1p(item.mass) / 4] for item in map_spec.items]).reshape(-1, 2)
+        self._bulk = np.array([[item.scale, math.log1p(item.mass) / 4] for item in map_spec.items]).reshape(-1, 2)
 
     def encode_arrays(
         self, robot_poses: Floats, robot_velocities: Floats, held: Ints, item_poses: Floats, seat: int

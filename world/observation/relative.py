@@ -34,6 +34,8 @@ same, a mirrored one has the sideways numbers' signs exchanged (`relative_mirror
 | + 39-40 | the same of the own heading and velocity |
 """
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -135,7 +137,7 @@ class RelativeEncoder(ArrayEncoder):
         kinds = [_kind(item.shape, item.size, item.scale, item.mass) for item in map_spec.items]
         self._constant = np.array(kinds).reshape(-1, 2 + len(SHAPES) + len(SIZES))
         self._scales = np.array([item.scale for item in map_spec.items])
-        self._bulk = np.log1p(np.array([item.mass for item in map_spec.items])) / 4
+        self._bulk = np.array([math.log1p(item.mass) for item in map_spec.items]) / 4
         sides = np.array([(g.right - g.left, g.top - g.bottom) for g in map_spec.goals]) / 2
         self._halves = sides
         self._centres = np.array([((g.left + g.right) / 2, (g.bottom + g.top) / 2) for g in map_spec.goals])
@@ -279,4 +281,4 @@ def _kind(shape: str, size: str, scale: float, mass: float) -> npt.NDArray[np.fl
     """(13,) what never changes of an item."""
     shapes = [float(shape == each) for each in SHAPES]
     sizes = [float(size == each) for each in SIZES]
-    return np.array([*shapes, *sizes, scale, np.log1p(mass) / 4])
+    return np.array([*shapes, *sizes, scale, math.log1p(mass) / 4])

@@ -22,7 +22,8 @@ _HALF = 0.49  # of a cell: within this, a grid point is certainly the nearest
 _SHIFTS = tuple((dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
 _FARTHEST = 2**_LOOK_AHEAD  # cells per axis
 _STEPS = np.arange(-_FARTHEST, _FARTHEST + 1.0)
-_DIRECTIONS: Floats = np.arctan2(-_STEPS, _STEPS[:, None])  # headings, by steps in y and in x
+# Headings, by steps in y and in x. Not by NumPy's arctan2, which has other last bits where there is AVX-512.
+_DIRECTIONS: Floats = np.array([[math.atan2(-dx, dy) for dx in _STEPS] for dy in _STEPS])
 _HERE = np.arange(CELLS * CELLS)
 _ROWS, _COLUMNS = np.divmod(_HERE, CELLS)
 
