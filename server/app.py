@@ -10,7 +10,7 @@ from starlette.types import Lifespan
 from movingout.server.api import agent_debug, pages, routes
 from movingout.server.api.middleware import BodyLimit, KnownHosts, SecureHeaders
 from movingout.server.api.request_limit import RequestLimit
-from movingout.server.connection.endpoint import App
+from movingout.server.connection.asgi import App
 from movingout.server.host import Host
 from movingout.server.public_host import PublicHost
 from movingout.server.settings import Settings

@@ -1,8 +1,8 @@
 """The generated maps that are known to be playable: on each, a pair of scripted experts delivered everything in time.
 
 Each split has a text file here, one map per line: its name and the ticks that the pair needed. `movingout demos prove`
-writes such files; lines are only ever added, so that a count of maps always means the same ones. On four of the maps it was
-the expert of another version that delivered everything; there the ticks are that one's.
+writes such files; lines are only ever added, so that a count of maps always means the same ones. On four of the maps
+it was the expert of another version that delivered everything; there the ticks are that one's.
 """
 
 from functools import lru_cache

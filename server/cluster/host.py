@@ -28,7 +28,7 @@ from movingout.server.cluster.room_files import (
 )
 from movingout.server.cluster.shards import new_id_in, shard_of
 from movingout.server.cluster.shared_limits import SHARE_S, SharedLimits
-from movingout.server.connection.endpoint import CloseConnection, no_room
+from movingout.server.connection.closing import CloseConnection, no_room
 from movingout.server.connection.other_nodes import RoomCount
 from movingout.server.host import Host
 from movingout.server.notices import NOTHING, ErrorCode, Notice

@@ -8,8 +8,8 @@ from typing import Any
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
+from movingout.server.connection.asgi import WIRE, OnBinary
 from movingout.server.connection.connection_limits import ConnectionLimits
-from movingout.server.connection.endpoint import WIRE, OnBinary
 from movingout.server.settings import Limits
 
 try:

@@ -9,16 +9,9 @@ import asyncio
 from typing import cast
 
 from movingout.server import messages as m
-from movingout.server.connection.endpoint import (
-    WIRE,
-    CloseConnection,
-    Message,
-    Receive,
-    Send,
-    handshake_refusal,
-    refuse,
-    say_goodbye,
-)
+from movingout.server.connection.asgi import WIRE, Message, Receive, Send, refuse
+from movingout.server.connection.closing import CloseConnection, say_goodbye
+from movingout.server.connection.endpoint import handshake_refusal
 from movingout.server.connection.uvicorn_protocols import GameWebSocketProtocol
 from movingout.server.notices import Notice
 from movingout.server.processes.channel import ProcessGone

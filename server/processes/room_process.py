@@ -18,7 +18,7 @@ from starlette.routing import Mount, WebSocketRoute
 
 from movingout.maps import MapSpec
 from movingout.recordings.episode import Outcome
-from movingout.server.connection.endpoint import App, Message, Receive, Send
+from movingout.server.connection.asgi import App, Message, Receive, Send
 from movingout.server.logs import log_to
 from movingout.server.notices import Notice
 from movingout.server.processes import news

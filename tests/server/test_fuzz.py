@@ -18,7 +18,8 @@ from hypothesis import strategies as st
 from movingout.maps import load_map, map_to_json
 from movingout.server import messages as m
 from movingout.server.connection.admission import AdmissionControl
-from movingout.server.connection.endpoint import WIRE, Message, SocketEndpoint
+from movingout.server.connection.asgi import WIRE, Message
+from movingout.server.connection.endpoint import SocketEndpoint
 from movingout.server.rooms.registry import RoomRegistry
 from movingout.server.settings import Settings
 from tests.server.live import Live, limits

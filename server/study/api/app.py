@@ -11,7 +11,7 @@ from starlette.responses import Response
 from movingout.server.api import pages
 from movingout.server.api.errors import error_json
 from movingout.server.app import assemble
-from movingout.server.connection.endpoint import App
+from movingout.server.connection.asgi import App
 from movingout.server.notices import ErrorCode
 from movingout.server.public_host import PublicHost
 from movingout.server.study.api.served_study import Admission, ServedStudy

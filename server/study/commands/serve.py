@@ -19,7 +19,7 @@ from movingout.server.commands.play import (
     tell_cautions,
     with_kept_token,
 )
-from movingout.server.connection.endpoint import App
+from movingout.server.connection.asgi import App
 from movingout.server.host import Host
 from movingout.server.logs import log_to
 from movingout.server.options import values_of

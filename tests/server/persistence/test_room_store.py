@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from movingout.server.connection import endpoint
+from movingout.server.connection import client_connection
 from movingout.server.host import Host
 from movingout.server.persistence.room_store import RoomStore
 from movingout.server.rooms.seat import Seat
@@ -57,7 +57,7 @@ def test_who_hears_a_new_token_finds_the_seat_again_whenever_the_server_dies(
 
 
 def test_a_disk_that_hangs_keeps_nobody_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(endpoint, "KEPT_S", 0.1)
+    monkeypatch.setattr(client_connection, "KEPT_S", 0.1)
 
     async def never(store: RoomStore) -> None:
         await asyncio.Event().wait()

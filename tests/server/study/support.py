@@ -13,7 +13,7 @@ from typing import Any
 
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
-from movingout.server.connection.endpoint import App
+from movingout.server.connection.asgi import App
 from movingout.server.host import Host
 from movingout.server.processes.front_server import front_server
 from movingout.server.public_host import PublicHost

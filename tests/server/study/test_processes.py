@@ -12,7 +12,7 @@ import pytest
 
 from movingout.recordings import verify
 from movingout.recordings.storage.index import list_recordings
-from movingout.server.connection.endpoint import App
+from movingout.server.connection.asgi import App
 from movingout.server.processes.front import Front
 from movingout.server.processes.front_endpoint import FrontEndpoint
 from movingout.server.processes.room_link import RoomLink
