@@ -229,10 +229,14 @@ class AdmissionControl:
         return self._bucket(self._study_arrivals, address_group(address), per_minute).take(self._clock())
 
     def may_check_map(self, address: str) -> bool:
-        return self._bucket(self._checks, address, self._limits.map_checks_per_minute).take(self._clock())
+        return self._bucket(self._checks, address_group(address), self._limits.map_checks_per_minute).take(
+            self._clock()
+        )
 
     def may_solve_map(self, address: str) -> bool:
-        return self._bucket(self._solves, address, self._limits.map_solves_per_minute).take(self._clock())
+        return self._bucket(self._solves, address_group(address), self._limits.map_solves_per_minute).take(
+            self._clock()
+        )
 
     def _bucket(self, buckets: dict[Key, TokenBucket], key: Key, per_minute: int) -> TokenBucket:
         if key not in buckets:

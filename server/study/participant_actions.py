@@ -15,6 +15,7 @@ from movingout.study.design.consent_text import filled
 from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING
 from movingout.study.design.steps import Step
 from movingout.study.errors import StudyError
+from movingout.study.store.database import NUL
 
 MAX_DEVICE_LENGTH = 16  # letters
 CONTROLS = ("up", "left", "down", "right", "grab")  # of the input check
@@ -178,7 +179,7 @@ class ParticipantActions:
             partner=step.partner,
             item=request.item,
             value=request.value,
-            text=request.text,
+            text=request.text.replace(NUL, ""),
             elapsed_ms=max(0.0, request.elapsed_ms),
             hidden_ms=max(0.0, request.hidden_ms),
         )

@@ -26,6 +26,7 @@ ANSWER_S = 5  # the same for PostgreSQL, and for any answer of it
 FENCED_S = 3  # after which the database gives up a transaction of a server that hangs, so that another can go on
 UPGRADE = 7_306_412  # a lock of PostgreSQL, while tables are made: any number that nobody else uses
 SERVED = 7_306_413  # another one: fenced servers share it, who deletes or serves alone has it for itself
+NUL = "\0"  # the one character that PostgreSQL keeps in no text
 _MIGRATIONS = Path(__file__).parent / "migrations"
 
 
