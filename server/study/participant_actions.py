@@ -166,7 +166,8 @@ class ParticipantActions:
 
         It moves nobody, so it does not wait for a transaction.
         """
-        step = next((step for step in session.steps if step.key == request.key and step.questionnaire), None)
+        reached = session.steps[: session.steps_done() + 1]
+        step = next((step for step in reached if step.key == request.key and step.questionnaire), None)
         if step is None or session.declined or (session.finished and session.record.keep is False):
             raise StepRefused("step", "This question is not asked (any more).")
         questionnaire = self._study.questionnaire(step.questionnaire, session.record.language)
