@@ -159,6 +159,7 @@ def shown(address: Path | str) -> str:
     return str(address) if isinstance(address, Path) else make_url(address).render_as_string(hide_password=True)
 
 
+_DAMAGED = "the file is damaged, or no database; bring back the last backup: movingout study restore"
 _FENCED = "another node runs the study now"
 
 
@@ -170,7 +171,8 @@ def _reason(error: DBAPIError) -> str:
         "full": "free some space; nothing that was confirmed is lost",
         "locked": "another program holds it; close it",
         "unable to open": "the folder must exist and be writable",
-        "not a database": "it is no SQLite file; move it away",
+        "not a database": _DAMAGED,
+        "malformed": _DAMAGED,
         "statement timeout": "another program may hold it",
         "closed the connection": "it ended, or did not answer in time",
         "timeout expired": "it does not answer",
