@@ -63,10 +63,11 @@ class StudyDatabases:
         """
         known = len(self.identities.everybody()) if self.store.is_new else 0
         if known:
+            address = shown(self.store.database.address)
             raise StudyError(
-                f"the database of study {folder.study.id} ({shown(self.store.database.address)}) is empty, but the "
-                f"identities of participants are there ({known}): it was moved or lost. Move it back, or bring back the last backup (movingout "
-                "study restore); to begin anew, choose another --data folder"
+                f"the database {address} of study {folder.study.id} is empty, but the identities of participants are "
+                f"there ({known}): it was moved or lost. Move it back, or bring back the last backup: movingout study "
+                "restore. To begin anew, choose another --data folder"
             )
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:

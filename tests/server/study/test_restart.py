@@ -183,5 +183,5 @@ def test_a_damaged_database_says_what_helps(tmp_path: Path) -> None:
         study.visitor(PROLIFIC_PID="5f3c").agree()
         database = study.folder.own / "study.sqlite"
     os.truncate(database, database.stat().st_size // 2)
-    with pytest.raises(StoreError, match="damaged.* bring back the last backup: movingout study restore"):
+    with pytest.raises(StoreError, match=r"damaged.* bring back the last backup: movingout study restore"):
         StudyDatabases(study.folder, SOLO, Alerts(), simulated=False)
