@@ -108,6 +108,12 @@ def _token_holder(room: Room, token: str) -> TokenHolder | None:
     return None if seat is None else TokenHolder(seat.index, bool(room.config.study), played)
 
 
+async def limit_answers(host: PublicHost, request: Request) -> None:
+    """Raises ApiError where the address has answered more than people can: each answer stays on the disk."""
+    if not host.admission.may_answer(address_of(request), len(await request.body())):
+        raise ApiError(429, "too_many_requests", "Too much was answered from your address; try again later.")
+
+
 async def body_of(request: Request, kind: type[Body]) -> Body:
     """The validated body. Raises ApiError."""
     try:

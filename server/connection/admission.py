@@ -57,6 +57,7 @@ class AdmissionControl:
         self._drawings: dict[str, TokenBucket] = {}
         self._study_arrivals: dict[str, TokenBucket] = {}
         self._requests: dict[str, TokenBucket] = {}
+        self._answered: dict[str, TokenBucket] = {}  # bytes that may still be answered
         self._recorded: dict[str, TokenBucket] = {}  # bytes that may still be recorded, by owner
         self.refusals: Counter[str] = Counter()  # by reason
         self._banned: dict[str, float] = {}  # until
@@ -162,6 +163,13 @@ class AdmissionControl:
         """Whether rooms of this address may fill the disk further today."""
         bucket = self._recorded.get(self.owner(address))
         return bucket is None or bucket.holds(self._clock(), ROUND_BYTES)
+
+    def may_answer(self, address: str, size: int) -> bool:
+        """Whether answers of so many bytes may be kept for this address now: they stay on the disk."""
+        group, per_day = address_group(address), self._limits.answered_per_address_per_day
+        if group not in self._answered:
+            keep(self._answered, group, TokenBucket(per_day / DAY_S, per_day, self._clock()))
+        return self._answered[group].take(self._clock(), size)
 
     def opening_began(self, address: str) -> None:
         """Until `opening_ended`, a room that is being opened counts as one that nobody has joined."""
