@@ -5,6 +5,7 @@ from typing import Any, Concatenate, NamedTuple, TypeVar
 
 import msgspec
 from fastapi import Request
+from starlette.requests import ClientDisconnect
 
 from movingout.server.api.errors import ApiError
 from movingout.server.connection.origin import origin_allowed
@@ -121,3 +122,5 @@ async def body_of(request: Request, kind: type[Body]) -> Body:
         return body
     except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
         raise ApiError(422, "bad_request", f"the request is not understood: {error}") from None
+    except ClientDisconnect:  # a phone without a network, or who trickled too long: no fault of ours
+        raise ApiError(400, "bad_request", "the request ended before it was whole") from None
