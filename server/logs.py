@@ -73,7 +73,7 @@ class JsonFormatter(logging.Formatter):
 
 def printable(text: str) -> str:
     """Without what a terminal would obey and without network addresses, which are personal data; at most so long."""
-    return _ADDRESS.sub("[address]", terminal.printable(text[:LONGEST]))
+    return _ADDRESS.sub("[address]", terminal.printable(text.strip()[:LONGEST]))
 
 
 _ADDRESS = re.compile(

@@ -95,6 +95,7 @@ class Limits:
     accepts_per_address_per_s: float = 100.0  # TCP connections, in bursts of ten times as many
     requests_per_address_per_s: float = 60.0  # HTTP, in bursts of 30 times as many: a class opens the page at once
     recorded_per_address_per_day: float = 20e9  # bytes, about 170 hours of rooms
+    answered_per_address_per_day: float = 1e9  # bytes of requests that answer questions; a class needs some 20 MB
     study_arrivals_per_minute: int = 1000  # by one address: a whole class opens its links at once
     map_checks_per_minute: int = 120  # of drawn maps, by one address: the editor asks after each change
     map_solves_per_minute: int = 6  # by one address

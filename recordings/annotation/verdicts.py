@@ -1,7 +1,6 @@
 """Verdicts of annotators on findings: one line of JSON per click, beside the recordings; the newest of each counts."""
 
 import json
-import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
@@ -11,6 +10,7 @@ from typing import Any
 
 from movingout.recordings.annotation.finding import VERDICTS, SearchedRecording, Verdict, case_of
 from movingout.recordings.errors import RecordingError, cannot
+from movingout.recordings.text_lines import append_line, read_lines
 
 VERDICTS_NAME = "annotations.jsonl"
 FORMAT = 1
@@ -48,11 +48,7 @@ def checked_annotator(name: str) -> str:
 
 def add_verdict(folder: Path, line: VerdictLine) -> None:
     """Append and fsync. Blocks for the disk: call it in a thread. Raises OSError."""
-    text = json.dumps({"format": FORMAT, **asdict(line)}, ensure_ascii=False) + "\n"
-    with (folder / VERDICTS_NAME).open("a", encoding="utf-8") as stream:
-        stream.write(text)
-        stream.flush()
-        os.fsync(stream.fileno())
+    append_line(folder / VERDICTS_NAME, json.dumps({"format": FORMAT, **asdict(line)}, ensure_ascii=False))
 
 
 def new_line(finding: str, verdict: str, annotator: str, study: str = "", note: str = "") -> VerdictLine:
@@ -70,11 +66,9 @@ def new_line(finding: str, verdict: str, annotator: str, study: str = "", note: 
 def read_verdicts(file: Path) -> list[VerdictLine]:
     """The lines of a file in order; one cut short by a crash is left out. Raises RecordingError for other files."""
     try:
-        texts = file.read_text(encoding="utf-8").splitlines()
+        texts = read_lines(file)
     except OSError as error:
         raise cannot("read", file, error) from error
-    except UnicodeDecodeError as error:
-        raise RecordingError(f"{file} is no file of annotations: it is not text") from error
     lines = [line for line in map(_line, texts) if line is not None]
     if texts and not lines:
         raise RecordingError(f"{file} is no file of annotations; `{VERDICTS_NAME}` beside the recordings is one")

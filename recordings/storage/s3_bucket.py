@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.text_lines import append_line
 
 UPLOADED_TO = "uploaded-to"  # in the data folder: the addresses, one a line, whose copies are deleted with a recording
 DELETED = "deleted-recordings"  # beside it: names, one a line, that are in no bucket, whatever was being sent then
@@ -206,10 +207,7 @@ def deleted_of(data: Path) -> set[str]:
 def _note_deleted(data: Path, names: list[str]) -> None:
     """Append and fsync."""
     if names:
-        with (data / DELETED).open("ab") as stream:
-            stream.write(os.fsencode("".join(f"{name}\n" for name in names)))
-            stream.flush()
-            os.fsync(stream.fileno())
+        append_line(data / DELETED, "\n".join(names))
 
 
 @lru_cache(maxsize=8)

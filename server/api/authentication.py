@@ -5,6 +5,7 @@ from typing import Any, Concatenate, NamedTuple, TypeVar
 
 import msgspec
 from fastapi import Request
+from starlette.requests import ClientDisconnect
 
 from movingout.server.api.errors import ApiError
 from movingout.server.connection.origin import origin_allowed
@@ -108,6 +109,12 @@ def _token_holder(room: Room, token: str) -> TokenHolder | None:
     return None if seat is None else TokenHolder(seat.index, bool(room.config.study), played)
 
 
+async def limit_answers(host: PublicHost, request: Request) -> None:
+    """Raises ApiError where the address has answered more than people can: each answer stays on the disk."""
+    if not host.admission.may_answer(address_of(request), len(await request.body())):
+        raise ApiError(429, "too_many_requests", "Too much was answered from your address; try again later.")
+
+
 async def body_of(request: Request, kind: type[Body]) -> Body:
     """The validated body. Raises ApiError."""
     try:
@@ -115,3 +122,5 @@ async def body_of(request: Request, kind: type[Body]) -> Body:
         return body
     except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
         raise ApiError(422, "bad_request", f"the request is not understood: {error}") from None
+    except ClientDisconnect:  # a phone without a network, or who trickled too long: no fault of ours
+        raise ApiError(400, "bad_request", "the request ended before it was whole") from None

@@ -12,6 +12,7 @@ from movingout.maps.generated.proved import proved_maps
 from movingout.server.api import pages
 from movingout.server.api.authentication import address_of, body_of, own_page
 from movingout.server.api.errors import ApiError
+from movingout.server.connection.admission import address_group
 from movingout.server.own_maps.solving import TooSlow
 from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import PublicHost
@@ -69,7 +70,7 @@ def _editor_routes(host: PublicHost) -> APIRouter:
             raise ApiError(429, "map_busy", "Too many maps were solved from your address; wait a minute.")
         spec = await playable(host, (await body_of(request, DrawnMap)).map, own_name=False)
         try:
-            return await host.map_workers.solve(spec, address)
+            return await host.map_workers.solve(spec, address_group(address))
         except Busy as error:
             raise ApiError(503, "map_busy", str(error)) from None
         except TooSlow as error:

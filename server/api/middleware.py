@@ -35,8 +35,14 @@ def content_security_policy(host: str) -> str:
     )
 
 
+NO_STORE = (b"cache-control", b"no-store")  # codes, seats and tokens: the next person at this machine reads none
+
+
 class SecureHeaders:
-    """ASGI middleware: the security headers on every HTTP response; `hsts` where https is for good."""
+    """ASGI middleware: the security headers on every HTTP response; `hsts` where https is for good.
+
+    What does not say how long it may be kept is kept nowhere.
+    """
 
     def __init__(self, app: App, hsts: bool = False) -> None:
         self._app = app
@@ -51,7 +57,8 @@ class SecureHeaders:
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                message["headers"] = [*message["headers"], *fixed, (b"content-security-policy", policy)]
+                kept = () if header(message["headers"], b"cache-control") else (NO_STORE,)
+                message["headers"] = [*message["headers"], *fixed, *kept, (b"content-security-policy", policy)]
             await send(message)
 
         await self._app(scope, receive, send_with_headers)
@@ -62,6 +69,18 @@ UNKNOWN_HOST = (
     b"This server does not answer under that name. Whoever runs it can add the name with --allow-host, "
     b"or open it by the address that it printed at its start.\n"
 )
+
+
+class HeadOfPages:
+    """ASGI middleware: HEAD as GET, whose body Uvicorn leaves out; a stream of the API would go on for nobody."""
+
+    def __init__(self, app: App) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
+        if scope["type"] == "http" and scope["method"] == "HEAD" and not scope["path"].startswith("/api/"):
+            scope = {**scope, "method": "GET"}
+        await self._app(scope, receive, send)
 
 
 class KnownHosts:

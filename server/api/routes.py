@@ -25,6 +25,7 @@ from movingout.server.api.authentication import (
     close_room,
     close_rooms_beside,
     in_room,
+    limit_answers,
     own_page,
     seat_of_token,
 )
@@ -191,6 +192,7 @@ def _answer_routes(host: PublicHost) -> APIRouter:
     async def save_answer(room_id: str, request: Request) -> dict[str, bool]:
         holder = await seat_of_token(host, room_id, request)
         answer = await body_of(request, AnswerRequest)
+        await limit_answers(host, request)
         if holder.study:  # it would be kept beside the study, where `forget` does not find it
             raise ApiError(409, "study", "This game belongs to a study, which asks its own questions.")
         try:

@@ -57,6 +57,7 @@ class AdmissionControl:
         self._drawings: dict[str, TokenBucket] = {}
         self._study_arrivals: dict[str, TokenBucket] = {}
         self._requests: dict[str, TokenBucket] = {}
+        self._answered: dict[str, TokenBucket] = {}  # bytes that may still be answered
         self._recorded: dict[str, TokenBucket] = {}  # bytes that may still be recorded, by owner
         self.refusals: Counter[str] = Counter()  # by reason
         self._banned: dict[str, float] = {}  # until
@@ -163,6 +164,13 @@ class AdmissionControl:
         bucket = self._recorded.get(self.owner(address))
         return bucket is None or bucket.holds(self._clock(), ROUND_BYTES)
 
+    def may_answer(self, address: str, size: int) -> bool:
+        """Whether answers of so many bytes may be kept for this address now: they stay on the disk."""
+        group, per_day = address_group(address), self._limits.answered_per_address_per_day
+        if group not in self._answered:
+            keep(self._answered, group, TokenBucket(per_day / DAY_S, per_day, self._clock()))
+        return self._answered[group].take(self._clock(), size)
+
     def opening_began(self, address: str) -> None:
         """Until `opening_ended`, a room that is being opened counts as one that nobody has joined."""
         self._being_opened[self.owner(address)] += 1
@@ -229,10 +237,14 @@ class AdmissionControl:
         return self._bucket(self._study_arrivals, address_group(address), per_minute).take(self._clock())
 
     def may_check_map(self, address: str) -> bool:
-        return self._bucket(self._checks, address, self._limits.map_checks_per_minute).take(self._clock())
+        return self._bucket(self._checks, address_group(address), self._limits.map_checks_per_minute).take(
+            self._clock()
+        )
 
     def may_solve_map(self, address: str) -> bool:
-        return self._bucket(self._solves, address, self._limits.map_solves_per_minute).take(self._clock())
+        return self._bucket(self._solves, address_group(address), self._limits.map_solves_per_minute).take(
+            self._clock()
+        )
 
     def _bucket(self, buckets: dict[Key, TokenBucket], key: Key, per_minute: int) -> TokenBucket:
         if key not in buckets:

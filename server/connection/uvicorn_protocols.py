@@ -28,6 +28,7 @@ LONG = 126  # from here on the length field says that the real one follows, in t
 _LONG_HEAD = struct.Struct(">BBH")
 LONGEST = 0xFFFF  # that it can say
 CONTINUATION, PING, PONG = 0x0, 0x9, 0xA
+INVALID_DATA = 1007  # close code (RFC 6455, 7.4.1)
 URL_BYTES = 4 * 1024
 HEAD_BYTES = 16 * 1024  # of a request, without its body
 TOO_LARGE = (
@@ -173,6 +174,15 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
         if scope is not None:
             scope["extensions"][WIRE] = self
 
+    def send_receive_event_to_app(self) -> None:
+        """A text that is none is the client's fault: Uvicorn would log a traceback of ours."""
+        if self.curr_msg_data_type == "text" and not _is_utf8(b"".join(self.frames)):
+            self.frames = []
+            self.conn.send_close(INVALID_DATA)
+            self.handle_parser_exception()
+            return
+        super().send_receive_event_to_app()
+
     async def send(self, message: Any) -> None:
         await super().send(message)
         if message["type"] == "websocket.http.response.body":
@@ -256,6 +266,14 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
             return self._controls > CONTROL_BURST
         self._fragments = self._fragments + 1 if opcode == CONTINUATION else 0
         return self._fragments > MOST_FRAGMENTS
+
+
+def _is_utf8(data: bytes) -> bool:
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def _is_small_binary(data: bytes) -> bool:

@@ -1,11 +1,11 @@
 """Answers to the questionnaire: one line of JSON per click, on the disk before the browser hears "saved"."""
 
 import json
-import os
 import time
 from pathlib import Path
 
 from movingout.maps.errors import MovingOutError
+from movingout.recordings.text_lines import append_line, read_lines
 
 MOST_BYTES = 400_000  # of one seat; a whole questionnaire takes a few thousand
 
@@ -24,18 +24,14 @@ class AnswerLog:
         """Append and fsync. Raises OSError and TooManyAnswers."""
         self._folder.mkdir(parents=True, exist_ok=True)
         answer = {"question": question, "value": value, "text": text, "elapsed_ms": elapsed_ms, "at": time.time()}
-        line = json.dumps(answer, ensure_ascii=False) + "\n"
-        with self._path(room_id, seat).open("a", encoding="utf-8") as stream:
-            if stream.tell() + len(line) > MOST_BYTES:
-                raise TooManyAnswers("too much was answered at this seat")
-            stream.write(line)
-            stream.flush()
-            os.fsync(stream.fileno())
+        line = json.dumps(answer, ensure_ascii=False)
+        if not append_line(self._path(room_id, seat), line, MOST_BYTES):
+            raise TooManyAnswers("too much was answered at this seat")
 
     def of(self, room_id: str, seat: int) -> dict[str, dict[str, object]]:
         """The newest answer to each question; a line cut short by a crash is left out."""
         try:
-            lines = self._path(room_id, seat).read_text(encoding="utf-8").splitlines()
+            lines = read_lines(self._path(room_id, seat))
         except FileNotFoundError:
             return {}
         newest: dict[str, dict[str, object]] = {}

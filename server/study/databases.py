@@ -12,7 +12,7 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.data.versions import code_versions, model_hashes
 from movingout.study.errors import StoreError, StoreLocked, StudyError
 from movingout.study.store import IdentityStore, Store
-from movingout.study.store.database import Database
+from movingout.study.store.database import Database, shown
 from movingout.study.store.rounds import Rounds
 
 LOOK_S = 1.0  # between two looks whether a query is answered
@@ -27,13 +27,21 @@ class StoreBusy(StoreError):
 
 
 class StudyDatabases:
-    """Opened once per run, which freezes the study. Raises StoreError, and StudyError if the study has changed."""
+    """Opened once per run, which freezes the study.
+
+    Raises StoreError, and StudyError if the study has changed or its database was lost.
+    """
 
     def __init__(self, folder: StudyFolder, file_text: str, alerts: Alerts, simulated: bool) -> None:
         self.store: Store = folder.open()
         try:
-            self.store.freeze(folder.study.id, file_text, code_versions(), model_hashes(folder.study), simulated)
             self.identities: IdentityStore = folder.open_identities()
+            try:
+                self._refuse_lost(folder)
+                self.store.freeze(folder.study.id, file_text, code_versions(), model_hashes(folder.study), simulated)
+            except StudyError:
+                self.identities.close()
+                raise
         except StudyError:
             self.store.close()
             raise
@@ -47,6 +55,20 @@ class StudyDatabases:
         self._working_since: float | None = None  # of the monotonic clock; None while no query runs
         self._waiting = 0  # queries, with the one that is under way
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="study-store")
+
+    def _refuse_lost(self, folder: StudyFolder) -> None:
+        """Raises StudyError where people are known who took part in a study whose database is not there any more.
+
+        They would begin once more, and be paid twice.
+        """
+        known = len(self.identities.everybody()) if self.store.is_new else 0
+        if known:
+            address = shown(self.store.database.address)
+            raise StudyError(
+                f"the database {address} of study {folder.study.id} is empty, but the identities of participants are "
+                f"there ({known}): it was moved or lost. Move it back, or bring back the last backup: movingout study "
+                "restore. To begin anew, choose another --data folder"
+            )
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         """Do `work` in the thread. Raises StoreError, after alerting the experimenter; at once where too many wait."""

@@ -5,6 +5,7 @@ from typing import Any
 
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.participants import Participants
+from movingout.study.store.database import NUL
 from movingout.study.store.tables import notes
 
 
@@ -23,6 +24,7 @@ class ExperimenterNotes:
 
     async def add(self, text: str, unit: int | None, pid: str | None) -> None:
         """A note on a unit, on a participant who has no unit yet, or on the whole study."""
+        text = text.replace(NUL, "")
         await self._databases.run(self._databases.store.note, text, unit)
         self._insert(time(), text, self._members(unit) or pid)
 

@@ -15,6 +15,7 @@ from movingout.study.design.consent_text import filled
 from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING
 from movingout.study.design.steps import Step
 from movingout.study.errors import StudyError
+from movingout.study.store.database import NUL
 
 MAX_DEVICE_LENGTH = 16  # letters
 CONTROLS = ("up", "left", "down", "right", "grab")  # of the input check
@@ -165,7 +166,8 @@ class ParticipantActions:
 
         It moves nobody, so it does not wait for a transaction.
         """
-        step = next((step for step in session.steps if step.key == request.key and step.questionnaire), None)
+        reached = session.steps[: session.steps_done() + 1]
+        step = next((step for step in reached if step.key == request.key and step.questionnaire), None)
         if step is None or session.declined or (session.finished and session.record.keep is False):
             raise StepRefused("step", "This question is not asked (any more).")
         questionnaire = self._study.questionnaire(step.questionnaire, session.record.language)
@@ -178,7 +180,7 @@ class ParticipantActions:
             partner=step.partner,
             item=request.item,
             value=request.value,
-            text=request.text,
+            text=request.text.replace(NUL, ""),
             elapsed_ms=max(0.0, request.elapsed_ms),
             hidden_ms=max(0.0, request.hidden_ms),
         )

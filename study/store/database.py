@@ -26,6 +26,7 @@ ANSWER_S = 5  # the same for PostgreSQL, and for any answer of it
 FENCED_S = 3  # after which the database gives up a transaction of a server that hangs, so that another can go on
 UPGRADE = 7_306_412  # a lock of PostgreSQL, while tables are made: any number that nobody else uses
 SERVED = 7_306_413  # another one: fenced servers share it, who deletes or serves alone has it for itself
+NUL = "\0"  # the one character that PostgreSQL keeps in no text
 _MIGRATIONS = Path(__file__).parent / "migrations"
 
 
@@ -158,6 +159,7 @@ def shown(address: Path | str) -> str:
     return str(address) if isinstance(address, Path) else make_url(address).render_as_string(hide_password=True)
 
 
+_DAMAGED = "the file is damaged, or no database; bring back the last backup: movingout study restore"
 _FENCED = "another node runs the study now"
 
 
@@ -169,7 +171,8 @@ def _reason(error: DBAPIError) -> str:
         "full": "free some space; nothing that was confirmed is lost",
         "locked": "another program holds it; close it",
         "unable to open": "the folder must exist and be writable",
-        "not a database": "it is no SQLite file; move it away",
+        "not a database": _DAMAGED,
+        "malformed": _DAMAGED,
         "statement timeout": "another program may hold it",
         "closed the connection": "it ended, or did not answer in time",
         "timeout expired": "it does not answer",

@@ -130,6 +130,12 @@ class Store:
             connection.execute(update(study).values(code=row["code"]))
             record(connection, self.now(), "server", "code", code=json.loads(row["code"]))
 
+    @property
+    def is_new(self) -> bool:
+        """Whether no study was ever run with this database."""
+        with self.database.read() as connection:
+            return connection.execute(select(study)).first() is None
+
     def frozen(self) -> Frozen:
         with self.database.read() as connection:
             row = connection.execute(select(study)).one_or_none()

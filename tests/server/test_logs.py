@@ -4,10 +4,13 @@ import io
 import json
 import logging
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
+from websockets.exceptions import ConnectionClosed
 
 from movingout.server.logs import PER_MINUTE, JsonFormatter, RateLimit, log_to, printable
+from tests.server.live import WAIT_S, raw_socket, serve
 
 
 @pytest.fixture
@@ -57,3 +60,21 @@ def test_json_has_one_object_per_line_with_the_traceback() -> None:
     row = json.loads(line)
     assert "\n" not in line and row["level"] == "error" and row["message"] == "it failed"
     assert "ValueError: broken" in row["exception"] and row["at"].endswith("+00:00")
+
+
+def test_what_uvicorn_says_of_strangers_is_json_too_and_no_flood(root: None, tmp_path: Path) -> None:
+    """It set up a log of its own when the server was made: a line for each bad request, of no form and no limit."""
+    stream = io.StringIO()
+    log_to(stream, "json")
+    with serve(tmp_path) as live:
+        for _ in range(5 * PER_MINUTE):
+            with raw_socket(live) as client:
+                client.sendall(b"FOO / HTTP/1.1\r\n\r\n")
+                assert client.recv(100).startswith(b"HTTP/1.1 400")
+        with live.connect(live.open_room("here", "idle")["room"]) as connection:
+            connection.send(b"\xff\xfe", text=True)
+            with pytest.raises(ConnectionClosed) as closed:
+                connection.recv(timeout=WAIT_S)
+    assert closed.value.rcvd is not None and closed.value.rcvd.code == 1007
+    rows = [json.loads(line) for line in stream.getvalue().splitlines()]
+    assert [row["message"] for row in rows] == ["Invalid HTTP request received."] * 2 * PER_MINUTE

@@ -158,6 +158,18 @@ def test_10_rounds_are_charged_to_the_address_that_opened_the_room(tmp_path: Pat
         assert (status, answer["error"]["code"]) == (429, "too_many_rooms")
 
 
+def test_an_answer_with_any_break_in_it_is_shown_again_and_hides_no_other(tmp_path: Path) -> None:
+    with serve(tmp_path) as live:
+        room = live.open_room("here", "idle")
+        token, path = room["tokens"][0], f"/api/rooms/{room['room']}/answers"
+        for question, text in (("comment", "copied\u2028[]\u2028from \x85 a slide"), ("teamwork", "")):
+            answer = {"question": question, "value": -1 if text else 4, "text": text}
+            assert live.call(path, answer, token)[0] == 200
+        status, kept = live.call(path, token=token)
+        assert (status, kept["answers"]["comment"]["text"]) == (200, "copied\u2028[]\u2028from \x85 a slide")
+        assert kept["answers"]["teamwork"]["value"] == 4
+
+
 def test_10_answers_of_one_seat_cannot_fill_the_disk(tmp_path: Path) -> None:
     log = AnswerLog(tmp_path)
     with pytest.raises(TooManyAnswers):

@@ -12,6 +12,7 @@ import psycopg
 import pytest
 
 from movingout.server.cli import main
+from movingout.server.study.arrivals.arrival_link import ArrivalRefused, read_arrival
 from movingout.study.errors import StoreLocked
 from movingout.study.store import Store
 from movingout.study.store.tables import answers, participants, rounds
@@ -41,6 +42,24 @@ def test_a_study_is_served_from_postgresql_and_exported_and_forgotten(
     assert json.loads(capsys.readouterr().out)["rows"]["rounds"] == 2
     assert main(["study", "forget", *place[:1], pid, *place[1:]]) == 0
     assert not any(pid.encode() in path.read_bytes() for path in (tmp_path / "recordings").iterdir())
+
+
+def test_a_nul_character_from_anybody_is_no_fault_of_the_database(tmp_path: Path, postgres: str) -> None:
+    """PostgreSQL refuses it in texts, which told the operator, and `/healthz`, that the database was broken."""
+    with served(tmp_path, database=postgres) as study:
+        visitor = study.visitor(PROLIFIC_PID="5f3c").go_to("questionnaire")
+        assert visitor.answer("comment", text="pasted\0 text") == (200, {"saved": True})
+        assert visitor.look()["step"]["answers"]["comment"]["text"] == "pasted text"
+        study.ask("note", text="a\0 note")
+        assert [note["text"] for note in study.state()["notes"]] == ["a note"]
+        assert "database" not in study.alerts()
+
+
+@pytest.mark.parametrize("link", [{"PROLIFIC_PID": "5f\0"}, {"PROLIFIC_PID": "5f", "STUDY_ID": "\0"}, {"code": "\0"}])
+def test_a_link_with_a_nul_character_is_refused_before_it_is_looked_for(link: dict[str, str]) -> None:
+    with pytest.raises(ArrivalRefused) as refused:
+        read_arrival(link, needs_code=False)
+    assert refused.value.code == "link"
 
 
 # ---- a database that does not answer ------------------------------------------------------------------------------

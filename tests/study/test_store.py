@@ -329,7 +329,7 @@ def test_an_address_that_leads_nowhere_is_one_sentence_without_the_password(addr
 
 def test_a_file_that_is_no_database_is_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "study.sqlite").write_bytes(b"a letter to my aunt" * 100)
-    with pytest.raises(StoreError, match="it is no SQLite file; move it away"):
+    with pytest.raises(StoreError, match="the file is damaged, or no database; bring back the last backup"):
         open_store(tmp_path)
 
 

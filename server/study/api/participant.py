@@ -9,7 +9,7 @@ import orjson
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import StreamingResponse
 
-from movingout.server.api.authentication import address_of, bearer, body_of, own_page
+from movingout.server.api.authentication import address_of, bearer, body_of, limit_answers, own_page
 from movingout.server.api.errors import ApiError
 from movingout.server.study.api.event_stream import EventQueue, OpenStreams, event_stream, queued_events
 from movingout.server.study.api.participant_view import ParticipantViews, View
@@ -101,6 +101,7 @@ class ParticipantApi:
         session, given = await self._session(request), await body_of(request, StudyAnswerRequest)
         if session is None:
             raise ApiError(409, "elsewhere", "The study was opened in another window; go on there.")
+        await limit_answers(self._running.host, request)
         await self._actions.answer(session, given)
         return {"saved": True}
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from movingout.server.notices import ErrorCode
 from movingout.server.study.arrivals.signed_links import LinkSigner
 from movingout.study.errors import StudyError
+from movingout.study.store.database import NUL
 
 PROLIFIC, MTURK, CODE, LINK, SIGNED = "prolific", "mturk", "code", "link", "signed"
 PLATFORMS = (PROLIFIC, MTURK)
@@ -39,7 +40,7 @@ def read_arrival(
 ) -> Arrival:
     """Raises ArrivalRefused for a link that no participant can have."""
     given = {name: value.strip() for name, value in link.items()}
-    if any(len(value) > MAX_LENGTH or value.startswith(UNFILLED) for value in given.values()):
+    if not all(map(_possible, given.values())):
         raise ArrivalRefused("link", "This link is not complete. Please open it again from where you got it.")
     if given.get("assignmentId") == PREVIEW:
         raise ArrivalRefused("preview", "This is a preview. Please accept the task first, then open it again.")
@@ -47,6 +48,10 @@ def read_arrival(
         return _signed(given, signer)
     source, external_id = _person(given, needs_code)
     return Arrival(source, external_id, {name: given[name] for name in KEPT if given.get(name)})
+
+
+def _possible(value: str) -> bool:
+    return len(value) <= MAX_LENGTH and not value.startswith(UNFILLED) and NUL not in value
 
 
 def _signed(given: Mapping[str, str], signer: LinkSigner | None) -> Arrival:

@@ -85,6 +85,12 @@ def test_the_newest_verdict_of_each_annotator_counts(tmp_path: Path) -> None:
     assert {name: one.verdict for name, one in said.items()} == {"Ada": "rejected", "Bo": "unsure"}
 
 
+def test_a_note_with_a_line_separator_is_kept_whole(tmp_path: Path) -> None:
+    said = new_line("e:keeps:0:1:10", "confirmed", "Ada", note="copied\u2028from a slide")
+    add_verdict(tmp_path, said)
+    assert verdicts_of(tmp_path) == [said]
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

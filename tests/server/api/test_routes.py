@@ -1,5 +1,6 @@
 """The HTTP API as the pages use it."""
 
+import contextlib
 import gzip
 import http.client
 from pathlib import Path
@@ -233,6 +234,28 @@ def test_static_files_are_revalidated(live: Live) -> None:
     again = connection.getresponse()
     assert (again.status, again.read()) == (304, b"")
     connection.close()
+
+
+def answered(live: Live, path: str, method: str = "GET", token: str = "") -> tuple[int, str | None, str | None, bytes]:
+    """Status, Cache-Control, Content-Length and body."""
+    connection = http.client.HTTPConnection("127.0.0.1", live.port, timeout=20)
+    with contextlib.closing(connection):
+        connection.request(method, path, headers={"Authorization": f"Bearer {token}"} if token else {})
+        answer = connection.getresponse()
+        return answer.status, answer.getheader("cache-control"), answer.getheader("content-length"), answer.read()
+
+
+@pytest.mark.parametrize("path", ["/", "/healthz", "/static/messages.js", "/favicon.ico", "/nothing"])
+def test_head_answers_as_get_does_without_a_body(live: Live, path: str) -> None:
+    """Programs that watch a server ask so; `curl -I` too."""
+    status, kept, length, body = answered(live, path)
+    assert answered(live, path, "HEAD") == (status, kept, str(len(body)), b"")
+    assert length == str(len(body))
+
+
+@pytest.mark.parametrize("path", ["/api/agents", "/api/rooms/none", "/api/admin/state", "/api/recordings", "/healthz"])
+def test_answers_about_rooms_and_people_are_kept_by_no_cache(live: Live, path: str) -> None:
+    assert answered(live, path, token=ADMIN)[1] == answered(live, path)[1] == "no-store"
 
 
 def test_a_server_that_runs_a_study_opens_rooms_for_its_experimenter_alone(tmp_path: Path) -> None:

@@ -56,6 +56,12 @@ def test_all_addresses_of_a_network_share_their_rooms() -> None:
     assert gate.rooms_of("2001:db8::5") == frozenset()
 
 
+def test_all_addresses_of_a_network_share_their_checks_of_maps() -> None:
+    gate = control(map_checks_per_minute=1, map_solves_per_minute=1)
+    assert [gate.may_check_map(f"2001:db8::{last}") for last in range(3)] == [True, False, False]
+    assert [gate.may_solve_map(f"2001:db8::{last}") for last in range(3)] == [True, False, False]
+
+
 def test_a_room_that_is_being_opened_counts_until_it_is_open_or_was_refused() -> None:
     gate = control()
     gate.opening_began("2001:db8::1")

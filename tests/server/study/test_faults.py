@@ -14,6 +14,7 @@ from movingout.server.rooms.seat import Seat
 from movingout.server.study import databases
 from movingout.study.store.tables import answers, rounds
 from tests.recordings.full_disk import limited
+from tests.server.live import raw_socket
 from tests.server.study.support import SOLO, Served, Visitor, served
 
 LONG = SOLO.replace("[HandOff], limit_ticks: 20", "[HandOff], limit_ticks: 60")
@@ -192,6 +193,19 @@ def test_a_fault_in_the_server_is_a_sentence_and_not_a_stack_trace(
     assert (status, answer["error"]["code"]) == (500, "fault")
     assert "Traceback" not in str(answer) and "Division" not in str(answer)
     assert "fault" in study.alerts()
+
+
+def test_a_request_that_breaks_off_is_no_fault_of_the_server(solo: Served, caplog: pytest.LogCaptureFixture) -> None:
+    """A phone that lost its network, or anybody on purpose, alarmed the experimenter and wrote a traceback."""
+    before, head = solo.alerts(), b"HTTP/1.1\r\nHost: x\r\nContent-Length: 100\r\n\r\n{"
+    for path in (b"/api/study/arrive", b"/api/rooms"):
+        with raw_socket(solo.live) as client:
+            client.sendall(b"POST " + path + b" " + head)
+            time.sleep(0.2)  # the handler waits for the rest
+    assert solo.arrive()[0] == 200
+    time.sleep(0.2)
+    assert solo.alerts() == before
+    assert [record.getMessage() for record in caplog.records if record.levelname == "ERROR"] == []
 
 
 def test_what_is_no_request_is_told_what_is_wrong(solo: Served) -> None:

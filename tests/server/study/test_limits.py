@@ -53,6 +53,17 @@ def test_one_token_has_three_streams_and_the_newest_work(solo: Served) -> None:
             assert [stream.readline() for _ in range(2)][1] == b'data: {"changed":true}\n'
 
 
+def test_answers_of_one_address_cannot_fill_the_disk(solo: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each participant may answer megabytes, and one address may send a thousand a minute."""
+    visitor = solo.visitor().go_to("questionnaire")
+    monkeypatch.setattr(
+        solo.live.host, "admission", AdmissionControl(limits(answered_per_address_per_day=20_000.0), lambda: 0.0)
+    )
+    told = [visitor.answer("comment", -1, f"{number}" * 3000) for number in range(8)]
+    assert [status for status, _ in told] == [200] * 6 + [429] * 2
+    assert told[-1][1]["error"]["code"] == "too_many_requests"
+
+
 def test_a_thousand_changes_of_a_text_leave_two_hundred_rows_and_the_last_text(solo: Served) -> None:
     visitor = solo.visitor().go_to("questionnaire")
     key = visitor.step["key"]

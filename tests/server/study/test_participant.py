@@ -77,7 +77,18 @@ def test_nothing_leads_past_the_consent(solo: Served, key: str) -> None:
 def test_no_answer_is_kept_before_the_consent(solo: Served) -> None:
     visitor = solo.visitor()
     status, answer = visitor.answer("age", 1, key="form")
-    assert (status, answer["error"]["message"]) == (409, "nothing is kept before the consent is given")
+    assert (status, answer["error"]["code"]) == (422, "step")
+
+
+def test_nobody_answers_what_they_have_not_been_asked_yet(solo: Served) -> None:
+    """Else a program says what it thinks of partners whom it has never met, and is let through afterwards."""
+    visitor = solo.visitor().go_to("form")
+    later = [step.key for step in solo.running.participants[visitor.pid].steps if step.kind == "questionnaire"]
+    status, answer = visitor.answer("teamwork", 7, key=later[0])
+    assert (status, answer["error"]["code"]) == (422, "step")
+    asked = visitor.step["key"]
+    visitor.fill_in()
+    assert visitor.answer("age", 1, key=asked)[0] == 200, "a click that arrives late is kept"
 
 
 def test_the_consent_is_kept_with_the_language_and_the_hash_of_the_shown_text(solo: Served) -> None:

@@ -1,5 +1,6 @@
 """A server that is killed or stopped in a study: everybody continues where they were, no round is lost or repeated."""
 
+import os
 import signal
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,11 @@ from sqlalchemy import update
 
 from movingout.recordings import verify
 from movingout.recordings.storage.index import list_recordings
+from movingout.server.study.alerts import Alerts
+from movingout.server.study.databases import StudyDatabases
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
+from movingout.study.errors import StoreError, StudyError
 from movingout.study.store.tables import answers, participants, rounds
 from tests.server.persistence.test_room_snapshot import free_port
 from tests.server.study.study_process import study_process
@@ -157,3 +161,27 @@ def test_who_has_a_code_keeps_it(tmp_path: Path) -> None:
         code = done.step["code"]
     with served(tmp_path) as study:
         assert Visitor(study, done.token, {}).look()["step"]["code"] == code
+
+
+@pytest.mark.parametrize("left", ["nothing", "an empty file"])
+def test_a_study_whose_database_was_lost_is_not_begun_again_with_the_people_who_took_part(
+    tmp_path: Path, left: str
+) -> None:
+    with served(tmp_path) as study:
+        study.visitor(PROLIFIC_PID="5f3c").agree()
+        database = study.folder.own / "study.sqlite"
+    database.unlink()
+    if left != "nothing":
+        database.touch()
+    for _ in range(2):
+        with pytest.raises(StudyError, match=r"the identities of participants are there \(1\): it was"):
+            StudyDatabases(study.folder, SOLO, Alerts(), simulated=False)
+
+
+def test_a_damaged_database_says_what_helps(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        study.visitor(PROLIFIC_PID="5f3c").agree()
+        database = study.folder.own / "study.sqlite"
+    os.truncate(database, database.stat().st_size // 2)
+    with pytest.raises(StoreError, match=r"damaged.* bring back the last backup: movingout study restore"):
+        StudyDatabases(study.folder, SOLO, Alerts(), simulated=False)
