@@ -189,6 +189,24 @@ def test_on_a_phone_a_map_is_changed_by_touch(open_page: OpenPage, pictures: Pat
     page.screenshot(path=pictures / "editor-phone-german.png")
 
 
+def test_on_a_phone_that_lies_on_its_side_the_whole_arena_is_seen_at_once(open_page: OpenPage) -> None:
+    lying = {"width": 740, "height": 360}
+    page = ready(open_page("/editor?lang=en", viewport=lying, has_touch=True, is_mobile=True))
+    box = page.locator("#arena").bounding_box()
+    assert box is not None
+    assert box["height"] + 44 <= lying["height"], "and the tools above it"
+    assert lying["width"] - box["width"] > 200, "beside it a finger can scroll"
+
+
+@pytest.mark.parametrize("width", [320, 360, 768, 1280])
+def test_back_and_forward_stand_side_by_side(open_page: OpenPage, width: int) -> None:
+    page = open_page("/editor?lang=de", viewport={"width": width, "height": 720})
+    expect(page.locator("#undo")).to_have_text("Rückgängig")
+    undo, redo = page.locator("#undo").bounding_box(), page.locator("#redo").bounding_box()
+    assert undo is not None and redo is not None
+    assert undo["y"] == redo["y"]
+
+
 def test_all_tools_stand_in_one_line_on_the_smallest_phone(open_page: OpenPage) -> None:
     page = ready(open_page("/editor", viewport={"width": 360, "height": 640}, has_touch=True, is_mobile=True))
     assert len(page.evaluate(TOOL_LINES)) == 1

@@ -167,6 +167,35 @@ def test_a_round_fits_the_window_and_nothing_moves_when_it_starts(
     page.screenshot(path=pictures / f"layout-{window}-pause.png")
 
 
+@pytest.mark.parametrize("blue", ["here", "bass@any"])
+@pytest.mark.parametrize(
+    "window",
+    [
+        Window(320, 568, True, 300, "de-DE"),
+        Window(360, 640, True, 340, "de-DE"),
+        Window(640, 360, False, 340, "de-DE"),  # 1280 by 720 at a zoom of 200 %
+    ],
+    ids=str,
+)
+def test_the_name_of_the_partner_whom_the_lobby_proposes_covers_nothing(
+    server: Server, open_page: OpenPage, pictures: Path, window: Window, blue: str
+) -> None:
+    room = server.make_room("AdaptiveAssist", blue=blue, red="bass@any" if blue == "here" else "here")
+    page = open_page(room["join_path"], room, script=CUT_OFF, **in_window(window))
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    if window.touch:
+        page.touchscreen.tap(10, 10)
+    expect(page.locator("#seats [data-own] .seat-name")).to_contain_text("·")  # and the device
+    page.screenshot(path=pictures / f"layout-{window}-name-{blue}.png")
+    for seat in page.locator("#seats .seat-name").all():
+        shown = seat.bounding_box()
+        assert shown is not None
+        name = (shown["x"], shown["y"], shown["x"] + shown["width"], shown["y"] + shown["height"])
+        assert all(apart(name, box(page, part)) for part in ("#arena", "#mute", "#stop"))
+    if not window.touch:
+        assert_inside(page, "#controls button")
+
+
 @pytest.mark.parametrize(
     "window",
     [Window(900, 640, False, 600, "de-DE"), Window(375, 553, True, 350), Window(844, 390, True, 360)],

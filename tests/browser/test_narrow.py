@@ -39,7 +39,8 @@ def assert_narrow(page: Page, what: str) -> None:
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_no_page_is_wider_than_a_small_phone(server: Server, open_page: OpenPage, language: str) -> None:
     episode = f"narrow-{language}"
-    finalise(record(server.data / "recordings", ticks=5, map_name="SequentialRotations", episode_id=episode)[0])
+    ended: dict[str, Any] = {"outcome": "left", "map_name": "SequentialRotations"}
+    finalise(record(server.data / "recordings", ticks=5, episode_id=episode, **ended)[0])
     room = server.make_room("SequentialRotations", red="link")
     token = f"sessionStorage.setItem('movingout.admin', '{admin_token(server)}')"
     script = f"if (location.protocol !== 'about:') {token}"
@@ -98,6 +99,14 @@ def test_no_screen_of_a_study_is_wider_than_a_small_phone(open_page: OpenPage, l
         study.open(page, f"?lang={language}") if name == "consent" else page.reload()
         expect(page.locator("#study-screen h1")).to_be_visible()
         assert_narrow(page, name)
+
+
+def test_a_long_title_of_a_study_widens_no_screen(open_page: OpenPage, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study_fake, "TITLE", "A short game with a partner whom you have never met before")
+    page = open_page("/healthz", **SMALL)
+    FakeStudy.at(study_fake.every_screen()["consent"]).open(page, "?lang=en")
+    expect(page.locator("#study-part")).to_be_visible()
+    assert_narrow(page, "consent")
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

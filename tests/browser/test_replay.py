@@ -171,6 +171,7 @@ def test_paths_and_what_agents_weighed_lie_over_the_arena_when_wanted(open_page:
 
 def test_the_replay_speaks_the_language_of_the_address(open_page: OpenPage, episode: Episode) -> None:
     page = replay(open_page(f"/replay/{EPISODE}?lang=de#tick=3"))
+    expect(page.get_by_label("Geschwindigkeit").locator("option").first).to_have_text("0,25×")
     expect(page.get_by_role("heading", name="Was geschah")).to_be_visible()
     expect(page.locator("#tick")).to_have_text(f"Tick 3 von {TICKS}")
     assert violations(page) == []

@@ -112,6 +112,8 @@ def test_the_result_in_german_is_german_and_accessible(server: Server, open_page
     page = open_page(room["join_path"] + "?lang=de", room)
     page.get_by_role("button", name="Ich bin bereit").click()
     expect(page.get_by_role("heading", level=1, name="Sie haben 0 von 3 abgeliefert")).to_be_focused()
+    items = page.get_by_role("listitem").filter(has_text="nicht abgeliefert")
+    expect(items.first).to_have_text("Stern: nicht abgeliefert")  # as it is heard; "einen Stern" is carried
     page.get_by_text("Einzelheiten").click()
     assert english_on(page) == []
     assert violations(page) == []

@@ -1,5 +1,6 @@
 """The experimenter's screen with a study that exists only in the browser's network: live, on a phone, by keyboard."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,10 @@ class FakeDashboard:
         self.heard: list[tuple[str, dict[str, Any]]] = []
         self.refuse = ""
         self.state: dict[str, Any] = {
-            "study": {"id": "human-study", "title": "Playing with partners"},
+            "study": {
+                "id": "human-study", "title": "Playing with partners",
+                "titles": {"en": "Playing with partners", "de": "Mit Partnern spielen"},
+            },
             "paused": False,
             "counts": {"planned": 32, "finished": 21, "active": 3, "waiting": 0},
             "participants": [
@@ -106,6 +110,13 @@ def test_who_needs_somebody_comes_first_and_partners_are_letters(open_page: Open
     expect(page.get_by_text("21 of 32 finished · 3 here")).to_be_visible()
     assert violations(page) == []
     page.screenshot(path=pictures / "study-experimenter-dark.png", full_page=True)
+
+
+def test_the_title_of_the_study_is_said_in_the_experimenters_language(open_page: OpenPage) -> None:
+    page = open_page("/healthz", script=UNLOCKED, locale="de-DE")
+    FakeDashboard().open(page)
+    expect(page.get_by_role("heading", level=1)).to_have_text("Mit Partnern spielen")
+    expect(page).to_have_title(re.compile("Mit Partnern spielen"))
 
 
 def test_news_come_without_a_reload_and_the_keyboard_keeps_its_place(open_page: OpenPage) -> None:

@@ -147,6 +147,18 @@ def test_the_words_name_the_keys_and_skip_is_recorded(server: Server, open_page:
         time.sleep(0.2)
 
 
+def test_on_the_narrowest_phone_skip_covers_no_words_in_german(server: Server, open_page: OpenPage) -> None:
+    room = server.post("/api/rooms", {"tutorial": True})
+    phone = {**PHONE, "viewport": {"width": 320, "height": 568}, "locale": "de-DE"}
+    page = open_page(room["join_path"], room, **phone)
+    skip = page.get_by_role("button", name="Überspringen")
+    expect(skip).to_be_visible()
+    left = skip.evaluate("button => button.getBoundingClientRect().left")
+    ends = page.locator("#tutorial .row > *").evaluate_all("all => all.map((one) => one.getBoundingClientRect().right)")
+    assert max(ends) <= left
+    expect(page.locator("#tutorial")).to_contain_text("Schritt 1 von 5")  # for whoever hears the page
+
+
 @pytest.mark.parametrize("motion", ["no-preference", "reduce"])
 def test_what_a_grab_would_take_is_outlined_and_a_miss_is_seen(
     server: Server, open_page: OpenPage, pictures: Path, motion: str

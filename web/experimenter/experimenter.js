@@ -29,7 +29,8 @@ import {
 } from "./words.js";
 import { LiveStream } from "../core/live_stream.js";
 import { merged } from "./study_state.js";
-import { say, sayError } from "../text/catalogue.js";
+import { titleOf } from "../study/service.js";
+import { currentLanguage, say, sayError } from "../text/catalogue.js";
 import { mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 
@@ -145,8 +146,9 @@ class Dashboard {
     this.#state = state;
     this.#newsAtMs = performance.now();
     this.#setLost("");
-    byId("title", HTMLElement).textContent = state.study.title;
-    document.title = say("experimenter.pageTitle", { study: state.study.title });
+    const title = titleOf(state.study, currentLanguage());
+    byId("title", HTMLElement).textContent = title;
+    document.title = say("experimenter.pageTitle", { study: title });
     byId("summary", HTMLElement).textContent = summaryWords(state);
     byId("pause", HTMLButtonElement).textContent = say(
       state.paused ? "experimenter.resumeAll" : "experimenter.pauseAll",

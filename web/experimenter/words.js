@@ -55,7 +55,7 @@ import { currentLanguage, has, say } from "../text/catalogue.js";
 /** @typedef {{at: number, text: string, pid?: string | null}} Note */
 /**
  * @typedef {object} StudyState
- * @property {{id: string, title: string}} study
+ * @property {{id: string, title: string, titles?: Record<string, string>}} study
  * @property {boolean} paused
  * @property {{planned: number, finished: number, active: number, waiting: number}} counts
  * @property {ParticipantRow[]} participants

@@ -6,7 +6,7 @@
 import { badge, el } from "../core/dom.js";
 import { outline, radiusOf } from "../shapes.js";
 import { say } from "../text/catalogue.js";
-import { shapeObject } from "../text/names.js";
+import { shapeName } from "../text/names.js";
 
 /** @typedef {import("../view/render.js").Item} Item */
 
@@ -26,7 +26,7 @@ export function deliveryList(items, deliveredBy, delivered, names) {
       "li",
       { class: delivered[index] ? "delivery delivery-done" : "delivery" },
       picture(item, reach),
-      el("span", { class: "sr-only" }, `${shapeObject(item.shape)}: `),
+      el("span", { class: "sr-only" }, `${shapeName(item.shape)}: `),
       el("span", { class: "delivery-who" }, ...who(deliveredBy[index] ?? [], delivered[index], names)),
     ),
   );

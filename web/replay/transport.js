@@ -40,7 +40,9 @@ export class Transport {
     this.onDraw = onDraw;
     this.onMove = onMove;
     this.player = new Player(0, TICK_MS);
-    this.#speed.replaceChildren(...SPEEDS.map((speed) => el("option", { value: speed }, `${speed}×`)));
+    this.#speed.replaceChildren(
+      ...SPEEDS.map((speed) => el("option", { value: speed }, say("replay.speed.times", { speed }))),
+    );
     this.#speed.value = "1";
   }
 

@@ -65,7 +65,10 @@ import { requestJson } from "../core/api.js";
  */
 /** @typedef {import("../questionnaire/answer_queue.js").Answer} Answer */
 
-/** The title in a language that the study has, else in its first. @param {Study} study @param {string} language */
+/**
+ * The title in a language that the study has, else in its first.
+ * @param {Pick<Study, "title" | "titles">} study @param {string} language
+ */
 export function titleOf({ title, titles = {} }, language) {
   return titles[language] ?? title;
 }

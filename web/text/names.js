@@ -30,6 +30,11 @@ export function colourWord(seat) {
   return colourName(seat).toLocaleLowerCase(currentLanguage());
 }
 
+/** "square", as a label. @param {string} shape */
+export function shapeName(shape) {
+  return has(`editor.shape.${shape}`) ? say(`editor.shape.${shape}`) : say("shape.unknown");
+}
+
 /** "a square", as the object of a sentence. @param {string} shape */
 export function shapeObject(shape) {
   return has(`shape.${shape}`) ? say(`shape.${shape}`) : say("shape.unknown");

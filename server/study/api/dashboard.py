@@ -94,7 +94,11 @@ class Dashboard:
         running = self._running
         sessions = list(running.participants)
         return {
-            "study": {"id": running.study.id, "title": running.study.title.text(running.study.languages[0])},
+            "study": {
+                "id": running.study.id,
+                "title": running.study.title.text(running.study.languages[0]),
+                "titles": {language: running.study.title.text(language) for language in running.study.languages},
+            },
             "paused": running.progress.paused,
             "counts": {
                 "planned": running.study.participants,

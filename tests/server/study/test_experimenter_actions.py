@@ -63,7 +63,9 @@ def test_the_screen_shows_who_is_where(long: Served) -> None:
     row = long.row(visitor.pid)
     assert (row["kind"], row["outcome"], row["code_given"], row["room"]) == ("code", "withdrew", True, None)
     state = long.state()
-    assert state["counts"]["planned"] == 400 and state["study"] == {"id": "solo", "title": "StudyRooms with partners"}
+    titles = {"en": "StudyRooms with partners", "de": "Mit Partnern spielen"}
+    assert state["study"] == {"id": "solo", "title": titles["en"], "titles": titles}
+    assert state["counts"]["planned"] == 400
     assert state["server"]["ticks"] > 0 and state["server"]["disk_free_mb"] > 0
 
 
