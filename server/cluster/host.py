@@ -285,8 +285,10 @@ class ClusterHost(Host):
         return super().refusal(for_operator) or (NOTHING if self.node.takes_rooms else NOT_YET)
 
     def why_not_ready(self) -> list[str]:
-        problem = [self.node.problem] if self.node.problem else []
-        return [*super().why_not_ready(), *problem]
+        reasons = super().why_not_ready()
+        if not self.node.problem:
+            return reasons
+        return [*(reason for reason in reasons if reason != NOT_YET.message), self.node.problem]
 
     async def report(self) -> dict[str, Any]:
         return {**await super().report(), "cluster": cluster_report(self.node)}

@@ -1,5 +1,6 @@
 """Two whole nodes on one database, without a proxy: what each says of rooms that are at the other, or waiting."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +112,18 @@ def test_a_lost_lease_ends_the_rooms_here_and_a_connection_hears_where_they_are(
         wait_until(lambda: a.call("/readyz")[0] == 200, "the node goes on with another shard")
         other, _ = opened(a)
         assert shard_of(other) != shard_of(room)
+
+
+def test_a_node_without_its_database_says_so_and_not_that_it_restarts(
+    tmp_path: Path, database: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with node(tmp_path, database, "a") as a:
+        wait_for_rooms(a)
+        monkeypatch.setattr(host(a).node, "_say", lambda _: None)
+        monkeypatch.setattr(host(a).node, "home_since", math.inf)  # as when its lease has run out
+        assert a.call("/readyz")[1]["reasons"] == ["The server is being restarted; try again in a minute."]
+        monkeypatch.setattr(host(a).node, "problem", "the database of the cluster is away")
+        assert a.call("/readyz") == (503, {"ready": False, "reasons": ["the database of the cluster is away"]})
 
 
 def test_what_a_node_cannot_start_with_is_a_sentence(
