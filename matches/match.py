@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass, field, fields
 from functools import lru_cache
 from typing import Any, Literal
 
-from movingout.maps import MapSpec, is_shipped, load_map
-from movingout.maps.generated.names import is_generated
+from movingout.maps import MapSpec, load_map
+from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.randomize import Split, randomize
 from movingout.matches.errors import MatchError
 from movingout.world.constants import LIMIT_TICKS
@@ -48,7 +48,7 @@ class Match:
 
 def _designed(name: str) -> MapSpec:
     """The map of a name. A file is read each time: it may have changed since the last match."""
-    return _unchanging(name) if is_shipped(name) or is_generated(name) else load_map(name)
+    return _unchanging(name) if is_generated_or_shipped(name) else load_map(name)
 
 
 _unchanging = lru_cache(maxsize=64)(load_map)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.own_files import map_cautions
 from movingout.maps.suggestion import counted
 from movingout.matches.commands.progress import bar
 from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
@@ -54,6 +55,8 @@ def perform(args: argparse.Namespace) -> int:
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)
     if caution := inexact_engine():
+        print(f"movingout: {caution}", file=sys.stderr)
+    for caution in map_cautions(entry.match.map for entry in planned_matches(grid)):
         print(f"movingout: {caution}", file=sys.stderr)
     try:
         with bar("matches") as progress:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import code_fingerprint
 from movingout.agents.partners.wrapped import inner_id
-from movingout.maps import is_shipped, load_map, map_to_json
-from movingout.maps.generated.names import is_generated
+from movingout.maps import load_map, map_to_json
+from movingout.maps.library import is_generated_or_shipped
 from movingout.matches.experiment.grid import Grid
 from movingout.matches.experiment.plan import planned_matches
 
@@ -27,9 +27,7 @@ def provenance_of(grid: Grid) -> Provenance:
     matches = [entry.match for entry in planned_matches(grid)]
     seated = {agent_id for match in matches for agent_id in match.seats}
     agents = sorted(seated | {inner for agent_id in seated if (inner := inner_id(agent_id))})
-    own_maps = [
-        name for name in sorted({match.map for match in matches}) if not (is_shipped(name) or is_generated(name))
-    ]
+    own_maps = [name for name in sorted({match.map for match in matches}) if not is_generated_or_shipped(name)]
     return Provenance(
         checkpoints={agent_id: sha for agent_id in agents if (sha := fingerprint(agent_id))},
         code={agent_id: sha for agent_id in agents if (sha := code_fingerprint(agent_id))},

@@ -4,8 +4,10 @@ import json
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.maps import load_map, map_to_json
 from movingout.matches import MatchError, play, run_grid
 from movingout.matches.results.provenance import provenance_of
@@ -69,12 +71,11 @@ def test_weights_inside_another_agent_count_and_what_comes_with_the_project_has_
 
 def test_a_map_file_that_was_changed_is_played_as_it_is_now(tmp_path: Path) -> None:
     class Still:
-        def reset(self, episode: object) -> None:
-            self.start = episode.map.robots[0].x  # type: ignore[attr-defined]
-            starts.append(self.start)
+        def reset(self, episode: EpisodeInfo) -> None:
+            starts.append(episode.map.robots[0].x)
 
-        def act(self, observation: object) -> list[list[float]]:
-            return [[0.0, 1.0, 0.0, 0.0]]
+        def act(self, observation: Observation) -> ActionChunk:
+            return np.array([[0.0, 1.0, 0.0, 0.0]])
 
     starts: list[float] = []
     for x in (0.2, 0.3):
