@@ -190,3 +190,12 @@ def test_a_map_file_that_cannot_be_played_is_told_of(
     else:
         main(["match", "--red", "idle", "--blue", "idle", "--map", str(own), "--ticks", "2"])
     assert f"movingout: {own} cannot be played as it should: items[" in capsys.readouterr().err
+
+
+def test_a_dry_run_refuses_a_folder_of_another_grid(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = tmp_path / "grid.yaml", ["--out", str(tmp_path / "out")]
+    file.write_text(GRID.replace("ticks: 30", "ticks: 2"))
+    main(["match", "grid", str(file), *out, "--workers", "1"])
+    file.write_text(GRID.replace("ticks: 30", "ticks: 3"))
+    assert main(["match", "grid", str(file), *out, "--dry-run"]) == 2
+    assert "holds results of another grid ('tiny')" in capsys.readouterr().err
