@@ -318,6 +318,11 @@ def _delayed(agent_id: str, agent: Agent, lag: OptionValue) -> Agent:
         raise AgentError(f"agent {agent_id!r}: {error}") from error
 
 
+def factory_of(agent_id: str) -> Callable[..., object]:
+    """What makes the agent that `agent_id` names. Raises AgentError as `load_agent`, but for the options' values."""
+    return _factory(_parse(agent_id)[0])
+
+
 def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     head, _, rest = agent_id.strip().partition(":")
     if head == GHOST:

@@ -70,6 +70,11 @@ def is_shipped(name: str) -> bool:
     return base in shipped_map_names() and all(name in SYMMETRY_NAMES for name in names)
 
 
+def is_generated_or_shipped(name: str) -> bool:
+    """Whether a name is that of a map that comes with the project, from a file or from the generator."""
+    return is_generated(name) or is_shipped(name) or name in loadable_map_names()
+
+
 def is_reserved(name: str) -> bool:
     """Whether no map of one's own can have this name: its rounds would be taken for rounds on a shipped map."""
     return name.partition(SEPARATOR)[0] in (*loadable_map_names(), PREFIX)

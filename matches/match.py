@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Any, Literal
 
 from movingout.maps import MapSpec, load_map
+from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.randomize import Split, randomize
 from movingout.matches.errors import MatchError
 from movingout.world.constants import LIMIT_TICKS
@@ -42,12 +43,19 @@ class Match:
 
     def world_map(self) -> MapSpec:
         """The map as played. Raises MapError when there is no such map or variant."""
-        return _world_map(self.map, self.seed if self.challenge == 2 else None, self.split)
+        return _world_map(_designed(self.map), self.seed if self.challenge == 2 else None, self.split)
+
+
+def _designed(name: str) -> MapSpec:
+    """The map of a name. A file is read each time: it may have changed since the last match."""
+    return _unchanging(name) if is_generated_or_shipped(name) else load_map(name)
+
+
+_unchanging = lru_cache(maxsize=64)(load_map)
 
 
 @lru_cache(maxsize=64)
-def _world_map(name: str, seed: int | None, split: Split) -> MapSpec:
-    designed = load_map(name)
+def _world_map(designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
     return designed if seed is None else randomize(designed, seed, split)
 
 

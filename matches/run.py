@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import load_agent
-from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.maps.selection import selected_maps
 from movingout.matches.errors import MatchError
 from movingout.matches.execution.agent_objects import AgentLike, AgentObjects
@@ -20,6 +19,7 @@ from movingout.matches.execution.lockstep import AGENT_LIMIT_S, Lockstep
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import PlannedMatch, matches_of, missing_agents, planned_matches
 from movingout.matches.match import Challenge, Match, MatchResult
+from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import Shard, open_folder, read_head, read_results, write_whole
 from movingout.matches.results.table import ResultRow, markdown, rows_of
 from movingout.world.constants import LIMIT_TICKS
@@ -177,7 +177,8 @@ def run_grid(
     `shard`: (i, n) plays every n-th match from the i-th on, for arrays of jobs that share a folder.
     `pool`: makes the workers (default: processes of this machine; `ray_worker_pool` for a cluster).
 
-    Raises MatchError when the grid is invalid, an agent is missing, or the folder holds another grid.
+    Raises MatchError when the grid is invalid, an agent is missing, or the folder holds another grid, or this
+    one as played with other weights, code of agents or map files.
     """
     grid, folder = grid if isinstance(grid, Grid) else read_grid(Path(grid)), Path(out)
     missing = missing_agents(grid)
@@ -187,7 +188,7 @@ def run_grid(
     if not 0 <= index < count:
         raise MatchError(f"shard {index}/{count}: the first number counts from 0 to {count - 1}")
     make_folder(folder)
-    open_folder(folder, grid, _checkpoints(grid))
+    open_folder(folder, grid, provenance_of(grid))
     plan = planned_matches(grid)
     matches = matches_of(plan)[index::count]
     with Shard(folder, index, count) as file:
@@ -241,11 +242,6 @@ def _relative(results: Iterator[MatchResult], folder: Path) -> Iterator[MatchRes
         if result.recording and path.is_relative_to(folder.resolve()):
             result = replace(result, recording=str(path.relative_to(folder.resolve())))
         yield result
-
-
-def _checkpoints(grid: Grid) -> dict[str, str]:
-    ids = {agent_id for entry in planned_matches(grid) for agent_id in entry.match.seats}
-    return {agent_id: sha for agent_id in sorted(ids) if (sha := fingerprint(agent_id))}
 
 
 def _workers(wanted: int | None, matches: int) -> int:

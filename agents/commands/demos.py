@@ -26,6 +26,7 @@ from movingout.agents.scripted.populations import POPULATIONS, manifest, populat
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.parser import add_out
 from movingout.maps.generated.names import PREFIX, SPLITS, test_maps_caution
+from movingout.maps.own_files import map_cautions
 from movingout.maps.randomize import SPLITS as VARIANT_SPLITS
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.selection import HELP as MAPS_HELP
@@ -186,7 +187,7 @@ def _generate(args: argparse.Namespace) -> int:
         todo = variant_jobs(people, designed, args.variants, args.ticks, args.seed, prefix, args.split)
     else:
         todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
-    _caution(job.map.name for job in todo)
+    _caution((job.map.name for job in todo), selected_maps(args.map))
     made = _with_progress(len(todo), write_all(todo, args.out, args.workers, args.ray))
     (args.out / "people.json").write_text(json.dumps(manifest(), indent=1))
     rates = [one.tcr for one in made]
@@ -208,7 +209,7 @@ def _label(args: argparse.Namespace) -> int:
         players = [(player.name, player.agent_id) for player in _players(args.population)]
         order = shuffled_partners(players, len(maps) * args.episodes, args.seed)
     todo = labelling_jobs(maps, order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
-    _caution(job.map.name for job in todo)
+    _caution((job.map.name for job in todo), selected_maps(args.map))
     made = _with_progress(len(todo), label_all(todo, args.out, args.workers, args.ray))
     if args.json:
         print(json.dumps({"out": str(args.out), "episodes": len(made), "tcr": _per_map(made)}))
@@ -245,9 +246,12 @@ def _check_counts(args: argparse.Namespace) -> None:
         raise DataError("--episodes, --ticks and --workers must be at least 1")
 
 
-def _caution(maps: Iterable[str]) -> None:
-    """Say so when test maps are among those played: demonstrations are there to be trained on."""
-    if sentence := test_maps_caution(maps):
+def _caution(maps: Iterable[str], asked: Iterable[str] = ()) -> None:
+    """Say so when test maps are among those played, as demonstrations are there to be trained on.
+
+    Also say what is wrong with map files among those that were asked for.
+    """
+    for sentence in filter(None, [test_maps_caution(maps), *map_cautions(asked)]):
         print(f"movingout: {sentence}", file=sys.stderr)
 
 

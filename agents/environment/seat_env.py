@@ -21,6 +21,7 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import known_names
 from movingout.world.constants import LIMIT_TICKS
 from movingout.world.env import Info, MovingOutEnv, Observation, RenderMode, RewardName
+from movingout.world.errors import WorldError
 
 with needs_extra("env", "the environment for reinforcement learning"):
     import gymnasium
@@ -68,6 +69,7 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         self._limit_ticks = limit_ticks
         self._groups = partner_groups(partner)
         self._partners: dict[str, PartnerSeat] = {}
+        self._partner: PartnerSeat | None = None
         self.render_mode = render_mode
         self.observation_space = cast("spaces.Space[Observation]", self._env.observation_space(seat))
         self.action_space = cast("spaces.Space[Action]", self._env.action_space(seat))
@@ -79,7 +81,9 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
 
     @property
     def partner(self) -> str:
-        """The id of this episode's partner."""
+        """The id of this episode's partner. Raises WorldError before the first `reset`, which draws it."""
+        if self._partner is None:
+            raise WorldError("the partner is drawn when an episode begins; call reset() first")
         return self._partner.agent_id
 
     def reset(
@@ -91,14 +95,15 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         agent_id = group[self.np_random.integers(len(group))]
         variant, partner_seed = self.np_random.integers(_LARGEST_SEED, size=2)
         observations, infos = self._env.reset(int(variant), options)
-        self._partner = self._partners.get(agent_id) or self._partners.setdefault(agent_id, PartnerSeat(agent_id))
-        self._partner.reset(EpisodeInfo(self.current_map, 1 - self._seat, int(partner_seed), self._limit_ticks))
+        partner = self._partners.get(agent_id) or self._partners.setdefault(agent_id, PartnerSeat(agent_id))
+        self._partner = partner
+        partner.reset(EpisodeInfo(self.current_map, 1 - self._seat, int(partner_seed), self._limit_ticks))
         return observations[self._colour], self._info(infos, last=False)
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Advance by one tick. Raises ActionError for an action of a wrong shape, AgentError for the partner's."""
         actions: dict[str, Any] = {self._colour: action}
-        if self._env.agents:
+        if self._env.agents and self._partner is not None:
             actions[self._other] = self._partner.action(self._env.world_state)
         observations, rewards, terminated, truncated, infos = self._env.step(actions)
         over = terminated[self._colour] or truncated[self._colour]

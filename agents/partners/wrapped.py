@@ -1,10 +1,12 @@
 """Partners made around another agent: `late:agent=…` and `clone:policy=…`. Options inside are joined by semicolons."""
 
+from movingout.agents.agent_options import parse_options
 from movingout.agents.base import Agent
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.late_hands import LateHands
 
+_INNER = {"late": "agent", "clone": "policy"}  # the option that names the agent inside
 CLONE_JITTER = 0.05  # rad
 CLONE_SLIPS = 0.01  # per tick
 
@@ -28,8 +30,20 @@ def clone(
     return LateHands(_inner(policy, "clone"), seed=seed, delay=delay, jitter=jitter, slips=slips)
 
 
+def inner_id(agent_id: str) -> str:
+    """The id of the agent that `late:agent=…` or `clone:policy=…` is made around; empty for any other agent."""
+    outer, _, options = agent_id.strip().partition(":")
+    if outer not in _INNER:
+        return ""
+    return _unfolded(str(parse_options(agent_id, options).get(_INNER[outer], "")))
+
+
+def _unfolded(agent_id: str) -> str:
+    return agent_id.replace(";", ",")
+
+
 def _inner(agent_id: str, outer: str) -> Agent:
-    text = str(agent_id).replace(";", ",")
+    text = _unfolded(str(agent_id))
     if text.partition(":")[0] in ("late", "clone"):
         raise AgentError(f"{outer}: {agent_id!r} has late hands already; give its options to {outer}")
     return load_agent(text)

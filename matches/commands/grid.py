@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.own_files import map_cautions
 from movingout.maps.suggestion import counted
 from movingout.matches.commands.progress import bar
 from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
@@ -19,7 +20,8 @@ from movingout.matches.experiment.plan import matches_of, missing_agents, planne
 from movingout.matches.experiment.shipped_grids import grid_path, shipped_grids
 from movingout.matches.report.html_page import write_page
 from movingout.matches.report.parquet import write_parquet
-from movingout.matches.results.results_folder import GRID, read_results
+from movingout.matches.results.provenance import provenance_of
+from movingout.matches.results.results_folder import GRID, open_folder, read_results
 from movingout.matches.results.table import ALL_MAPS, markdown
 from movingout.matches.run import GridRun, run_grid
 from movingout.recordings.report.words import DEFAULT, LANGUAGES
@@ -54,6 +56,8 @@ def perform(args: argparse.Namespace) -> int:
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)
     if caution := inexact_engine():
+        print(f"movingout: {caution}", file=sys.stderr)
+    for caution in map_cautions(entry.match.map for entry in planned_matches(grid)):
         print(f"movingout: {caution}", file=sys.stderr)
     try:
         with bar("matches") as progress:
@@ -92,6 +96,8 @@ def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:
 
 def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
     missing = missing_agents(grid)
+    if not missing and (folder / GRID).exists():
+        open_folder(folder, grid, provenance_of(grid))  # refused as by the run itself
     matches = matches_of(planned_matches(grid))
     finished = read_results(folder).keys() if (folder / GRID).exists() else ()
     todo = [match for match in matches if match.id not in finished]

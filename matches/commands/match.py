@@ -11,6 +11,7 @@ from movingout.agents.catalogue import unseen_map
 from movingout.agents.llm.model_id import outrun
 from movingout.agents.partners.families import is_group
 from movingout.maps import load_map
+from movingout.maps.own_files import map_cautions
 from movingout.maps.selection import HELP as MAPS_HELP
 from movingout.maps.selection import selected_maps
 from movingout.matches.commands import grid, report
@@ -66,7 +67,8 @@ def _pair(args: argparse.Namespace) -> int:
     plan, pool = _plan(args), worker_pool_of(args)
     if caution := inexact_engine():
         print(f"movingout: {caution}", file=sys.stderr)
-    for caution in cautions([entry.match for entry in plan]):
+    matches = [entry.match for entry in plan]
+    for caution in [*map_cautions(match.map for match in matches), *cautions(matches)]:
         print(f"movingout: {caution}", file=sys.stderr)
     with bar("matches") as progress:
         results = play_matches(

@@ -62,10 +62,14 @@ class Workspace:
         return "official" if self.evaluation == "official" else "train"
 
     def given_files(self) -> list[Path]:
-        """The recordings that were given. Raises RecordingError where there is none."""
+        """The recordings that were given. Raises RecordingError where there is none, or one is not there."""
         files = [file for path in self.given for file in (path.rglob(f"*{SUFFIX}") if path.is_dir() else [path])]
         if not files:
             raise RecordingError(f"no recording (*{SUFFIX}) in {', '.join(map(str, self.given))}")
+        if lost := [file for file in files if not file.exists()]:
+            raise RecordingError(
+                f"cannot read {lost[0]}: there is no such file; correct --data, or remove a broken link"
+            )
         return sorted(set(files))
 
     def episodes(self, data: str) -> list[Path]:

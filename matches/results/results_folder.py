@@ -1,12 +1,13 @@
 """A results folder: the grid, and one line per finished match, appended and never changed.
 
-grid.json              the grid, its hash, and the versions and checkpoints of the first run
+grid.json              the grid, its hash, and the versions, checkpoints, own code and own maps of the first run
 results-0-of-1.jsonl   one file per shard; a torn last line (a killed driver, a full disk) is cut off by the next run
 """
 
 import json
 import os
 from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -16,11 +17,13 @@ from filelock import lock_descriptor
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import Grid
 from movingout.matches.match import MatchResult, result_from_json
+from movingout.matches.results.provenance import Provenance
 from movingout.recordings.versions import versions
 
 GRID = "grid.json"
 FORMAT = 2
 _EXACT = ("movingout", "pymunk")  # another version may give other results
+_PROVENANCE = {"checkpoints": "other weights of", "code": "other code of", "maps": "another version of the map"}
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -35,14 +38,14 @@ def write_whole(path: Path, text: str) -> None:
         raise MatchError(f"cannot write {path}: {error.strerror or error}") from error
 
 
-def open_folder(folder: Path, grid: Grid, checkpoints: dict[str, str]) -> None:
+def open_folder(folder: Path, grid: Grid, provenance: Provenance) -> None:
     """Write the grid into a new folder, or check that the folder is this grid's. Raises MatchError when it is not."""
     mine = {
         "format": FORMAT,
         "sha256": grid.sha256,
         "grid": grid.model_dump(mode="json"),
         "versions": versions(),
-        "checkpoints": checkpoints,
+        **asdict(provenance),
     }
     if not (folder / GRID).exists():
         if any(folder.glob("results-*.jsonl")):
@@ -60,9 +63,10 @@ def open_folder(folder: Path, grid: Grid, checkpoints: dict[str, str]) -> None:
                 f"{folder} was started with {name} {theirs['versions'].get(name)}, this is {versions()[name]}: "
                 "their results are not comparable; choose another folder with --out"
             )
-    changed = [agent_id for agent_id, sha in checkpoints.items() if theirs["checkpoints"].get(agent_id, sha) != sha]
-    if changed:
-        raise MatchError(f"{folder} was started with other weights of {', '.join(changed)}; choose another folder")
+    for key, what in _PROVENANCE.items():
+        before: dict[str, str] = theirs.get(key, {})  # a folder of an earlier version may lack some
+        if changed := [name for name, sha in mine[key].items() if before.get(name, sha) != sha]:
+            raise MatchError(f"{folder} was started with {what} {', '.join(changed)}; choose another folder with --out")
 
 
 def read_head(folder: Path) -> dict[str, Any]:

@@ -108,7 +108,16 @@ def _searched(path: Path) -> SearchedRecording | None:
 def _files(folder: Path) -> dict[str, Stamp]:
     try:
         with os.scandir(folder) as entries:
-            stats = {entry.name: entry.stat() for entry in entries if entry.name.endswith(SUFFIX)}
+            found = {entry.name: _stamp(entry) for entry in entries if entry.name.endswith(SUFFIX)}
     except OSError as error:
         raise cannot("list", folder, error) from error
-    return {name: (stats[name].st_size, stats[name].st_mtime_ns) for name in sorted(stats)}
+    return {name: stamp for name, stamp in sorted(found.items()) if stamp is not None}
+
+
+def _stamp(entry: os.DirEntry[str]) -> Stamp | None:
+    """None for a file that was removed meanwhile, and for a link to one that is gone."""
+    try:
+        status = entry.stat()
+    except FileNotFoundError:
+        return None
+    return status.st_size, status.st_mtime_ns

@@ -11,6 +11,7 @@ import pytest
 from movingout.matches import MatchError, MatchResult, open_run, play, run_grid
 from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.match import Match
+from movingout.matches.results.provenance import Provenance
 from movingout.matches.results.results_folder import Shard, open_folder
 from tests.matches.support import HERE, small_grid
 
@@ -118,13 +119,13 @@ def test_a_worker_that_hangs_where_no_alarm_reaches_is_replaced(tmp_path: Path) 
 
 
 def test_a_folder_of_another_grid_is_refused(tmp_path: Path) -> None:
-    open_folder(tmp_path, small_grid(), {})
+    open_folder(tmp_path, small_grid(), Provenance({}, {}, {}))
     with pytest.raises(MatchError, match=r"holds results of another grid \('small'\); choose another folder"):
         run_grid(small_grid(seeds=4), tmp_path)
 
 
 def test_results_by_another_engine_are_not_added_to(tmp_path: Path) -> None:
-    open_folder(tmp_path, small_grid(), {})
+    open_folder(tmp_path, small_grid(), Provenance({}, {}, {}))
     head = tmp_path / "grid.json"
     head.write_text(head.read_text().replace('"pymunk": "', '"pymunk": "0.'))
     with pytest.raises(MatchError, match="was started with pymunk 0"):
@@ -132,9 +133,9 @@ def test_results_by_another_engine_are_not_added_to(tmp_path: Path) -> None:
 
 
 def test_results_of_other_weights_are_not_added_to(tmp_path: Path) -> None:
-    open_folder(tmp_path, small_grid(), {"dp@all": "1"})
+    open_folder(tmp_path, small_grid(), Provenance({"dp@all": "1"}, {}, {}))
     with pytest.raises(MatchError, match="started with other weights of dp@all"):
-        open_folder(tmp_path, small_grid(), {"dp@all": "2"})
+        open_folder(tmp_path, small_grid(), Provenance({"dp@all": "2"}, {}, {}))
 
 
 def test_two_drivers_do_not_fill_one_shard(tmp_path: Path) -> None:

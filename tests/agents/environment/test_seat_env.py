@@ -17,6 +17,7 @@ from movingout.agents.environment.seat_env import SeatEnv
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
 from movingout.world.env import MovingOutEnv
+from movingout.world.errors import WorldError
 from movingout.world.metrics import METRICS
 
 STILL = np.array([0.0, 1.0, 0.0, 0.0], np.float32)
@@ -126,3 +127,13 @@ def test_a_misspelt_option_of_make_is_answered_with_the_right_one() -> None:
 def test_torchrl_makes_it_although_it_has_no_frame_skip() -> None:
     gym = pytest.importorskip("torchrl.envs.libs.gym")
     assert gym.GymEnv(f"movingout.agents.environment:{ENV_ID}", partner="idle").observation_spec is not None
+
+
+def test_the_partner_is_known_once_an_episode_has_begun() -> None:
+    env = SeatEnv("HandOff", partner="idle")
+    with pytest.raises(WorldError, match=r"the partner is drawn when an episode begins; call reset\(\) first"):
+        _ = env.partner
+    env.reset(seed=0)
+    assert env.partner == "idle"
+    with pytest.raises(WorldError, match=r"call reset\(\) first"):
+        _ = copy.deepcopy(env).partner

@@ -173,3 +173,29 @@ def test_a_grid_shows_copies_in_its_table_and_on_its_page(capsys: pytest.Capture
     assert "<td>2 (1 distinct)</td>" in page and "n = 2 (1 distinct)" in page and "copies of others" in page
     (row,) = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))["results"]
     assert row["distinct"] == 1
+
+
+@pytest.mark.parametrize("grid", [False, True])
+def test_a_map_file_that_cannot_be_played_is_told_of(
+    grid: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    document = map_to_json(load_map("HandOff")) | {"name": "Tiny"}
+    document["goals"] = [{"x0": -1.2, "y0": 1.2, "x1": -1.19, "y1": 1.19}]
+    own = tmp_path / "tiny.json"
+    own.write_text(json.dumps(document))
+    if grid:
+        file = tmp_path / "grid.yaml"
+        file.write_text(GRID.replace("DistancePriority", str(own)).replace("ticks: 30", "ticks: 2"))
+        main(["match", "grid", str(file), "--out", str(tmp_path / "out"), "--workers", "1"])
+    else:
+        main(["match", "--red", "idle", "--blue", "idle", "--map", str(own), "--ticks", "2"])
+    assert f"movingout: {own} cannot be played as it should: items[" in capsys.readouterr().err
+
+
+def test_a_dry_run_refuses_a_folder_of_another_grid(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = tmp_path / "grid.yaml", ["--out", str(tmp_path / "out")]
+    file.write_text(GRID.replace("ticks: 30", "ticks: 2"))
+    main(["match", "grid", str(file), *out, "--workers", "1"])
+    file.write_text(GRID.replace("ticks: 30", "ticks: 3"))
+    assert main(["match", "grid", str(file), *out, "--dry-run"]) == 2
+    assert "holds results of another grid ('tiny')" in capsys.readouterr().err

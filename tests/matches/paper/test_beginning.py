@@ -79,3 +79,10 @@ def test_recordings_that_are_refused_do_not_claim_the_folder(here: Path, capsys:
     assert "notes.md is not an MCAP file" in capsys.readouterr().err
     assert main([*command, "--data", "theirs"]) == 2
     assert "2 groups need 2 participants" in capsys.readouterr().err, "not that the folder was begun with other data"
+
+
+def test_a_link_to_a_recording_that_is_gone_is_named(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "data").mkdir()
+    (here / "data/gone.mcap").symlink_to("nowhere")
+    assert main(["paper", "tables", "tab:cross_group_eval", "--data", "data", "--dry-run", "-o", "out"]) == 2
+    assert "data/gone.mcap: there is no such file; correct --data, or remove a broken link" in capsys.readouterr().err

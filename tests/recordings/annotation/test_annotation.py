@@ -55,6 +55,12 @@ def test_who_does_not_come_to_help_is_found_and_keeps_its_name(folder: Path) -> 
     assert search_failures(folder).recordings == [first, second]  # now from what was kept
 
 
+def test_a_link_to_a_recording_that_is_gone_does_not_stop_the_search(tmp_path: Path) -> None:
+    waiting_alone(tmp_path, "one")
+    (tmp_path / "gone.mcap").symlink_to("nowhere")
+    assert len(search_failures(tmp_path).recordings) == 1
+
+
 def test_without_time_it_says_how_much_remains(tmp_path: Path) -> None:
     waiting_alone(tmp_path, "one")
     assert search_failures(tmp_path, 0.0).remaining + len(search_failures(tmp_path, 0.0).recordings) == 1

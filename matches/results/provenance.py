@@ -1,0 +1,39 @@
+"""What the results of a grid depend on beside the grid's own text, by SHA-256: weights, own code, own map files."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+
+from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.agents.own_code import code_fingerprint
+from movingout.agents.partners.wrapped import inner_id
+from movingout.maps import load_map, map_to_json
+from movingout.maps.library import is_generated_or_shipped
+from movingout.matches.experiment.grid import Grid
+from movingout.matches.experiment.plan import planned_matches
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Hashes by the id of the agent or the name of the map; what comes with the project has none."""
+
+    checkpoints: dict[str, str]
+    code: dict[str, str]  # of one's own agents: the file that defines them, not what it imports
+    maps: dict[str, str]  # of one's own map files: what they say, not how it is written
+
+
+def provenance_of(grid: Grid) -> Provenance:
+    """What a grid would be played with now. Raises MovingOutError for an agent or a map that cannot be loaded."""
+    matches = [entry.match for entry in planned_matches(grid)]
+    seated = {agent_id for match in matches for agent_id in match.seats}
+    agents = sorted(seated | {inner for agent_id in seated if (inner := inner_id(agent_id))})
+    own_maps = [name for name in sorted({match.map for match in matches}) if not is_generated_or_shipped(name)]
+    return Provenance(
+        checkpoints={agent_id: sha for agent_id in agents if (sha := fingerprint(agent_id))},
+        code={agent_id: sha for agent_id in agents if (sha := code_fingerprint(agent_id))},
+        maps={name: _map_fingerprint(name) for name in own_maps},
+    )
+
+
+def _map_fingerprint(name: str) -> str:
+    return hashlib.sha256(json.dumps(map_to_json(load_map(name)), sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,47 @@
+"""Map files that cannot be played, or that go by the name of a shipped map, are told of before anything is played."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from movingout.maps import load_map, map_to_json
+from movingout.maps.check import check_map
+from movingout.maps.own_files import map_cautions
+
+
+def _written(path: Path, **changes: Any) -> str:
+    path.write_text(json.dumps(map_to_json(load_map("HandOff")) | changes))
+    return str(path)
+
+
+def test_maps_that_come_with_the_project_and_copies_of_them_need_no_caution(tmp_path: Path) -> None:
+    generated = tmp_path / "generated.json"
+    generated.write_text(json.dumps(map_to_json(load_map("generated:awareness:12"))))
+    names = [
+        "HandOff",
+        "HandOff:mirror",
+        "Tutorial",
+        "generated:awareness:3",
+        _written(tmp_path / "copy.json", title="Mine"),
+    ]
+    assert map_cautions([*names, f"{names[-1]}:rot90", str(generated)]) == []
+
+
+def test_a_file_with_faults_is_told_once_with_its_first_faults(tmp_path: Path) -> None:
+    tiny = [{"x0": -1.2, "y0": 1.2, "x1": -1.19, "y1": 1.19}]
+    name = _written(tmp_path / "tiny.json", name="Tiny", goals=tiny)
+    faults = [str(fault) for fault in check_map(load_map(name))]
+    assert len(faults) > 3
+    assert map_cautions([name, name]) == [
+        f"{name} cannot be played as it should: {'; '.join(faults[:3])}; and {len(faults) - 3} more, see "
+        "`movingout maps check`"
+    ]
+
+
+def test_another_map_under_the_name_of_a_shipped_one_would_be_taken_for_it(tmp_path: Path) -> None:
+    items = map_to_json(load_map("HandOff"))["items"]
+    name = _written(tmp_path / "mine.json", items=items[:2])
+    assert map_cautions([name]) == [
+        f"{name} is another map than the shipped one of its name, HandOff, and would be taken for that in recordings, "
+        'reports and training; change "name" in the file'
+    ]

@@ -1,0 +1,83 @@
+"""Results that were played with another map file or other code of one's own are not taken for those of today."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.maps import load_map, map_to_json
+from movingout.matches import MatchError, play, run_grid
+from movingout.matches.results.provenance import provenance_of
+from tests.matches.support import small_grid
+
+AGENT = """
+import numpy as np
+
+class Driver:
+    def reset(self, episode): pass
+    def act(self, observation): return np.array([[{distance}, 1.0, 0.0, 0.0]])
+"""
+
+
+def _map_file(path: Path, robot_x: float) -> str:
+    document = map_to_json(load_map("HandOff")) | {"name": "Own"}
+    document["robots"]["blue"]["x"] = robot_x
+    path.write_text(json.dumps(document))
+    return str(path)
+
+
+def test_results_on_an_earlier_version_of_a_map_file_are_not_added_to(tmp_path: Path) -> None:
+    name = _map_file(tmp_path / "own.json", 0.2)
+    grid = small_grid(agents=["idle"], maps=[name, f"{name}:mirror"], seeds=1, ticks=2)
+    run_grid(grid, tmp_path / "out", workers=1)
+    (tmp_path / "own.json").write_text(json.dumps(json.loads((tmp_path / "own.json").read_text()), indent=3))
+    run_grid(grid, tmp_path / "out", workers=1)  # written otherwise, but the same map
+    _map_file(tmp_path / "own.json", 0.3)
+    with pytest.raises(MatchError, match=r"started with another version of the map \S*own.json, \S*own.json:mirror;"):
+        run_grid(grid, tmp_path / "out", workers=1)
+
+
+@pytest.mark.parametrize("agent_id", ["own_driver:Driver", "late:agent=own_driver:Driver,delay=1"])
+def test_results_of_earlier_code_are_not_added_to(
+    agent_id: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "own_driver.py").write_text(AGENT.format(distance=1.0))
+    monkeypatch.syspath_prepend(tmp_path)
+    grid = small_grid(agents=[agent_id], partners=["idle"], maps=["HandOff"], seeds=1, ticks=2)
+    run_grid(grid, tmp_path / "out", workers=1)
+    (tmp_path / "own_driver.py").write_text(AGENT.format(distance=-1.0))
+    with pytest.raises(MatchError, match=r"started with other code of .*own_driver:Driver"):
+        run_grid(grid, tmp_path / "out", workers=1)
+    del sys.modules["own_driver"]
+
+
+def test_a_folder_of_before_there_were_hashes_of_code_and_maps_goes_on(tmp_path: Path) -> None:
+    grid = small_grid(agents=["idle"], maps=[_map_file(tmp_path / "own.json", 0.2)], seeds=1, ticks=2)
+    run_grid(grid, tmp_path / "out", workers=1)
+    head = json.loads((tmp_path / "out/grid.json").read_text())
+    (tmp_path / "out/grid.json").write_text(json.dumps({k: v for k, v in head.items() if k not in ("code", "maps")}))
+    assert run_grid(grid, tmp_path / "out", workers=1).missing == 0
+
+
+def test_weights_inside_another_agent_count_and_what_comes_with_the_project_has_no_hash_of_code() -> None:
+    grid = small_grid(agents=["clone:policy=dp@all,delay=1"], partners=["scripted"], maps="all", seeds=1)
+    provenance = provenance_of(grid)
+    assert list(provenance.checkpoints) == ["dp@all"]
+    assert provenance.code == provenance.maps == {}
+
+
+def test_a_map_file_that_was_changed_is_played_as_it_is_now(tmp_path: Path) -> None:
+    class Still:
+        def reset(self, episode: EpisodeInfo) -> None:
+            starts.append(episode.map.robots[0].x)
+
+        def act(self, observation: Observation) -> ActionChunk:
+            return np.array([[0.0, 1.0, 0.0, 0.0]])
+
+    starts: list[float] = []
+    for x in (0.2, 0.3):
+        play(Still, "idle", _map_file(tmp_path / "own.json", x), ticks=1)
+    assert starts == [0.2, 0.3]
