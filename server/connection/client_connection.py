@@ -33,6 +33,9 @@ KEPT_S = 2.0  # that a welcome waits for: with a disk that hangs people play on
 
 LOCKED = Notice("locked", "Too many wrong keys from your address; wait a minute.")
 
+# A slow line or a busy server, perhaps: who comes again may be quicker.
+LATE = Notice("bad_request", "The first message must be a join, within 5 seconds.")
+
 _decode_control = msgspec.json.Decoder(m.ClientMessage).decode
 _decode_join = msgspec.json.Decoder(m.Join).decode
 
@@ -88,7 +91,7 @@ class ClientConnection:
         try:
             await asyncio.wait_for(self._join(receive), self._limits.join_s)
         except TimeoutError:
-            raise not_understood("The first message must be a join, within 5 seconds.") from None
+            raise CloseConnection(m.CLOSE_RETRY_LATER, LATE) from None
         finally:
             self._admission.joined(self._address)
         self._wire.listen(self._on_binary, self._wake.set)

@@ -32,6 +32,7 @@ from tests.server.support import make_input
 ROUND_TICKS = 60
 START_S, STOP_S = 120.0, 30.0  # a service manager kills a server that has not ended 30 s after SIGTERM
 FINISH_S = 1800.0  # in which all rounds become recordings, after a long soak of a machine with other work
+REFUSED = "refused"  # in place of a token
 BACK_S = 90.0  # in which whoever was dropped must be back in the seat
 SMALL_FLOODS = ("pongs", "fragments", "inputs", "connects")
 
@@ -174,10 +175,10 @@ class Soak:
                         self.tally.rounds += 1
                         return
                     until = loop.time() + BACK_S
-            if link_refused := tokens[-1:] == ["refused"]:
+            if tokens[-1].startswith(REFUSED):
                 break
             await asyncio.sleep(self.random.uniform(0.05, 1.0))
-        self.tally.lost.append(f"{room}: {'refused' if link_refused else 'not over in time'}")
+        self.tally.lost.append(f"{room}: {tokens[-1] if tokens[-1].startswith(REFUSED) else 'not over in time'}")
 
     async def _connected(self, link: ClientConnection, tokens: list[str], leaves: bool) -> bool:
         """Play on this connection; True when the round is over, False when it was dropped."""
@@ -204,9 +205,9 @@ class Soak:
         if told["type"] == "welcome":
             tokens += [grant["token"] for grant in told["seats"]]
             if not told["seats"]:
-                tokens.append("refused")
+                tokens.append(f"{REFUSED}: no seat")
         if told["type"] == "bye" and told["code"] in (m.CLOSE_NOT_FOUND, m.CLOSE_BAD_MESSAGE, m.CLOSE_UNAUTHORISED):
-            tokens.append("refused")
+            tokens.append(f"{REFUSED}: {told['code']} {told['message']}")
         return bool(told["type"] == "result")
 
     # ---- beside them --------------------------------------------------------------------------------------------
