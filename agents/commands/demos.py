@@ -24,9 +24,9 @@ from movingout.agents.errors import AgentError, DataError
 from movingout.agents.partners.families import ALL, FAMILY, families, group, is_group
 from movingout.agents.scripted.populations import POPULATIONS, manifest, population
 from movingout.maps import MapSpec, load_map
+from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.commands.parser import add_out
 from movingout.maps.generated.names import PREFIX, SPLITS, test_maps_caution
-from movingout.maps.own_files import map_cautions
 from movingout.maps.randomize import SPLITS as VARIANT_SPLITS
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.selection import HELP as MAPS_HELP

@@ -12,9 +12,11 @@ has the members whose checkpoints are here.
 """
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from itertools import cycle, islice
+from types import MappingProxyType
 
 from movingout.agents.checkpoint.checkpoint import checkpoint_folders, folder_name, model_roots
 from movingout.agents.errors import AgentError
@@ -58,9 +60,10 @@ class Family:
         return tuple(one for one in numbered if _is_here(one.agent_id, here))
 
 
-def families() -> dict[str, Family]:
+@cache
+def families() -> Mapping[str, Family]:
     """Every family by name, in the order of tables."""
-    return {family.name: family for family in _make()}
+    return MappingProxyType({family.name: family for family in _make()})
 
 
 def is_group(name: str) -> bool:

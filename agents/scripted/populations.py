@@ -23,6 +23,7 @@ No agent is trained with C.
 import hashlib
 import json
 from dataclasses import dataclass
+from functools import cache
 from random import Random
 
 from movingout.agents.errors import DataError
@@ -88,6 +89,7 @@ class ScriptedPerson:
         return hashlib.sha256(json.dumps(self.style.habits, sort_keys=True).encode()).hexdigest()
 
 
+@cache
 def population(name: str) -> tuple[ScriptedPerson, ...]:
     """The people of A, B or C. Raises DataError for another name."""
     if name not in _REGIONS:

@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.commands.parser import add_out
-from movingout.maps.own_files import map_cautions
 from movingout.maps.suggestion import counted
 from movingout.matches.commands.progress import bar
 from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of

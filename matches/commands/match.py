@@ -11,7 +11,7 @@ from movingout.agents.catalogue import unseen_map
 from movingout.agents.llm.model_id import outrun
 from movingout.agents.partners.families import is_group
 from movingout.maps import load_map
-from movingout.maps.own_files import map_cautions
+from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.selection import HELP as MAPS_HELP
 from movingout.maps.selection import selected_maps
 from movingout.matches.commands import grid, report

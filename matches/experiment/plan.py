@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
-from movingout.agents.partners.families import member
+from movingout.agents.partners.families import group, member
 from movingout.matches.experiment.grid import Condition, Contestant, Grid
 from movingout.matches.match import Challenge, Match
 
@@ -79,9 +79,10 @@ def _seats(grid: Grid, agent: str, partner: str) -> tuple[int, ...]:
 
 def _matches(grid: Grid, agent: str, partner: str, seat: int, the_map: str, challenge: Challenge) -> Iterator[Match]:
     """One match per seed; where the agent plays both seats, even seeds are in blue and odd ones in red."""
+    own, others = group(agent), group(partner)
     for seed in grid.seed_range:
         if grid.seats == "both" and agent != partner and seed % 2 != seat:
             continue
-        pair = (agent_for_seed(agent, seed), agent_for_seed(partner, seed, other=agent == partner))
+        pair = (own[seed % len(own)], others[(seed + (agent == partner)) % len(others)])
         blue, red = pair if seat == 0 else pair[::-1]
-        yield Match(the_map, blue, red, seed, challenge, grid.ticks, grid.split)
+        yield Match(the_map, blue.agent_id, red.agent_id, seed, challenge, grid.ticks, grid.split)

@@ -6,7 +6,7 @@ from typing import Any
 
 from movingout.maps import load_map, map_to_json
 from movingout.maps.check import check_map
-from movingout.maps.own_files import map_cautions
+from movingout.maps.commands.map_cautions import map_cautions
 
 
 def _written(path: Path, **changes: Any) -> str:
