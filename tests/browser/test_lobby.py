@@ -198,6 +198,24 @@ def test_a_refusal_is_shown_by_its_code_else_as_the_servers_sentence(
         expect(page.locator("#play")).to_be_enabled()
 
 
+def test_a_slow_server_is_said_to_be_opening_the_game_and_a_second_press_opens_no_second_room(
+    open_page: OpenPage,
+) -> None:
+    page = ready(open_page("/"))
+    asked: list[Route] = []
+    page.route("**/api/rooms", lambda route: asked.append(route))
+    page.locator("#play").click()
+    expect(page.locator("#problem")).to_have_text("Opening the game…")
+    expect(page.locator("#play")).to_be_disabled()
+    page.locator("#play").click(force=True)
+    asked[0].continue_()
+    page.wait_for_url("**/play/*")
+    assert len(asked) == 1
+    page.go_back()
+    expect(page.locator("#play")).to_be_enabled()
+    expect(page.locator("#problem")).to_be_empty()
+
+
 def test_a_server_that_is_gone_is_said_and_its_return_noticed(browser: Browser, server: Server) -> None:
     with complaining_page(browser, server, "") as page:
         page.clock.install()

@@ -41,6 +41,7 @@ const practiceButton = byId("practice", HTMLButtonElement);
 const nowButton = byId("play-now", HTMLButtonElement);
 const learnButton = byId("learn", HTMLButtonElement);
 const surpriseButton = byId("surprise", HTMLButtonElement);
+const PATIENCE_MS = 400; // before a page says that it is busy
 const BUTTONS = [learnButton, nowButton, playButton, surpriseButton, playAllButton, practiceButton];
 
 /** @type {GameMap[]} */
@@ -258,19 +259,22 @@ async function playNow() {
  * @param {HTMLElement} problems where a refusal is shown
  */
 async function enter(body, seats, problems) {
-  setBusy(true);
+  setBusy(true); // until the next page is there: a second press would open a second room
   problems.replaceChildren();
+  const waiting = setTimeout(() => problems.replaceChildren(notice("", say("lobby.opening"))), PATIENCE_MS);
   try {
     const room = await openRoom(body);
-    if (seats.includes("here")) location.assign(room.join_path);
-    else if (seats.some(isOpen)) showShare(byId("share", HTMLElement), byId("choose", HTMLElement), room, seats);
-    else location.assign(room.watch_path);
+    if (seats.includes("here")) return location.assign(room.join_path);
+    if (!seats.some(isOpen)) return location.assign(room.watch_path);
+    problems.replaceChildren();
+    showShare(byId("share", HTMLElement), byId("choose", HTMLElement), room, seats);
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     problems.replaceChildren(notice("bad", sayError(error)));
   } finally {
-    setBusy(false);
+    clearTimeout(waiting);
   }
+  setBusy(false);
 }
 
 /** @param {boolean} busy */
@@ -315,4 +319,9 @@ new IntersectionObserver(([{ isIntersecting }]) =>
   document.body.classList.toggle("first-in-view", isIntersecting),
 ).observe(byId("first", HTMLElement));
 window.addEventListener("movingout-theme", drawPictures);
+window.addEventListener("pageshow", (event) => {
+  if (!event.persisted) return;
+  for (const id of ["problem", "first-problem"]) byId(id, HTMLElement).replaceChildren();
+  setBusy(false); // back from the game
+});
 void load(firstLists);
