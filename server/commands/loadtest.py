@@ -32,10 +32,15 @@ else:
 WARM_UP_S = 2.0
 INPUTS_PER_S = 10.0  # of each client; a held key sends as many, a moving gamepad 20
 START_LIMIT_S = 60.0
+BUSY_LIMIT_S = 20.0  # that a server may be busy before a room is opened
 
 
 class LoadTestError(MovingOutError):
     """The measurement could not be made."""
+
+
+class ServerBusyError(LoadTestError):
+    """No room can be opened now, because running games come first."""
 
 
 class RunningServer(NamedTuple):
@@ -164,10 +169,20 @@ async def _measure(
 
 async def _open_rooms(target: RunningServer, rooms: int, clients: int, partner: str) -> list[str]:
     names = map_names()
-    return [
-        await asyncio.to_thread(open_room, target, names[index % len(names)], clients, partner)
-        for index in range(rooms)
-    ]
+    return [await _opened_room(target, names[index % len(names)], clients, partner) for index in range(rooms)]
+
+
+async def _opened_room(target: RunningServer, name: str, clients: int, partner: str) -> str:
+    """Opens a room; of a server that is busy for a moment it is asked again."""
+    loop = asyncio.get_running_loop()
+    deadline = loop.time() + BUSY_LIMIT_S
+    while True:
+        try:
+            return await asyncio.to_thread(open_room, target, name, clients, partner)
+        except ServerBusyError:
+            if loop.time() > deadline:
+                raise
+        await asyncio.sleep(0.5)
 
 
 async def _fill_rooms(
@@ -218,7 +233,9 @@ def _call(target: RunningServer, path: str, body: object = None) -> Any:
         with urllib.request.urlopen(request, timeout=30) as answer:
             return json.load(answer)
     except urllib.error.HTTPError as error:
-        raise LoadTestError(f"{path} answers {error.code}: {error.read().decode(errors='replace')}") from None
+        text = error.read().decode(errors="replace")
+        kind = ServerBusyError if '"refusal":"busy"' in text else LoadTestError
+        raise kind(f"{path} answers {error.code}: {text}") from None
 
 
 def _result(rooms: int, clients: int, before: Any, after: Any, tally: LoadCounts) -> dict[str, Any]:

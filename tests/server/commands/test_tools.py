@@ -12,10 +12,12 @@ from typing import Any
 import pytest
 
 from movingout.agents.catalogue import agent_card, agent_cards
-from movingout.server.commands import doctor
+from movingout.server.commands import doctor, loadtest
 from movingout.server.commands.doctor import examine
 from movingout.server.commands.exactness_probe import PROBES, Probe, deviation
 from movingout.server.commands.loadtest import LoadTestError, RunningServer, measure
+from movingout.server.notices import NOTHING, Notice
+from movingout.server.public_host import PublicHost
 from movingout.server.security.certificate import certificate_in, host_names
 from movingout.server.uvicorn_server import listen
 from movingout.world.exactness import inexact_engine
@@ -85,6 +87,20 @@ def test_the_load_test_has_its_fixed_fields(live: Live) -> None:
     assert result["client_gaps"] == 0
     assert result["bundles"] >= 6, "every client has seen play"
     assert result["closed"] == {}
+
+
+def test_the_load_test_waits_for_a_server_that_is_busy_for_a_moment(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers = iter([Notice("busy", "The server is busy, and running games come first; try again later.")] * 2)
+    monkeypatch.setattr(PublicHost, "refusal", lambda *_, **__: next(answers, NOTHING))
+    result = _measured(RunningServer(f"http://{live.address}", ADMIN), rooms=1, clients=2, seconds=0.5)
+    assert result["rooms"] == 1
+    assert next(answers, None) is None, "it was refused twice"
+    monkeypatch.setattr(loadtest, "BUSY_LIMIT_S", 0.0)
+    monkeypatch.setattr(PublicHost, "refusal", lambda *_, **__: Notice("busy", "The server is busy."))
+    with pytest.raises(LoadTestError, match="busy"):
+        _measured(RunningServer(f"http://{live.address}", ADMIN), rooms=1, clients=2, seconds=0.5)
 
 
 def test_the_load_test_needs_the_admin_token_of_a_foreign_server(live: Live) -> None:
