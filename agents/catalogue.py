@@ -154,7 +154,7 @@ _ENTRIES = (
 )
 _CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}
 LAG = "lag"  # option of every agent: delay in ticks
-_AROUND_OTHERS, _NAMES_AN_AGENT = ("late", "clone"), ("agent", "policy")  # agents around others, and their options
+AROUND_OTHERS = {"late": "agent", "clone": "policy"}  # agents around others, and the option that names the other
 GHOST = "ghost"  # ghost:FILE#red, a recorded seat; never offered in a list, since it names a file of this machine
 
 
@@ -172,8 +172,8 @@ def open_to_all(agent_id: str) -> bool:
     reference, _, options = agent_id.strip().partition(":")
     if reference not in [card.id for card in agent_cards()] or (options and reference in _registered()):
         return False
-    named = [part.partition("=") for part in options.split(",")] if reference in _AROUND_OTHERS else []
-    return all(open_to_all(other.replace(";", ",")) for key, _, other in named if key.strip() in _NAMES_AN_AGENT)
+    named = [part.partition("=") for part in options.split(",")] if reference in AROUND_OTHERS else []
+    return all(open_to_all(other.replace(";", ",")) for key, _, other in named if key.strip() in AROUND_OTHERS.values())
 
 
 def _registered() -> list[str]:

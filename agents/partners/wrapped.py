@@ -2,11 +2,10 @@
 
 from movingout.agents.agent_options import parse_options
 from movingout.agents.base import Agent
-from movingout.agents.catalogue import load_agent
+from movingout.agents.catalogue import AROUND_OTHERS, load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.late_hands import LateHands
 
-_INNER = {"late": "agent", "clone": "policy"}  # the option that names the agent inside
 CLONE_JITTER = 0.05  # rad
 CLONE_SLIPS = 0.01  # per tick
 
@@ -33,9 +32,9 @@ def clone(
 def inner_id(agent_id: str) -> str:
     """The id of the agent that `late:agent=…` or `clone:policy=…` is made around; empty for any other agent."""
     outer, _, options = agent_id.strip().partition(":")
-    if outer not in _INNER:
+    if outer not in AROUND_OTHERS:
         return ""
-    return _unfolded(str(parse_options(agent_id, options).get(_INNER[outer], "")))
+    return _unfolded(str(parse_options(agent_id, options).get(AROUND_OTHERS[outer], "")))
 
 
 def _unfolded(agent_id: str) -> str:
@@ -44,6 +43,6 @@ def _unfolded(agent_id: str) -> str:
 
 def _inner(agent_id: str, outer: str) -> Agent:
     text = _unfolded(str(agent_id))
-    if text.partition(":")[0] in ("late", "clone"):
+    if text.partition(":")[0] in AROUND_OTHERS:
         raise AgentError(f"{outer}: {agent_id!r} has late hands already; give its options to {outer}")
     return load_agent(text)

@@ -197,7 +197,10 @@ def plain(value: float) -> str:
 
 
 def _change(before: float | None, now: float | None) -> str:
-    return f" ({100 * (now - before) / before:+.2f} %)" if before and now is not None else ""
+    """The change in %; empty where `before` is 0, or below as an NFD may be: no share of that means anything."""
+    if before is None or before <= 0 or now is None:
+        return ""
+    return f" ({100 * (now - before) / before:+.2f} %)"
 
 
 def _count(row: Sequence[EntryCell], found: FoundCells) -> str:

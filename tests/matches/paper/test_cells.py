@@ -9,7 +9,7 @@ from movingout.matches.match import Match, MatchResult
 from movingout.matches.paper import workspace
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell, Measurement, Play, PlayedCell
-from movingout.matches.paper.layout import laid_out, number_text
+from movingout.matches.paper.layout import _change, laid_out, number_text
 from movingout.matches.paper.methods import trained_id
 from movingout.matches.paper.other_games.overcooked import overcooked_change
 from movingout.matches.paper.registry import ENTRIES
@@ -95,3 +95,11 @@ def test_overcooked_changes_by_the_mean_over_trainings(tmp_path: Path, monkeypat
     assert found is not None and found.estimate is not None and found.between is not None
     assert found.estimate.mean == pytest.approx(0.1) and found.estimate.n == 80
     assert found.between.mean == pytest.approx((0.2 + 0.05) / 2) and found.between.n == 2
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "text"),
+    [(0.5, 0.25, " (-50.00 %)"), (0.5, None, ""), (None, 0.5, ""), (0.0, 0.5, ""), (-0.0004, 0.004, "")],
+)
+def test_a_change_is_a_share_of_what_is_above_nothing(before: float | None, now: float | None, text: str) -> None:
+    assert _change(before, now) == text
