@@ -46,16 +46,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
     listing.add_argument("--json", action="store_true", help="one JSON document on standard output")
     listing.set_defaults(perform=_list)
     for name, kinds, labels in (
-        ("tables", "table", "tab:…, table:…, text:… and the like of `movingout paper list` (all)"),
-        ("figures", "figure", "fig:… of `movingout paper list` (all)"),
+        ("tables", "table", "one or several of tab:…, table:…, text:… of `movingout paper list` (all)"),
+        ("figures", "figure", "one or several of fig:… of `movingout paper list` (all)"),
     ):
         sub = actions.add_parser(
             name,
-            help=f"make one {kinds} or all, beside the paper's",
+            help=f"make one {kinds}, several or all, beside the paper's",
             example=f"movingout paper {name} {'tab:ablation' if name == 'tables' else 'fig:results_t2'} "
             "--budget small -o data/paper",
         )
-        sub.add_argument("label", nargs="?", default="all", metavar="LABEL|all", help=labels)
+        sub.add_argument("labels", nargs="*", default=["all"], metavar="LABEL|all", help=labels)
         _making_options(sub)
         sub.set_defaults(perform=_make)
     _add_page(actions)
@@ -185,11 +185,11 @@ def _workspace(args: argparse.Namespace, given: tuple[Path, ...], styles: Mappin
 
 def _entries(args: argparse.Namespace) -> list[PaperEntry]:
     """Those to make. Raises MatchError, with the reason, for a label that cannot be made here."""
-    entries = chosen_entries(args.label)
-    if args.label == "all":
+    entries = chosen_entries(args.labels)
+    if "all" in args.labels:
         return [entry for entry in entries if _action(entry) == args.action]
-    _check_runnable(*entries)
     for entry in entries:
+        _check_runnable(entry)
         if (action := _action(entry)) != args.action:
             raise MatchError(f"{entry.label} is a {entry.kind}: `movingout paper {action} {entry.label}` makes it")
     return entries

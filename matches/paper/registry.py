@@ -4,7 +4,7 @@ A label that is missing here is missing in `movingout paper list`; a new one is 
 paper's numbers and one here for ours.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from movingout.maps.suggestion import probably_meant
 from movingout.matches.errors import MatchError
@@ -275,15 +275,17 @@ ENTRIES: Mapping[str, PaperEntry] = {entry.label: entry for entry in _ENTRIES}
 """By label."""
 
 
-def chosen_entries(label: str) -> list[PaperEntry]:
-    """The entry of a label, or for `all` every one that can be made, were all extras installed.
+def chosen_entries(labels: Sequence[str]) -> list[PaperEntry]:
+    """The entries of these labels, each once, or with `all` among them every one that can be made, were all extras
+    installed.
 
     Raises MatchError for a label that is unknown.
     """
-    if label == "all":
+    for label in labels:
+        if label != "all" and label not in ENTRIES:
+            raise MatchError(
+                f"the paper has no label {label!r}{probably_meant(label, ENTRIES)}; see `movingout paper list`"
+            )
+    if "all" in labels:
         return [entry for entry in ENTRIES.values() if entry.runnable or entry.extra]
-    if label not in ENTRIES:
-        raise MatchError(
-            f"the paper has no label {label!r}{probably_meant(label, ENTRIES)}; see `movingout paper list`"
-        )
-    return [ENTRIES[label]]
+    return [ENTRIES[label] for label in dict.fromkeys(labels)]

@@ -87,8 +87,15 @@ def test_grids_name_tables_as_before() -> None:
 
 def test_an_unknown_label_is_refused_with_the_one_that_was_probably_meant() -> None:
     with pytest.raises(MatchError, match="did you mean tab:ablation\\?"):
-        chosen_entries("tab:ablatoin")
-    assert {entry.label for entry in chosen_entries("all")} >= {"tab:ablation", "tab:task_1_results", "fig:results_t2"}
+        chosen_entries(["tab:ablation", "tab:ablatoin"])
+    all_labels = {entry.label for entry in chosen_entries(["all"])}
+    assert all_labels >= {"tab:ablation", "tab:task_1_results", "fig:results_t2"}
+
+
+def test_several_labels_are_made_in_the_order_given_each_once() -> None:
+    several = ["tab:nfd_vs_ac", "tab:ablation", "tab:nfd_vs_ac"]
+    assert [entry.label for entry in chosen_entries(several)] == ["tab:nfd_vs_ac", "tab:ablation"]
+    assert chosen_entries([*several, "all"]) == chosen_entries(["all"])
 
 
 def test_ids_have_a_method_episodes_and_a_seed() -> None:
