@@ -49,6 +49,7 @@ def fill_in(study: Path) -> None:
     study.write_text(re.sub(r"\[(name|review)[^\]]+\]", "Dr Ada Lovelace, Room 5", text), encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_every_movingout_command_of_the_readme_works(tmp_path: Path) -> None:
     movingout = str(Path(sys.executable).parent / "movingout")
     run([movingout, *PREPARATION], tmp_path)

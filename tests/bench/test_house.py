@@ -30,6 +30,7 @@ def test_every_function_is_annotated_and_no_javascript_line_is_too_long() -> Non
     assert TREE.long_js_lines == []
 
 
+@pytest.mark.slow
 def test_the_report_is_one_markdown_table_with_what_is_behind_it(capsys: pytest.CaptureFixture[str]) -> None:
     main()
     out = capsys.readouterr().out

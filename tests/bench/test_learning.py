@@ -63,6 +63,7 @@ def test_an_episode_of_two_idle_agents_delivers_nothing() -> None:
     assert (outcome.tcr, outcome.nfd, outcome.ac) == (0.0, 0.0, None)
 
 
+@pytest.mark.slow
 def test_agents_whose_ids_have_commas_are_played(capsys: pytest.CaptureFixture[str]) -> None:
     agents = ["bass@all:score=nfd,sampling=4x4", "idle"]
     words = ["--agents", *agents, "--partners", "idle", "--maps", "SingleRotation", "--episodes", "1"]

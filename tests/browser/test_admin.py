@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from movingout.recordings import finalise
@@ -17,6 +18,7 @@ def unlocked(server: Server) -> str:
     return f"sessionStorage.setItem('movingout.admin', '{admin_token(server)}')"
 
 
+@pytest.mark.slow
 def test_the_token_is_asked_for_once_and_a_wrong_one_is_refused_with_a_sentence(
     browser: Browser, server: Server
 ) -> None:

@@ -47,6 +47,7 @@ def judged(folder: Path) -> list[str]:
     return [line.verdict for line in verdicts_of(folder)]
 
 
+@pytest.mark.slow
 def test_all_findings_are_judged_with_the_keyboard_and_an_answer_can_be_changed(
     open_page: OpenPage, server: Server, folder: Path
 ) -> None:
@@ -99,6 +100,7 @@ def test_a_phone_shows_question_and_buttons_below_the_arena_in_german(
     expect(page.locator("#progress")).to_have_text("1 von 2 beurteilt")
 
 
+@pytest.mark.slow
 def test_what_is_asked_before_says_what_for(open_page: OpenPage, server: Server, folder: Path) -> None:
     page = open_page("/annotate")
     expect(page.get_by_role("heading", level=1, name="Failure cases")).to_be_visible()

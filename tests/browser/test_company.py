@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page, Route, expect
 
 from tests.browser.pages import violations
@@ -11,6 +12,7 @@ from tests.browser.support import Server, start, wait_for
 OpenPage = Callable[..., Page]
 
 
+@pytest.mark.slow
 def test_a_player_who_drops_out_comes_back_to_the_same_seat_and_the_partner_is_told(
     server: Server, open_page: OpenPage, pictures: Path
 ) -> None:
@@ -46,6 +48,7 @@ def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server:
     assert again.evaluate("window.__movingout.seats") == [0]
 
 
+@pytest.mark.slow
 def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server, open_page: OpenPage) -> None:
     room = server.practice(red="link")
     blue, red = open_page(room["join_path"], room), open_page(room["join_path"])

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
 from tests.browser.support import PHONE, Server, robot, start, wait_for
@@ -28,6 +29,7 @@ def set_pad(page: Page, x: float = 0.0, y: float = 0.0, *down: int, plugged: boo
     )
 
 
+@pytest.mark.slow
 def test_a_gamepad_gets_ready_drives_and_lets_go_when_unplugged(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room, script=PAD_STUB)
@@ -58,6 +60,7 @@ def test_a_gamepad_gets_ready_drives_and_lets_go_when_unplugged(server: Server, 
     stands_still(page, 0)
 
 
+@pytest.mark.slow
 def test_touch_drives_with_one_thumb_and_grabs_with_the_other(
     server: Server, open_page: OpenPage, pictures: Path
 ) -> None:
@@ -141,6 +144,7 @@ def test_the_arrow_of_the_own_stick_is_there_before_the_server_answers(server: S
     page.keyboard.up("KeyW")
 
 
+@pytest.mark.slow
 def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)

@@ -53,6 +53,7 @@ def tool(page: Page, name: str) -> Locator:
     return page.get_by_role("toolbar").get_by_role("button", name=name, exact=True)
 
 
+@pytest.mark.slow
 def test_a_map_is_drawn_checked_solved_and_played(open_page: OpenPage, pictures: Path) -> None:
     page = ready(open_page("/editor", viewport={"width": 1280, "height": 800}))
     tool(page, "Wall").click()

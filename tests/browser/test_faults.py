@@ -87,6 +87,7 @@ def test_after_a_kill_and_a_restart_both_are_back_in_their_seats(browser: Browse
         process.wait(timeout=20)
 
 
+@pytest.mark.slow
 def test_the_pause_and_the_settings_have_no_fault_for_assistive_technology(
     server: Server, open_page: OpenPage, pictures: Path
 ) -> None:

@@ -39,6 +39,7 @@ def test_two_browsers_play_a_whole_game_by_key_presses(
     expect(blue.locator("#play")).to_be_hidden()
 
 
+@pytest.mark.slow
 def test_a_series_goes_on_to_the_next_map_when_both_are_ready(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("", red="idle", limit_ticks=20, maps=("HandOff", "LeftRight"))
     blue = open_page(room["join_path"], room)

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.pages import violations
@@ -66,6 +67,7 @@ def test_the_start_page_speaks_the_language_of_its_address(open_page: OpenPage) 
     assert english_on(page) == []
 
 
+@pytest.mark.slow
 def test_the_chosen_language_is_kept_and_goes_into_the_game(open_page: OpenPage) -> None:
     page = open_page("/")
     page.get_by_label("Language").select_option("de")

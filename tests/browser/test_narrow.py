@@ -36,6 +36,7 @@ def assert_narrow(page: Page, what: str) -> None:
     assert overflow(page) == 0, what
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_no_page_is_wider_than_a_small_phone(server: Server, open_page: OpenPage, language: str) -> None:
     episode = f"narrow-{language}"
@@ -70,6 +71,7 @@ def test_the_page_that_does_not_exist_is_no_wider(browser: Browser, server: Serv
         assert_narrow(page, "/nosuchpage")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_no_view_of_a_game_is_wider_than_a_small_phone(server: Server, open_page: OpenPage, language: str) -> None:
     room = server.make_room("AdaptiveAssist", red="idle", limit_ticks=30)
@@ -88,6 +90,7 @@ def test_no_view_of_a_game_is_wider_than_a_small_phone(server: Server, open_page
     assert_narrow(page, "result")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_no_screen_of_a_study_is_wider_than_a_small_phone(open_page: OpenPage, language: str) -> None:
     study = FakeStudy.at(*study_fake.every_screen().values())

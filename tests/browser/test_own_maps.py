@@ -28,6 +28,7 @@ def garage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     process.wait(timeout=20)
 
 
+@pytest.mark.slow
 def test_own_maps_stand_in_the_lobby_and_are_played(browser: Browser, garage: Server, pictures: Path) -> None:
     with complaining_page(browser, garage, "/") as page:
         group = page.locator(".map-group", has=page.get_by_role("heading", name="Yours"))

@@ -36,6 +36,7 @@ def tap_item(page: Page, item: int, touch: bool) -> None:
         page.mouse.click(*at)
 
 
+@pytest.mark.slow
 def test_a_key_and_a_tap_ask_for_help_and_both_pages_show_it_for_two_seconds(
     server: Server, open_page: OpenPage, pictures: Path
 ) -> None:

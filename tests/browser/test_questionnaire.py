@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from movingout.study.questionnaire import PAPER
@@ -42,6 +43,7 @@ def all_saved(page: Page) -> None:
     expect(page.locator(".questionnaire-status[data-waiting='0']")).to_be_visible()
 
 
+@pytest.mark.slow
 def test_all_questions_are_answered_by_keyboard_alone(server: Server, open_page: OpenPage) -> None:
     room = short_room(server)
     page = play_to_the_questions(open_page(room["join_path"], room))
@@ -66,6 +68,7 @@ def test_all_questions_are_answered_by_keyboard_alone(server: Server, open_page:
     assert saved_answers(server, room) == {**expected, "comment": (-1, "It waited for me.")}
 
 
+@pytest.mark.slow
 def test_every_page_of_questions_and_its_complaint_is_accessible_in_both_themes(
     server: Server, open_page: OpenPage
 ) -> None:
@@ -115,6 +118,7 @@ def test_a_reload_goes_on_where_the_answers_end(server: Server, open_page: OpenP
     expect(page.locator("input[name=teamwork][value='5']")).to_be_checked()
 
 
+@pytest.mark.slow
 def test_answers_given_without_a_connection_arrive_when_it_is_back(server: Server, browser: Browser) -> None:
     room = short_room(server)
     with complaining_page(browser, server, "") as page:
@@ -130,6 +134,7 @@ def test_answers_given_without_a_connection_arrive_when_it_is_back(server: Serve
         assert saved_answers(server, room) == {"teamwork": (4, "")}
 
 
+@pytest.mark.slow
 def test_on_a_phone_the_scales_fit_with_large_targets_and_the_questions_may_be_skipped(
     server: Server, open_page: OpenPage
 ) -> None:

@@ -26,6 +26,7 @@ def over(server: Server, open_page: OpenPage, limit_ticks: int = 15, red: str = 
     return page
 
 
+@pytest.mark.slow
 def test_the_result_is_said_in_plain_words_and_the_measures_are_folded(server: Server, open_page: OpenPage) -> None:
     page = over(server, open_page)
     expect(page.get_by_role("heading", level=1)).to_have_text("You delivered 0 of 3")
@@ -37,6 +38,7 @@ def test_the_result_is_said_in_plain_words_and_the_measures_are_folded(server: S
     assert violations(page) == []
 
 
+@pytest.mark.slow
 def test_the_best_so_far_is_remembered_in_this_browser(server: Server, open_page: OpenPage) -> None:
     page = over(server, open_page, limit_ticks=50)
     expect(page.locator(".result-best")).to_have_count(0)  # the first round has nothing to be compared with
@@ -54,6 +56,7 @@ def test_the_best_so_far_is_remembered_in_this_browser(server: Server, open_page
     expect(page.locator(".result-best")).to_contain_text("so far in this browser")
 
 
+@pytest.mark.slow
 def test_one_plays_on_with_the_same_partner_or_chooses_another(server: Server, open_page: OpenPage) -> None:
     page = over(server, open_page)
     with page.expect_request("**/api/rooms") as sent:
@@ -70,6 +73,7 @@ def test_one_plays_on_with_the_same_partner_or_chooses_another(server: Server, o
     expect(page.locator("#chosen h2")).to_have_text("Hand Off")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind"), [("Save a picture", "PNG"), ("Save an animation", "GIF")])
 def test_the_round_is_saved_as_a_picture_or_an_animation(
     server: Server, open_page: OpenPage, name: str, kind: str
@@ -83,6 +87,7 @@ def test_the_round_is_saved_as_a_picture_or_an_animation(
     expect(page.get_by_text("Saved.")).to_be_visible()
 
 
+@pytest.mark.slow
 def test_a_phone_sends_it_its_own_way_and_everything_to_go_on_is_in_view(server: Server, open_page: OpenPage) -> None:
     script = "navigator.canShare = () => true; navigator.share = async ({files}) => { window.sent = files[0].type; };"
     page = over(
@@ -95,6 +100,7 @@ def test_a_phone_sends_it_its_own_way_and_everything_to_go_on_is_in_view(server:
     page.wait_for_function("() => window.sent === 'image/png'")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(390, 664), (360, 640), (720, 450), (1024, 768), (1440, 900)])
 def test_the_result_uses_the_width_and_nothing_is_cut_off(
     server: Server, open_page: OpenPage, size: tuple[int, int]
@@ -107,6 +113,7 @@ def test_the_result_uses_the_width_and_nothing_is_cut_off(
     expect(page.locator("#seats")).to_be_hidden()  # the game's own columns make room
 
 
+@pytest.mark.slow
 def test_the_result_in_german_is_german_and_accessible(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("Simple", red="idle", limit_ticks=15)
     page = open_page(room["join_path"] + "?lang=de", room)
@@ -122,6 +129,7 @@ def test_the_result_in_german_is_german_and_accessible(server: Server, open_page
     assert english_on(page) == []
 
 
+@pytest.mark.slow
 def test_on_a_phone_who_delivered_what_stays_in_its_box_in_german(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("Simple", red="scripted", limit_ticks=100)
     phone = {"viewport": {"width": 375, "height": 553}, "has_touch": True, "is_mobile": True, "locale": "de-DE"}
@@ -134,6 +142,7 @@ def test_on_a_phone_who_delivered_what_stays_in_its_box_in_german(server: Server
     assert overflow(page) == 0
 
 
+@pytest.mark.slow
 def test_one_plays_on_by_keyboard(server: Server, open_page: OpenPage) -> None:
     page = over(server, open_page)
     page.keyboard.press("Tab")

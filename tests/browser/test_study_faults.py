@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser, expect
 
 from movingout.study.questionnaire import PAPER
@@ -51,6 +52,7 @@ def test_answers_given_without_a_connection_survive_closing_the_page_and_arrive_
         assert study.answers() == {"teamwork": (4, "")}
 
 
+@pytest.mark.slow
 def test_a_server_that_is_away_is_waited_for_and_one_that_refuses_is_quoted(browser: Browser, server: Server) -> None:
     study = FakeStudy.at({"key": "break", "kind": "break", "seconds": 10}, fake.code())
     study.refusals["/next"] = (507, "not_saved", "No space left on device: /srv/data")
@@ -67,6 +69,7 @@ def test_a_server_that_is_away_is_waited_for_and_one_that_refuses_is_quoted(brow
         expect(page.locator("#study-banner")).to_be_hidden()
 
 
+@pytest.mark.slow
 def test_a_place_that_is_gone_and_a_view_that_fails_lead_to_a_page_that_says_so(
     browser: Browser, server: Server
 ) -> None:

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser
 
 from movingout.study.design.instruments import instrument, instrument_names
@@ -39,6 +40,7 @@ def words_in(text: str) -> set[str]:
     return {word.lower() for word in re.findall(r"[^\W\d_]{2,}", text)}
 
 
+@pytest.mark.slow
 def test_nobody_who_speaks_german_reads_english_on_any_screen(browser: Browser, tmp_path: Path, pictures: Path) -> None:
     text = agents_text(ticks=30)
     for old, new in ONE_PARTNER:

@@ -21,6 +21,7 @@ def resize(page: Page, size: dict[str, int]) -> None:
     page.set_viewport_size({"width": size["width"], "height": size["height"]})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("language", ["en", pytest.param("de", marks=pytest.mark.slow)])
 def test_every_screen_is_accessible_fits_a_phone_comes_back_after_a_reload_and_asks_nobody_else(
     open_page: OpenPage, server: Server, pictures: Path, language: str
@@ -45,6 +46,7 @@ def test_every_screen_is_accessible_fits_a_phone_comes_back_after_a_reload_and_a
     assert {url for url in study.urls if not url.startswith((server.url, "data:"))} == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_on_a_phone_the_ready_button_of_a_round_is_in_sight(open_page: OpenPage, language: str) -> None:
     study = FakeStudy.at(fake.play(kind="practice", map_name="Simple", limit_s=120))
@@ -191,6 +193,7 @@ def test_a_round_is_played_on_the_game_page_which_leads_back(
     heading(page, "Thank you")
 
 
+@pytest.mark.slow
 def test_practice_may_be_ended_and_stop_in_the_game_asks_about_the_data(
     open_page: OpenPage, server: Server, pictures: Path
 ) -> None:
@@ -317,6 +320,7 @@ def test_the_language_can_be_changed_on_every_screen(open_page: OpenPage, pictur
     heading(page, "Probieren Sie die Steuerung aus")
 
 
+@pytest.mark.slow
 def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
     open_page: OpenPage, server: Server, pictures: Path
 ) -> None:
@@ -368,6 +372,7 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
     assert [person.steps[0]["kind"] for person in study.people.values()] == ["round", "code"]
 
 
+@pytest.mark.slow
 def test_a_whole_study_can_be_gone_through_with_nothing_but_the_keyboard(open_page: OpenPage, server: Server) -> None:
     practice, room = server.practice(), server.make_room("Simple", red="idle", limit_ticks=10)
     seats = [

@@ -35,6 +35,7 @@ def think(page: Page, *thoughts: dict[str, object]) -> None:
     page.route("**/thoughts", lambda route: route.fulfill(content_type="text/event-stream", body=stream))
 
 
+@pytest.mark.slow
 def test_a_spectator_switches_on_what_an_agent_weighs(server: Server, open_page: OpenPage, pictures: Path) -> None:
     room = server.make_room("HandOff", blue="idle", red="scripted")  # lasts until time is up
     page = open_page(room["watch_path"])
@@ -51,6 +52,7 @@ def test_a_spectator_switches_on_what_an_agent_weighs(server: Server, open_page:
     expect(box.get_by_role("listitem")).to_have_count(0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
 def test_the_switch_stays_under_the_pointer_when_the_round_begins(
     server: Server, open_page: OpenPage, size: dict[str, int]
@@ -80,6 +82,7 @@ def test_where_no_agent_weighs_nothing_is_offered(server: Server, open_page: Ope
     expect(page.locator("#decisions")).to_be_hidden()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "dark"), [(DESKTOP, True), ({"width": 375, "height": 553}, False)], ids=["desktop", "phone"]
 )
@@ -100,6 +103,7 @@ def test_players_are_not_offered_to_look_into_their_partner(server: Server, open
     expect(page.locator("#decisions")).to_be_hidden()
 
 
+@pytest.mark.slow
 def test_in_a_pause_stays_what_was_weighed_last(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("HandOff", blue="here", red="idle")
     page, blue = open_page(room["watch_path"]), open_page(room["join_path"], room)

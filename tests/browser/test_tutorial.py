@@ -77,6 +77,7 @@ def _centre(page: Page, part: str) -> dict[str, float]:
     return {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
 
 
+@pytest.mark.slow
 def test_a_newcomer_finishes_the_tutorial_by_touch_on_a_small_phone(
     server: Server, open_page: OpenPage, pictures: Path
 ) -> None:

@@ -48,6 +48,7 @@ def test_a_command_says_which_extra_it_needs(
     assert any(requirement.startswith(library) for requirement in EXTRAS[extra])
 
 
+@pytest.mark.slow
 def test_studies_and_certificates_are_extras_of_a_server(tmp_path: Path) -> None:
     code = (
         "import sys; sys.modules['sqlalchemy'] = sys.modules['cryptography'] = None\n"

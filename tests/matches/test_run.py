@@ -28,6 +28,7 @@ def _numbers(results: dict[Match, MatchResult]) -> list[MatchResult]:
     return sorted(results.values(), key=lambda result: result.match.id)
 
 
+@pytest.mark.slow
 def test_the_numbers_are_the_same_whatever_the_number_of_workers(tmp_path: Path) -> None:
     one = run_grid(small_grid(), tmp_path / "one", workers=1)
     three = run_grid(small_grid(), tmp_path / "three", workers=3)
@@ -36,6 +37,7 @@ def test_the_numbers_are_the_same_whatever_the_number_of_workers(tmp_path: Path)
     assert (tmp_path / "one/results.md").read_text() == (tmp_path / "three/results.md").read_text()
 
 
+@pytest.mark.slow
 def test_shards_add_up_to_the_whole(tmp_path: Path) -> None:
     whole = run_grid(small_grid(), tmp_path / "whole", workers=1)
     first = run_grid(small_grid(), tmp_path / "parts", workers=1, shard=(0, 2))
@@ -45,6 +47,7 @@ def test_shards_add_up_to_the_whole(tmp_path: Path) -> None:
     assert _numbers(both.results) == _numbers(whole.results)
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_and_plays_nothing_twice(tmp_path: Path) -> None:
     grid, folder = tmp_path / "grid.yaml", tmp_path / "out"
     grid.write_text(GRID.replace("ticks: 60", "ticks: 240"))  # long enough for the kill to come in time
@@ -77,6 +80,7 @@ def test_a_killed_run_goes_on_and_plays_nothing_twice(tmp_path: Path) -> None:
     assert _numbers(finished.results) == _numbers(run_grid(grid, tmp_path / "other", workers=2).results)
 
 
+@pytest.mark.slow
 def test_a_finished_grid_is_read_not_played(tmp_path: Path) -> None:
     first = run_grid(small_grid(), tmp_path, workers=1)
 
@@ -87,6 +91,7 @@ def test_a_finished_grid_is_read_not_played(tmp_path: Path) -> None:
     assert _numbers(open_run(tmp_path).results) == _numbers(first.results)
 
 
+@pytest.mark.slow
 def test_an_agent_that_takes_its_process_along_loses_only_its_matches(tmp_path: Path) -> None:
     grid = small_grid(agents=[f"{HERE}:Crashing"], partners=["idle"], maps=["HandOff"], seeds=2)
     run = run_grid(grid, tmp_path, workers=2)

@@ -71,6 +71,7 @@ def movingout(site: Path, *words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_an_installed_agent_is_listed_and_plays_and_a_taken_name_is_told(site: Path) -> None:
     listed = movingout(site, "agents", "list", "--json")
     (card,) = [card for card in json.loads(listed.stdout)["agents"] if card["id"] == "ahead"]
@@ -80,6 +81,7 @@ def test_an_installed_agent_is_listed_and_plays_and_a_taken_name_is_told(site: P
     assert shown.returncode == 2 and "options: speed" in shown.stderr
 
 
+@pytest.mark.slow
 def test_an_installed_metric_is_in_tables_grids_reports_and_parquet(site: Path) -> None:
     (site.parent / "grid.yaml").write_text(
         "name: own\nagents: [ahead]\npartners: [idle]\nmaps: [HandOff]\nseeds: 1\nticks: 7\n"

@@ -29,6 +29,7 @@ def play_until_it_ends(live: Live) -> tuple[str, Person]:
     return room["room"], person
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("processes", [1, 2])
 def test_a_round_is_played_to_its_end_and_the_next_one_begins_after_the_restart(tmp_path: Path, processes: int) -> None:
     serving = serve(tmp_path) if processes == 1 else cluster(tmp_path, processes)

@@ -16,6 +16,7 @@ def started(*words: str) -> subprocess.Popen[str]:
     return subprocess.Popen([sys.executable, str(EXAMPLE), *words], stderr=subprocess.PIPE, text=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seats", "item"), [(("remote", "idle"), 0), (("idle", "remote"), 1)], ids=["blue", "red"])
 def test_the_example_carries_its_item_home(live: Live, seats: tuple[str, str], item: int) -> None:
     room = live.open_room(*seats)

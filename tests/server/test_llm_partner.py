@@ -18,6 +18,7 @@ SECRET = "sk-secret"
 FETCH = said(json.dumps({"plan": "I take one end.", "skills": [{"skill": "fetch", "item": 0}]})).body
 
 
+@pytest.mark.slow
 def test_it_plays_while_its_model_thinks_and_the_recording_tells_what_was_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

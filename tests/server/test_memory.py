@@ -23,6 +23,7 @@ class Measured:
         return garbage
 
 
+@pytest.mark.slow
 def test_an_idle_server_collects_every_minute_and_a_busy_one_when_memory_has_grown() -> None:
     measured = Measured()
     garbage = measured.collection()

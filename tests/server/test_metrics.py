@@ -53,6 +53,7 @@ def test_the_metrics_count_what_happened(tmp_path: Path) -> None:
     assert found["movingout_sync_age_seconds,process=0"] < 5 and found["movingout_disk_free_bytes"] > 0
 
 
+@pytest.mark.slow
 def test_no_metric_names_anybody(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         visitor = study.visitor(PROLIFIC_PID="jane-doe").go_to("form")

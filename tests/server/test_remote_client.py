@@ -28,6 +28,7 @@ def test_a_client_that_is_not_connected_says_so() -> None:
         client.act([[0.0, 1.0, 0.0, 0.0]])
 
 
+@pytest.mark.slow
 def test_an_agent_plays_a_round_from_outside_and_learns_how_it_ended(live: Live) -> None:
     room = live.open_room("idle", "remote", limit_ticks=60)
 
@@ -41,6 +42,7 @@ def test_an_agent_plays_a_round_from_outside_and_learns_how_it_ended(live: Live)
     asyncio.run(asyncio.wait_for(played(), 40))
 
 
+@pytest.mark.slow
 def test_a_chunk_is_played_on_while_a_slow_program_thinks_and_states_are_the_newest(live: Live) -> None:
     room = live.open_room("idle", "remote", limit_ticks=40)
 

@@ -133,6 +133,7 @@ def test_3_the_last_rooms_are_kept_for_the_operator(tmp_path: Path) -> None:
         assert [live.call("/api/rooms", SEATS, token=ADMIN)[0] for _ in range(3)] == [200, 200, 503]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("served", [serve, cluster], ids=["one process", "two"])
 def test_3_the_admin_closes_all_rooms_of_an_address_and_no_other(
     tmp_path: Path, served: Callable[..., AbstractContextManager[Live]]

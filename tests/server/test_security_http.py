@@ -148,6 +148,7 @@ def test_10_rooms_beyond_the_rate_are_refused_before_any_other_room_is_asked(
         assert len(asked) == before
 
 
+@pytest.mark.slow
 def test_10_rounds_are_charged_to_the_address_that_opened_the_room(tmp_path: Path) -> None:
     with serve(tmp_path, limits(recorded_per_address_per_day=1000.0)) as live:
         room = live.open_room("here", "idle", limit_ticks=10)

@@ -111,6 +111,7 @@ def _ends(client: socket.socket) -> bool:
     return True
 
 
+@pytest.mark.slow
 def test_10_sockets_that_never_join_are_closed_and_limited(tmp_path: Path) -> None:
     with serve(tmp_path, limits(join_s=1.5, waiting_per_address=5)) as live:
         waiting = [live.connect() for _ in range(5)]

@@ -22,6 +22,7 @@ from tests.server.cluster.processes import wait_until
 from tests.server.study.support import SOLO, Served, Visitor, served
 
 
+@pytest.mark.slow
 def test_a_study_is_served_from_postgresql_and_exported_and_forgotten(
     tmp_path: Path, postgres: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -44,6 +45,7 @@ def test_a_study_is_served_from_postgresql_and_exported_and_forgotten(
     assert not any(pid.encode() in path.read_bytes() for path in (tmp_path / "recordings").iterdir())
 
 
+@pytest.mark.slow
 def test_a_nul_character_from_anybody_is_no_fault_of_the_database(tmp_path: Path, postgres: str) -> None:
     """PostgreSQL refuses it in texts, which told the operator, and `/healthz`, that the database was broken."""
     with served(tmp_path, database=postgres) as study:
@@ -80,6 +82,7 @@ def works_again(study: Served, visitor: Visitor) -> None:
     wait_until(lambda: study.live.call("/healthz")[0] == 200, "the server is healthy")
 
 
+@pytest.mark.slow
 def test_a_database_that_cannot_be_reached_is_given_up_and_found_again(tmp_path: Path, postgres: str) -> None:
     with cable_to(postgres) as (cable, address), served(tmp_path, database=address) as study:
         visitor = study.visitor().go_to("questionnaire")
@@ -103,6 +106,7 @@ def stopped(server: PostgresServer) -> Iterator[None]:
             os.kill(pid, signal.SIGCONT)
 
 
+@pytest.mark.slow
 def test_a_database_that_hangs_is_given_up_and_found_again(
     tmp_path: Path, cluster: PostgresServer, postgres: str
 ) -> None:
@@ -113,6 +117,7 @@ def test_a_database_that_hangs_is_given_up_and_found_again(
         works_again(study, visitor)
 
 
+@pytest.mark.slow
 def test_a_table_that_another_program_holds_is_waited_for_a_few_seconds(tmp_path: Path, postgres: str) -> None:
     with served(tmp_path, database=postgres) as study:
         visitor = study.visitor().go_to("questionnaire")
@@ -122,6 +127,7 @@ def test_a_table_that_another_program_holds_is_waited_for_a_few_seconds(tmp_path
         works_again(study, visitor)
 
 
+@pytest.mark.slow
 def test_deleted_rows_are_overwritten_however_long_it_takes(postgres: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("movingout.study.store.database.ANSWER_S", 1)
     with closing(Store(postgres)) as store:

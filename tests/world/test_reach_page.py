@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from movingout.maps import ItemSpec, MapSpec, Pose, load_map, map_to_json
 from movingout.maps.spec import SHAPES, SIZES
@@ -25,6 +26,7 @@ console.log(JSON.stringify(states.map(({ map, view, seat }) => itemInReach(map, 
 """
 
 
+@pytest.mark.slow
 def test_the_page_outlines_what_a_grab_takes() -> None:
     draw = random.Random(7)
     states, taken = [], []

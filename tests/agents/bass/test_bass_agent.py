@@ -67,6 +67,7 @@ def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: 
     assert learned < 0.8 * nothing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("order", "residual"), [("fine-tuned", False), ("separate", True)])
 def test_a_simulator_fitted_part_by_part_learns_too(order: Order, residual: bool, tmp_path: Path) -> None:
     data = transitions_of([walked("DistancePriority", ticks=60, seed=seed) for seed in range(6)])
@@ -118,6 +119,7 @@ def test_hands_are_read_from_the_state() -> None:
     assert holding(torch.from_numpy(rows)).tolist() == [[0, 1], [1, 0], [1, 1]]
 
 
+@pytest.mark.slow
 def test_a_bass_agent_is_trained_on_top_of_a_policy_and_tells_what_it_weighed(tmp_path: Path) -> None:
     for number in range(2):
         recorded(tmp_path / "rec", f"e{number}", ticks=70, seed=number)
@@ -201,6 +203,7 @@ def test_noise_from_outside_never_opens_a_hand() -> None:
     assert np.ptp(moved[1], axis=0).max() == 0 and not np.allclose(moved[1], moved[2])
 
 
+@pytest.mark.slow
 def test_a_simulator_serves_another_policy_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recorded(tmp_path / "rec", "e0", ticks=20, seed=0)
     common = [str(tmp_path / "rec"), "--data", str(tmp_path), *TINY]

@@ -73,6 +73,7 @@ def test_a_small_item_that_the_other_one_holds_cannot_be_taken_and_a_middle_one_
     assert gaps[0, 0, small] < _FAR
 
 
+@pytest.mark.slow
 def test_hands_change_as_the_engine_changes_them() -> None:
     """Blue's always; red's nearly always, since its hand moves half a tick later."""
     grasping = Grasping()

@@ -49,6 +49,7 @@ def test_an_episode_in_which_all_was_delivered_counts_to_its_end() -> None:
     assert data.returns[18] == pytest.approx(data.returns[19] / 2, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_value_tells_what_follows_and_is_exported_as_trained(tmp_path: Path) -> None:
     random = np.random.default_rng(0)
     features = random.standard_normal((4000, 278)).astype(np.float16)

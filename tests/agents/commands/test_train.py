@@ -172,6 +172,7 @@ def test_the_card_of_bass_says_where_the_simulator_and_the_value_come_from(recor
     assert (other.dynamics_training, other.value_training) == (simulator, value)
 
 
+@pytest.mark.slow
 def test_what_was_trained_now_is_what_is_told_of(
     recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

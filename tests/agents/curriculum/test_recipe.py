@@ -60,6 +60,7 @@ def test_who_is_compared_learns_equally_long_from_the_same(commands: Commands) -
     assert [_option(words, "--learner") for words in commands["demos"]][2:] == [LEARNER] * 2
 
 
+@pytest.mark.slow
 def test_a_training_that_fails_ends_with_its_last_words(tmp_path: Path) -> None:
     step = TrainingStep(
         ("train", "mlp"), is_done=lambda: False, agent_id="mlp@all", log=tmp_path / "logs" / "mlp-all.log"

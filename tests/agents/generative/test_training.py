@@ -15,6 +15,7 @@ from movingout.agents.generative.training import episodes_of, train_latent
 from tests.agents.generative.toy import TINY, windows
 
 
+@pytest.mark.slow
 def test_the_latent_of_an_episode_tells_two_partners_apart_and_explains_what_comes(tmp_path: Path) -> None:
     data = windows()
     fitted = train_latent(TINY.spec("latent"), TINY, data, tmp_path)

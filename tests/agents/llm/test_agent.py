@@ -57,6 +57,7 @@ def waiting(chat: Callable[[list[Message]], str], every_s: float = 1.0, fallback
     return LlmAgent(lambda messages: chat(list(messages)), 1.0, every_s, fallback, waits=True, sleep=lambda _: None)
 
 
+@pytest.mark.slow
 def test_a_match_waits_for_the_model_and_is_repeatable(server: StandIn) -> None:
     agent_id = f"llm:model=m,url={server.url},wait=yes"
     first, again = (play(agent_id, "scripted", "SingleRotation", episodes=1)[0] for _ in range(2))

@@ -143,6 +143,7 @@ def test_a_partner_that_raises_is_answered_with_a_sentence() -> None:
         room.play(np.zeros((8, 5), np.float32))
 
 
+@pytest.mark.slow
 def test_reward_changes_what_is_done_and_the_leash_holds_it_back(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -24,6 +24,7 @@ def test_a_pipe_is_no_study_and_no_map(pipe: Path) -> None:
         load_map(str(pipe.rename(pipe.with_suffix(".json"))))
 
 
+@pytest.mark.slow
 def test_a_name_with_a_nul_a_folder_and_a_deep_document_are_refused_in_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="NUL"):
         read_study(Path("a\0b.yaml"))

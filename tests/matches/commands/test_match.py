@@ -62,6 +62,7 @@ def test_a_match_on_a_map_that_an_agent_never_saw_is_played_and_says_so_once_and
     assert [(event.tick, event.seat) for event in told] == [(0, 0)]
 
 
+@pytest.mark.slow
 def test_a_match_on_a_mirrored_map_is_recorded_under_its_own_name_and_can_be_simulated_again(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -75,6 +76,7 @@ def test_a_match_on_a_mirrored_map_is_recorded_under_its_own_name_and_can_be_sim
     assert main(["recordings", "verify", path]) == 0
 
 
+@pytest.mark.slow
 def test_a_match_that_an_agent_could_not_play_is_told_in_a_sentence_and_by_the_exit_code(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -54,6 +54,7 @@ def test_results_of_earlier_code_are_not_added_to(
     del sys.modules["own_driver"]
 
 
+@pytest.mark.slow
 def test_a_folder_of_before_there_were_hashes_of_code_and_maps_goes_on(tmp_path: Path) -> None:
     grid = small_grid(agents=["idle"], maps=[_map_file(tmp_path / "own.json", 0.2)], seeds=1, ticks=2)
     run_grid(grid, tmp_path / "out", workers=1)

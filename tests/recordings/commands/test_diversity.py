@@ -97,6 +97,7 @@ def test_official_files_are_measured_like_the_recordings_that_they_come_from(
     assert [first[name] for name in numbers] == pytest.approx([second[name] for name in numbers], rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_folder_has_the_tables_and_a_picture_per_map(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -164,6 +164,7 @@ def test_agents_that_end_their_worker_are_no_fault_of_the_server() -> None:
     assert (kept.restarts, [*kept.faults()]) == (2 * MANY, [])
 
 
+@pytest.mark.slow
 def test_a_hanging_agent_costs_its_neighbour_only_the_restart() -> None:
     async def scenario(pool: AgentPool) -> None:
         hanging, neighbour = open_seat(pool, f"{HERE}:Hanging:at=3"), open_seat(pool, f"{HERE}:Forward")
@@ -203,6 +204,7 @@ def test_an_agent_that_answers_nan_for_ever_is_given_up_with_a_reason() -> None:
     with_pool(scenario)
 
 
+@pytest.mark.slow
 def test_an_agent_that_kills_its_process_three_times_is_given_up() -> None:
     async def scenario(pool: AgentPool) -> None:
         seat = open_seat(pool, f"{HERE}:Dying")

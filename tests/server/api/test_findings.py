@@ -32,6 +32,7 @@ def findings(live: Live) -> list[dict[str, Any]]:
             return found
 
 
+@pytest.mark.slow
 def test_findings_name_nobody_and_verdicts_are_kept(served: Live, tmp_path: Path) -> None:
     found = findings(served)
     assert sorted(one["recording"] for one in found) == ["first", "second"]
@@ -67,6 +68,7 @@ def test_what_is_no_verdict_is_refused_with_its_reason(
     assert verdicts_of(tmp_path / "recordings") == []
 
 
+@pytest.mark.slow
 def test_only_the_operator_sees_and_judges(served: Live) -> None:
     for path, body in (
         ("/api/findings", None),

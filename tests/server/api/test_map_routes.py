@@ -40,6 +40,7 @@ def played(live: Live, room: dict[str, Any]) -> str:
     return episode
 
 
+@pytest.mark.slow
 def test_maps_of_the_folder_are_offered_played_recorded_and_played_against(tmp_path: Path) -> None:
     put(tmp_path / "mine", "garage.json", document())
     put(tmp_path / "mine", "broken.json", {"format": 1})
@@ -61,6 +62,7 @@ def test_maps_of_the_folder_are_offered_played_recorded_and_played_against(tmp_p
         assert live.call(f"/api/rooms/{again['room']}")[1]["map"] == "Garage"
 
 
+@pytest.mark.slow
 def test_generated_maps_are_offered_played_and_recorded_whole(tmp_path: Path) -> None:
     with serve(tmp_path / "data") as live:
         _, offered = live.call("/api/maps")
@@ -76,6 +78,7 @@ def test_generated_maps_are_offered_played_and_recorded_whole(tmp_path: Path) ->
         assert "did you mean awareness?" in json.dumps(refused)
 
 
+@pytest.mark.slow
 def test_mirrored_turned_and_randomised_maps_of_the_folder_are_played(tmp_path: Path) -> None:
     put(tmp_path / "mine", "garage.json", document())
     with serve(tmp_path / "data", maps=tmp_path / "mine") as live:
@@ -86,6 +89,7 @@ def test_mirrored_turned_and_randomised_maps_of_the_folder_are_played(tmp_path: 
         assert (the_map["name"], the_map["variant"]) == ("Garage:mirror", "challenge2-train-4")
 
 
+@pytest.mark.slow
 def test_a_file_that_is_added_while_serving_is_offered(tmp_path: Path) -> None:
     put(tmp_path / "mine", "garage.json", document())
     with serve(tmp_path / "data", maps=tmp_path / "mine") as live:
@@ -214,6 +218,7 @@ def test_a_scripted_pair_solves_a_map_and_shows_how(live: Live) -> None:
     assert answer["frames"][-1]["delivered"] == [True, True, True]
 
 
+@pytest.mark.slow
 def test_one_address_can_only_ask_so_often(tmp_path: Path) -> None:
     with serve(tmp_path, limits=limits(map_checks_per_minute=2, map_solves_per_minute=1)) as live:
         answers = [live.call("/api/editor/check", {"map": document()})[0] for _ in range(3)]

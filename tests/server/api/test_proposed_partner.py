@@ -80,6 +80,7 @@ def test_the_scripted_one_is_proposed_where_the_trained_one_does_not_run(
     assert opened(live) == (200, "scripted")
 
 
+@pytest.mark.slow
 def test_nobody_plays_instead_of_whom_the_operator_names(tmp_path: Path) -> None:
     with serve(tmp_path, limits(), partner="dp@any") as live:
         live.host.agents._most = 0.25

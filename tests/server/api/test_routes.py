@@ -183,6 +183,7 @@ def test_the_administrator_sees_rooms_and_closes_one(live: Live) -> None:
     assert live.call(f"/api/rooms/{room['room']}")[0] == 404
 
 
+@pytest.mark.slow
 def test_recordings_are_listed_for_the_administrator(live: Live) -> None:
     room = live.open_room("here", "idle", limit_ticks=10)
     person = live.person(room["room"], tokens=room["tokens"][:1])

@@ -29,6 +29,7 @@ def test_a_player_gets_the_round_as_a_picture_or_an_animation(live: Live, kind: 
     assert len(content) < 1_000_000
 
 
+@pytest.mark.slow
 def test_others_get_none_and_no_other_round(live: Live) -> None:
     room, recording, token = played(live)
     other_room, other_recording, other_token = played(live)
@@ -42,6 +43,7 @@ def test_others_get_none_and_no_other_round(live: Live) -> None:
     assert other_room != room
 
 
+@pytest.mark.slow
 def test_pictures_are_drawn_once_and_so_many_a_minute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with serve(tmp_path) as live:
         admission = live.host.admission

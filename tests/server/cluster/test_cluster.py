@@ -36,6 +36,7 @@ def opened(live: Live, **config: Any) -> tuple[str, Person]:
     return room["room"], person
 
 
+@pytest.mark.slow
 def test_a_node_that_ends_hands_its_rooms_over_and_they_go_on(tmp_path: Path, database: str) -> None:
     with node(tmp_path, database, "b") as b:
         with node(tmp_path, database, "a") as a:
@@ -65,6 +66,7 @@ def test_a_node_that_ends_hands_its_rooms_over_and_they_go_on(tmp_path: Path, da
         wait_until(lambda: shard_of(room) not in host(b).node.leases, "the shard is given back")
 
 
+@pytest.mark.slow
 def test_the_admin_closes_the_rooms_of_an_address_at_all_nodes(tmp_path: Path, database: str) -> None:
     behind = {"trusted_proxies": ("127.0.0.1",)}
     with node(tmp_path / "a", database, "a", **behind) as a, node(tmp_path / "b", database, "b", **behind) as b:
@@ -94,6 +96,7 @@ def test_a_node_comes_back_to_its_rooms(tmp_path: Path, database: str) -> None:
         assert verify(path).identical
 
 
+@pytest.mark.slow
 def test_a_lost_lease_ends_the_rooms_here_and_a_connection_hears_where_they_are(tmp_path: Path, database: str) -> None:
     import psycopg
 
@@ -144,6 +147,7 @@ def test_what_a_node_cannot_start_with_is_a_sentence(
     assert "no node of a cluster" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_node_of_another_version_is_refused(
     tmp_path: Path, database: str, database_server: PostgresServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -239,6 +239,7 @@ class Leases(RuleBasedStateMachine):
         self.clock.close()
 
 
+@pytest.mark.slow
 def test_no_two_nodes_ever_own_one_room(database: str) -> None:
     Leases.url = database
     many = settings(

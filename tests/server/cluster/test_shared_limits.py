@@ -206,6 +206,7 @@ def open_room(live: Live, address: str) -> int:
     return live.call("/api/rooms", ROOM, **{"X-Forwarded-For": address})[0]
 
 
+@pytest.mark.slow
 def test_an_address_that_opens_rooms_at_both_nodes_gets_no_more_than_at_one(tmp_path: Path, database: str) -> None:
     fewer = {"limits": limits(unjoined_rooms_per_address=4), "trusted_proxies": ("127.0.0.1",)}
     with node(tmp_path, database, "a", **fewer) as a, node(tmp_path, database, "b", **fewer) as b:
@@ -231,6 +232,7 @@ def test_wrong_keys_at_both_nodes_lock_the_address_as_at_one(tmp_path: Path, dat
         assert guess(a, OTHER) == 403
 
 
+@pytest.mark.slow
 def test_without_the_database_a_round_goes_on_and_rooms_open_by_the_limits_of_the_node(
     tmp_path: Path, database_server: PostgresServer
 ) -> None:

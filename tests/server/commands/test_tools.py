@@ -24,6 +24,7 @@ from movingout.world.exactness import inexact_engine
 from tests.server.live import ADMIN, Live
 
 
+@pytest.mark.slow
 def test_a_healthy_machine_has_no_faults(tmp_path: Path) -> None:
     answers = {answer.question: answer for answer in examine(0, tmp_path)}
     assert [answer for answer in answers.values() if answer.grade == "fault"] == []
@@ -64,6 +65,7 @@ def test_doctor_says_what_is_wrong(tmp_path: Path) -> None:
     assert answers["data folder"].grade == "fault" and "--data DIR" in answers["data folder"].sentence
 
 
+@pytest.mark.slow
 def test_doctor_prints_one_json_document(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "movingout.server.cli", "doctor", "--json", "--port", "0", "--data", str(tmp_path)]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=180)
@@ -77,6 +79,7 @@ def _measured(target: RunningServer, rooms: int, clients: int, seconds: float) -
         return thread.submit(measure, target, rooms, clients, seconds).result()
 
 
+@pytest.mark.slow
 def test_the_load_test_has_its_fixed_fields(live: Live) -> None:
     result = _measured(RunningServer(f"http://{live.address}", ADMIN), rooms=2, clients=3, seconds=1.5)
     assert {
@@ -89,6 +92,7 @@ def test_the_load_test_has_its_fixed_fields(live: Live) -> None:
     assert result["closed"] == {}
 
 
+@pytest.mark.slow
 def test_the_load_test_waits_for_a_server_that_is_busy_for_a_moment(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:

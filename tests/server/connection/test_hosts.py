@@ -51,6 +51,7 @@ def test_a_page_whose_name_was_pointed_here_opens_no_room_and_no_socket(live: Li
     assert len(live.rooms) == before
 
 
+@pytest.mark.slow
 def test_a_very_long_name_is_refused_shortly_and_fills_no_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """D16: it was answered with itself, twice, or with a fault and a traceback."""
     upgrade = b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
@@ -65,6 +66,7 @@ def test_a_very_long_name_is_refused_shortly_and_fills_no_log(tmp_path: Path, ca
     assert not any(record.exc_info for record in caplog.records)
 
 
+@pytest.mark.slow
 def test_https_behind_a_proxy_is_for_good(tmp_path: Path) -> None:
     found = {}
     for proxies in ((), ("127.0.0.1",)):

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
+import pytest
 from websockets.sync.client import ClientConnection, connect
 
 from movingout.server import messages as m
@@ -49,6 +50,7 @@ def idle(stack: contextlib.ExitStack, port: int, address: str) -> None:
             stack.enter_context(socket.create_connection(("127.0.0.1", port), 5, source_address=(address, 0)))
 
 
+@pytest.mark.slow
 def test_idle_connections_of_many_addresses_cost_no_round_its_recording(tmp_path: Path) -> None:
     with served(tmp_path) as (port, process), contextlib.ExitStack() as stack:
         seats = [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]

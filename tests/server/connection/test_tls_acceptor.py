@@ -63,6 +63,7 @@ def healthy(live: Live, certificate: Certificate) -> bool:
         return bool(json.load(answer)["ok"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("server", [serve, cluster])
 def test_silent_connections_count_for_their_address_and_hold_up_nobody_else(
     server: Callable[..., Any], certificate: Certificate, tmp_path: Path
@@ -95,6 +96,7 @@ def test_handshakes_cost_more_than_plain_connections(certificate: Certificate, t
         wait_until(lambda: ended(connections) == 5)
 
 
+@pytest.mark.slow
 def test_connections_are_counted_out_when_they_end(certificate: Certificate, tmp_path: Path) -> None:
     context = ssl.create_default_context(cafile=str(certificate.certificate))
     with serve(tmp_path, limits(connections_per_address=2), certificate=certificate) as live:

@@ -19,6 +19,7 @@ def run(work: object) -> None:
     asyncio.run(work)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_one_address_solves_one_map_at_a_time_and_others_a_few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(workers, "MOST_SOLVES", 2)
 
@@ -40,6 +41,7 @@ def test_one_address_solves_one_map_at_a_time_and_others_a_few(monkeypatch: pyte
     run(work())
 
 
+@pytest.mark.slow
 def test_checks_that_pile_up_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(workers, "MOST_WAITING", 1)
 

@@ -42,6 +42,7 @@ def _die() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+@pytest.mark.slow
 def test_who_asks_for_replays_delays_nobodys_recording(tmp_path: Path) -> None:
     journal = journal_in(tmp_path)
 
@@ -118,6 +119,7 @@ def test_a_journal_that_was_deleted_is_not_tried_again(tmp_path: Path) -> None:
     assert run(tmp_path, work) is False
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_twice_is_an_error_and_the_next_call_works(tmp_path: Path) -> None:
     async def work(service: RecordingService) -> float:
         with pytest.raises(RecordingError, match="died twice; is there enough memory"):

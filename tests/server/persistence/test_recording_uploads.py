@@ -86,6 +86,7 @@ def test_while_the_store_refuses_recordings_wait_and_are_finished_all_the_same(
     assert len(told) == 1 and told[0].startswith("recordings wait to be sent"), "once, not at each attempt"
 
 
+@pytest.mark.slow
 def test_after_a_restart_only_what_is_not_there_is_sent(store: S3Server, tmp_path: Path) -> None:
     async def first(service: RecordingService, uploads: RecordingUploads) -> None:
         service.finalise(journal(tmp_path))

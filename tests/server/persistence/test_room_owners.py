@@ -28,6 +28,7 @@ def opened(live: Live, address: str) -> int:
     return live.call("/api/rooms", SEATS, **{"X-Forwarded-For": address})[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("served", [serve, cluster], ids=["one process", "two"])
 def test_after_a_restart_an_address_has_the_rooms_that_it_had(
     tmp_path: Path, served: Callable[..., AbstractContextManager[Live]]
@@ -53,6 +54,7 @@ def test_the_file_of_a_room_names_no_address(tmp_path: Path) -> None:
     assert len(msgspec.json.decode(path.read_bytes(), type=RoomFile).config.owner) == 24
 
 
+@pytest.mark.slow
 def test_the_file_of_an_earlier_version_is_understood(tmp_path: Path) -> None:
     with serve(tmp_path) as live:
         room = live.open_room("here", "idle")["room"]
@@ -85,6 +87,7 @@ def status_of_opening(port: int) -> int:
         return error.code
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("processes", [1, 2])
 def test_a_killed_server_forgets_no_room_of_an_address(tmp_path: Path, processes: int) -> None:
     with socket.socket() as free:

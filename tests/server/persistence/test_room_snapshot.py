@@ -144,6 +144,7 @@ def test_ten_kills_at_random_ticks_lose_nothing_but_the_tick_in_flight(tmp_path:
     kill_and_return(tmp_path, kills, limit_ticks=sum(kills) + 60)
 
 
+@pytest.mark.slow
 def test_sigterm_says_goodbye_exits_with_0_and_the_round_goes_on_after_it(tmp_path: Path) -> None:
     port = free_port()
     with program(tmp_path, port) as running:
@@ -188,6 +189,7 @@ def test_games_are_not_served_from_the_folder_of_a_study(tmp_path: Path, capsys:
     assert "holds a study (tower)" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_links_are_printed_and_work(tmp_path: Path) -> None:
     port = free_port()
     with program(tmp_path, port) as running:
@@ -214,6 +216,7 @@ def test_tls_serves_pages_and_sockets_with_the_kept_certificate(tmp_path: Path) 
             assert json.loads(connection.recv(20))["code"] == m.CLOSE_NOT_FOUND
 
 
+@pytest.mark.slow
 def test_journals_that_others_left_behind_are_finished_at_start_up(tmp_path: Path) -> None:
     port = free_port()
     with program(tmp_path, port) as running:
@@ -252,6 +255,7 @@ def test_an_address_that_is_not_ours_is_told(tmp_path: Path) -> None:
     assert "cannot listen" in refused("--port", "99999", "--data", str(tmp_path))
 
 
+@pytest.mark.slow
 def test_a_data_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.write_text("")

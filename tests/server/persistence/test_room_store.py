@@ -36,6 +36,7 @@ def test_a_finished_round_of_a_study_leaves_no_room_file(tmp_path: Path, study: 
     assert file.exists() == kept
 
 
+@pytest.mark.slow
 def test_who_hears_a_new_token_finds_the_seat_again_whenever_the_server_dies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -56,6 +57,7 @@ def test_who_hears_a_new_token_finds_the_seat_again_whenever_the_server_dies(
             assert kept["seats"][0]["token"] == hash_token(token).hex(), "what was told was kept before"
 
 
+@pytest.mark.slow
 def test_a_disk_that_hangs_keeps_nobody_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client_connection, "KEPT_S", 0.1)
 

@@ -53,6 +53,7 @@ def no_number(*_: object) -> NoReturn:
     raise ValueError("invalid literal")
 
 
+@pytest.mark.slow
 def test_rooms_whose_process_cannot_be_started_are_a_fault_until_it_can(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -66,6 +67,7 @@ def test_rooms_whose_process_cannot_be_started_are_a_fault_until_it_can(
     until(lambda: not faults(live))
 
 
+@pytest.mark.slow
 def test_an_agent_service_that_cannot_be_started_is_a_fault_until_it_can(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -104,6 +106,7 @@ def test_the_metrics_tell_of_agents_and_of_every_process(live: Live) -> None:
     assert live.call("/api/admin/state", token=ADMIN)[1]["agents"][0]["seats"] == 1
 
 
+@pytest.mark.slow
 def test_the_log_of_the_agent_service_is_that_of_the_server(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     with cluster(tmp_path, log_format="json") as live:
         worker = until(lambda: live.call("/api/admin/state", token=ADMIN)[1]["agents"])[0]

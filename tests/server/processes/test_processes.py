@@ -73,6 +73,7 @@ def finished(live: Live, person: Person) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_rooms_are_shared_out_and_their_ids_say_where_they_live(live: Live) -> None:
     rooms = [live.open_room("here", "idle")["room"] for _ in range(4)]
     assert sorted(home_of(room, 2) for room in rooms) == [0, 0, 1, 1]
@@ -124,6 +125,7 @@ def test_nobody_connects_without_naming_a_room(live: Live) -> None:
     assert closed.value.rcvd and closed.value.rcvd.code == m.CLOSE_BAD_MESSAGE
 
 
+@pytest.mark.slow
 def test_after_kill_9_its_players_play_on_and_the_others_miss_nothing(live: Live) -> None:
     room, person = start(live, at=0)
     _, other = start(live, 100, at=1)
@@ -146,6 +148,7 @@ def test_after_kill_9_its_players_play_on_and_the_others_miss_nothing(live: Live
     assert away_s < 5.0  # the aim is 2 s; here other tests may run beside this one
 
 
+@pytest.mark.slow
 def test_a_process_that_is_told_to_end_hands_its_rounds_to_the_next(live: Live) -> None:
     room, person = start(live, at=1)
     person.play(5)
@@ -156,6 +159,7 @@ def test_a_process_that_is_told_to_end_hands_its_rounds_to_the_next(live: Live) 
     assert verify(finished(live, again)).identical
 
 
+@pytest.mark.slow
 def test_a_process_that_hangs_is_replaced(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(room_link, "SILENT_S", 3.0)
     room, person = start(live, at=0)

@@ -58,6 +58,7 @@ def close(live: Live, room: dict[str, Any]) -> None:
     assert live.call(f"/api/admin/rooms/{room['room']}/close", {}, token=ADMIN)[0] == 200
 
 
+@pytest.mark.slow
 def test_rooms_of_all_processes_share_the_workers(live: Live) -> None:
     games = [play(live, at) for at in (0, 1)]
     assert [row["seats"] for row in workers(live)] == [2]
@@ -70,6 +71,7 @@ def test_rooms_of_all_processes_share_the_workers(live: Live) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_after_the_death_of_a_worker_its_agents_play_on(live: Live) -> None:
     room, person = play(live, 0)
     os.kill(int(workers(live)[0]["pid"]), signal.SIGKILL)
@@ -78,6 +80,7 @@ def test_after_the_death_of_a_worker_its_agents_play_on(live: Live) -> None:
     close(live, room)
 
 
+@pytest.mark.slow
 def test_after_the_death_of_the_service_its_agents_play_on(live: Live) -> None:
     room, person = play(live, 1)
     service = cast(Front, live.host).agents
@@ -106,6 +109,7 @@ def test_the_seats_of_a_killed_process_are_free_and_taken_again(live: Live) -> N
     close(live, room)
 
 
+@pytest.mark.slow
 def test_an_agent_whose_threads_compute_for_ever_is_stopped_in_all_rooms(tmp_path: Path) -> None:
     runaway = "tests.agents.support:Threaded"
     with cluster(tmp_path, partner=runaway, agent_thread_cores=0.05) as live:

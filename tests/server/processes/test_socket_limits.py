@@ -56,6 +56,7 @@ def refused(live: Live, room: str) -> str:
     return caught.value.response.body.decode()
 
 
+@pytest.mark.slow
 def test_an_address_has_its_sockets_in_all_processes_together(live: Live, rooms: list[str]) -> None:
     counted(live, 0)
     for number in range(MOST):

@@ -53,6 +53,7 @@ def sit(served: tuple[Live, ssl.SSLContext], room: str, token: str) -> tuple[Per
     raise AssertionError("the process of the room was never reached")
 
 
+@pytest.mark.slow
 def test_rooms_are_played_over_tls_in_whichever_process(served: tuple[Live, ssl.SSLContext]) -> None:
     for _ in range(2):
         seats = [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]

@@ -83,6 +83,7 @@ def test_a_randomised_map_comes_back_as_it_was(live: Live, tmp_path: Path) -> No
     assert person.wait_for("round")["map"]["variant"] == "challenge2-evaluation-7"
 
 
+@pytest.mark.slow
 def test_the_operator_names_a_ghost_and_the_lobby_offers_it(tmp_path: Path, recording: Path) -> None:
     partner = f"ghost:{recording}#red"
     with serve(tmp_path, partner=partner) as live:

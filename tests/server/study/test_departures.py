@@ -28,6 +28,7 @@ def names_in(folder: Path) -> list[str]:
     return [path.name for path in folder.iterdir() if path.suffix in (".mcap", ".journal")]
 
 
+@pytest.mark.slow
 def test_a_recording_that_another_node_finishes_is_waited_for(tmp_path: Path) -> None:
     recordings = tmp_path / "recordings"
     with served(tmp_path) as study:
@@ -41,6 +42,7 @@ def test_a_recording_that_another_node_finishes_is_waited_for(tmp_path: Path) ->
         wait_until(lambda: not study.running.databases.store.rows(answers), "no answer either")
 
 
+@pytest.mark.slow
 def test_a_recording_that_comes_after_the_deletion_is_deleted_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -55,6 +57,7 @@ def test_a_recording_that_comes_after_the_deletion_is_deleted_too(
         wait_until(lambda: not names_in(recordings), "nothing is left")
 
 
+@pytest.mark.slow
 def test_the_next_start_deletes_what_came_while_nobody_looked(tmp_path: Path) -> None:
     recordings = tmp_path / "recordings"
     with served(tmp_path) as study:
@@ -68,6 +71,7 @@ def test_the_next_start_deletes_what_came_while_nobody_looked(tmp_path: Path) ->
     assert any(other.pid in one.blue + one.red for one in list_recordings(recordings)[0])
 
 
+@pytest.mark.slow
 def test_a_deletion_that_failed_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(departures, "LOOK_AGAIN_S", (0.3,))
     fails = [True, True]

@@ -229,6 +229,7 @@ def test_the_next_participant_gets_a_link_with_a_picture(solo: Served) -> None:
     assert solo.visitor(code=told["code"]).kind == "consent"
 
 
+@pytest.mark.slow
 def test_payments_say_who_is_paid_what(solo: Served) -> None:
     visitor = solo.visitor(PROLIFIC_PID="=to-be-paid")
     visitor.agree()

@@ -30,6 +30,7 @@ def refused(answer: tuple[int, dict[str, dict[str, str]]]) -> str:
 # ---- links of a platform, which anybody who knows an id can make ----------------------------------------------------
 
 
+@pytest.mark.slow
 def test_who_knows_an_id_neither_takes_the_place_nor_ejects_whoever_has_it(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         victim = study.visitor(PROLIFIC_PID="victim").go_to("questionnaire")
@@ -58,6 +59,7 @@ def test_before_the_consent_a_platforms_link_may_be_opened_anywhere(solo: Served
 # ---- signed links ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_signed_link_admits_and_nothing_else_does(tmp_path: Path) -> None:
     with served(tmp_path, signed=True) as study:
         good = link(study, "P01")
@@ -69,6 +71,7 @@ def test_a_signed_link_admits_and_nothing_else_does(tmp_path: Path) -> None:
         assert refused(study.arrive(**dict(parse_qsl(other)))) == "link"
 
 
+@pytest.mark.slow
 def test_an_expired_link_begins_nothing_and_leads_back(tmp_path: Path) -> None:
     with served(tmp_path, signed=True) as study:
         assert refused(study.arrive(**link(study, "late", until=1_000_000))) == "link_expired"
@@ -83,6 +86,7 @@ def test_a_signed_link_of_another_study_is_none_of_this_one(solo: Served) -> Non
     assert refused(solo.arrive(**dict(parse_qsl(other)))) == "link"
 
 
+@pytest.mark.slow
 def test_the_command_makes_links_that_the_server_admits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "study.yaml"
     file.write_text(SOLO)
@@ -115,6 +119,7 @@ def test_an_id_with_a_line_break_cannot_be_signed() -> None:
 # ---- rows only with a consent ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_who_leaves_without_a_word_about_the_consent_leaves_no_row(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         stayed = study.visitor(PROLIFIC_PID="stayed")

@@ -190,6 +190,7 @@ def test_who_has_only_questions_left_can_finish_without_the_partner(tmp_path: Pa
         assert second.step["outcome"] == "done"
 
 
+@pytest.mark.slow
 def test_practice_ends_when_both_have_had_enough_and_a_round_can_be_begun_again(tmp_path: Path) -> None:
     text = PAIR.replace("limit_ticks: 30", "limit_ticks: 3000").replace("limit_ticks: 20", "limit_ticks: 150")
     with served(tmp_path, text) as study:

@@ -49,6 +49,7 @@ def test_from_the_link_to_the_code_a_reload_anywhere_returns_to_the_same_place(s
     assert len([row for row in store.rows(answers) if row["pid"] == visitor.pid]) == 7 + 2 * 10
 
 
+@pytest.mark.slow
 def test_every_finished_round_has_exactly_one_recording_and_nothing_says_who_it_was(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         visitor = study.visitor(PROLIFIC_PID="5f3c-the-worker")
@@ -161,6 +162,7 @@ def test_every_exit_gives_exactly_one_code(solo: Served, outcome: str, leave: Ca
     assert len(set(codes)) == len(codes)
 
 
+@pytest.mark.slow
 def test_who_withdraws_with_the_data_is_paid_and_leaves_nothing_behind(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         visitor = study.visitor().go_to("questionnaire")
@@ -269,6 +271,7 @@ def test_a_preview_and_a_foreign_secret_are_told_what_to_do(solo: Served) -> Non
     assert (status, answer["error"]["code"]) == (401, "no_participant")
 
 
+@pytest.mark.slow
 def test_a_study_that_has_everybody_it_needs_says_so(tmp_path: Path) -> None:
     with served(tmp_path, SOLO.replace("participants: 400", "participants: 1")) as study:
         first, late = study.visitor(), study.visitor()

@@ -71,6 +71,7 @@ def outcomes(study: Served, visitor: Visitor) -> list[tuple[str, int]]:
     return [(row["outcome"], row["ticks"]) for row in rows if row["unit"] == unit]
 
 
+@pytest.mark.slow
 def test_rooms_are_spread_and_a_killed_process_loses_no_round(study: Served) -> None:
     killed, beside = in_a_round(study), in_a_round(study)
     assert home(study, killed) is not home(study, beside)
@@ -99,6 +100,7 @@ def test_rooms_are_spread_and_a_killed_process_loses_no_round(study: Served) -> 
     assert outcomes(study, killed) == [("time", TICKS)] * 2
 
 
+@pytest.mark.slow
 def test_a_practice_and_a_round_that_has_not_begun_survive_their_process(study: Served) -> None:
     practising, ready = study.visitor().go_to("practice"), in_a_round(study)
     practising.next()
@@ -111,6 +113,7 @@ def test_a_practice_and_a_round_that_has_not_begun_survive_their_process(study: 
     assert (ready.kind, outcomes(study, ready)) == ("questionnaire", [("time", TICKS)])
 
 
+@pytest.mark.slow
 def test_what_is_paused_stays_paused_when_its_process_dies(study: Served) -> None:
     visitor = in_a_round(study)
     seat = visitor.step["room"]["seat"]
@@ -127,6 +130,7 @@ def test_what_is_paused_stays_paused_when_its_process_dies(study: Served) -> Non
     assert outcomes(study, visitor) == [("time", TICKS)]
 
 
+@pytest.mark.slow
 def test_a_journal_that_is_gone_with_its_process_is_a_round_to_play_again(study: Served, tmp_path: Path) -> None:
     visitor = in_a_round(study)
     seat, room = visitor.step["room"]["seat"], visitor.step["room"]["id"]

@@ -31,6 +31,7 @@ def rows_of(data: Path, text: str, table: Any) -> list[dict[str, Any]]:
         store.close()
 
 
+@pytest.mark.slow
 def test_after_kill_9_everybody_is_where_they_were_and_the_round_goes_on(tmp_path: Path) -> None:
     file, port = tmp_path / "study.yaml", free_port()
     file.write_text(LONG, encoding="utf-8")
@@ -63,6 +64,7 @@ def test_after_kill_9_everybody_is_where_they_were_and_the_round_goes_on(tmp_pat
     assert len(rows_of(tmp_path, LONG, answers)) == 8
 
 
+@pytest.mark.slow
 def test_what_was_paused_is_paused_after_kill_9_until_the_experimenter_lets_it_go_on(tmp_path: Path) -> None:
     file, port = tmp_path / "study.yaml", free_port()
     file.write_text(LONG, encoding="utf-8")
@@ -108,6 +110,7 @@ def forget_the_end(study: Served, visitor: Visitor, key: str) -> None:
         connection.execute(update(participants).where(participants.c.pid == visitor.pid).values(step=key))
 
 
+@pytest.mark.slow
 def test_a_round_whose_end_was_not_written_down_is_taken_from_its_recording(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         visitor = study.visitor().go_to("round")

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from movingout.recordings import read_episode
 from movingout.recordings.storage.listing import recording_paths
 from movingout.study.store.tables import rounds
@@ -33,6 +35,7 @@ def skipped(study: Served, pid: str) -> list[tuple[str, str]]:
     ]
 
 
+@pytest.mark.slow
 def test_a_participant_who_skips_the_tutorial_goes_on_and_that_is_recorded(tmp_path: Path) -> None:
     with served(tmp_path, ALONE, agent_workers=1) as study:
         visitor = playing(study.visitor())
@@ -46,6 +49,7 @@ def test_a_participant_who_skips_the_tutorial_goes_on_and_that_is_recorded(tmp_p
         assert study.running.databases.store.rows(rounds) == [], "a tutorial is no round of the study"
 
 
+@pytest.mark.slow
 def test_whoever_stays_in_a_pair_goes_on_with_the_waiting_partner(tmp_path: Path) -> None:
     with served(tmp_path, TOGETHER, agent_workers=1) as study:
         first, second = study.visitor(), study.visitor()

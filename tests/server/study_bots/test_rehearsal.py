@@ -29,6 +29,7 @@ def _chaos(folder: Path, text: str, plan: SimulationPlan, kills: int) -> Rehears
     return done
 
 
+@pytest.mark.slow
 def test_pairs_find_each_other_and_nothing_is_lost_when_the_server_is_killed(tmp_path: Path) -> None:
     done = _chaos(tmp_path, pairs_text(wait_s=10), SimulationPlan(2, speed=20, seed=3), kills=1)
     assert done.stored is not None
@@ -36,6 +37,7 @@ def test_pairs_find_each_other_and_nothing_is_lost_when_the_server_is_killed(tmp
     assert units == {1}
 
 
+@pytest.mark.slow
 def test_what_is_lost_is_found_and_said(tmp_path: Path) -> None:
     file = _file(tmp_path, agents_text(ticks=10))
     done = rehearse(file, SimulationPlan(1, speed=20, scripted=False), tmp_path / "data")

@@ -20,6 +20,7 @@ def _traces(folder: Path, *words: str) -> list[str]:
     return [path.name for path in files if any(word.encode() in path.read_bytes() for word in words)]
 
 
+@pytest.mark.slow
 def test_a_rehearsal_is_reported_exported_and_forgotten_and_always_says_that_it_is_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -42,6 +42,7 @@ def test_velocities_do_not_jump_where_the_angle_wraps() -> None:
     assert seen.robot_velocities[0] == pytest.approx([0.0, 0.0, 1.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("device", ["keyboard", "gamepad"])
 def test_a_scripted_person_plays_a_round_to_its_end_also_over_a_connection_that_breaks(
     tmp_path: Path, device: str

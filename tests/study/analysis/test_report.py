@@ -91,6 +91,7 @@ def test_the_page_has_no_script_no_address_and_shows_text_as_text(html: str) -> 
     assert parsed.tags.count("svg") >= 4 + 9
 
 
+@pytest.mark.slow
 def test_the_page_has_a_bar_chart_per_likert_item_and_every_table(results: Results, html: str) -> None:
     for label in ("Teamwork", "Humanlike", "Reasonable", "Follow", "Physics", "Helpfulness", "Collision", "Future"):
         assert f"{label}: distribution of ratings by partner" in html

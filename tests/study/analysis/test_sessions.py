@@ -67,6 +67,7 @@ def test_rounds_of_the_second_challenge_do_not_stand_beside_the_papers_numbers_o
     assert papers == ("DP", "paper", "2", "–", "–", "–", "–", "–")
 
 
+@pytest.mark.slow
 def test_what_annotators_reject_is_not_confirmed(filled: Filled) -> None:
     place, store, _ = filled
     one, other = collect(place.study, store, place.recordings).sessions.findings
@@ -98,6 +99,7 @@ def test_forgetting_a_participant_removes_what_was_said_about_their_rounds(fille
     assert verdicts_of(place.recordings) == []  # both recordings name the first participant
 
 
+@pytest.mark.slow
 def test_a_study_without_recordings_has_no_failure_rates(tmp_path: Path) -> None:
     study, text = template("paper", **{"    maps: all     ": "    maps: [SingleRotation] "})
     place, store, _ = fill(tmp_path, study, text, 1)

@@ -40,6 +40,7 @@ def all_rows(address: Path | str) -> dict[str, list[dict[str, object]]]:
         return {name: store.rows(table) for name, table in store.tables().items()}
 
 
+@pytest.mark.slow
 def test_a_study_restored_into_postgresql_goes_on(
     backed_up: tuple[Path, str, str], postgres: str, tmp_path: Path
 ) -> None:

@@ -187,6 +187,7 @@ def test_forgetting_leaves_no_trace_of_the_participant_in_any_file(tmp_path: Pat
     assert store.rows(audit)[-1]["action"] == "forget"
 
 
+@pytest.mark.slow
 def test_the_slot_of_who_is_forgotten_is_given_again_and_a_second_wish_is_answered(tmp_path: Path) -> None:
     study, text = template("agent_survey", **SHORT)
     place, store, (gone, _) = fill(tmp_path, study, text, 2)

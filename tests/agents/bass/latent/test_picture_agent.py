@@ -87,6 +87,7 @@ def test_latent_dynamics_learns_what_actions_do(residual: bool) -> None:
     assert np.mean(found[-20:]) < 0.3 * found[0]
 
 
+@pytest.mark.slow
 def test_a_policy_and_bass_on_pictures_are_trained_exported_and_played(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

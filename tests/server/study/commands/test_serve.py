@@ -17,6 +17,7 @@ def refused(capsys: pytest.CaptureFixture[str], file: Path, data: Path, *options
     return capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, port = tmp_path / "study.yaml", free_port()
     file.write_text(SOLO, encoding="utf-8")
