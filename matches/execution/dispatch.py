@@ -14,7 +14,7 @@ from movingout.matches.match import Match, MatchResult, failed_result
 
 ATTEMPTS = 3
 LARGEST_JOB = 64  # matches
-JOBS_PER_WORKER = 4
+SHARES_PER_WORKER = 4  # of what is left
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +59,16 @@ class JobQueue:
 
 
 def split_into_jobs(matches: Sequence[Match], workers: int) -> list[MatchJob]:
-    """Jobs large enough to play in batches and small enough that all workers finish at about the same time."""
-    size = max(1, min(LARGEST_JOB, -(-len(matches) // (JOBS_PER_WORKER * workers))))
-    return [MatchJob(dict.fromkeys(matches[start : start + size])) for start in range(0, len(matches), size)]
+    """Large jobs first, which are played in batches, then smaller ones, so that workers finish at about the same time.
+
+    Each job has a `SHARES_PER_WORKER * workers`-th of the matches that are left (guided self-scheduling).
+    """
+    jobs, start = [], 0
+    while start < len(matches):
+        size = min(LARGEST_JOB, -(-(len(matches) - start) // (SHARES_PER_WORKER * workers)))
+        jobs.append(MatchJob(dict.fromkeys(matches[start : start + size])))
+        start += size
+    return jobs
 
 
 def dispatch(pool: WorkerPool, matches: Sequence[Match]) -> Generator[MatchResult, None, None]:
