@@ -16,19 +16,20 @@ from typing import Generic, TypeVar
 import numpy as np
 import torch
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 from torch.utils.tensorboard import SummaryWriter
 
 from movingout.agents.errors import DataError
+from movingout.agents.training.display import TrainingDisplay
 from movingout.agents.training.optimisation import Optimisation
 from movingout.agents.training.run_folder import RESUME
 
 NetworkT = TypeVar("NetworkT", bound=nn.Module, covariant=True)
 Losses = dict[str, Tensor]
 SEED_STRIDE = 1_000_003  # between the seeds of two runs, more than a run has updates
+SAVE_SECONDS = 300.0  # at most so much is lost of a training that is stopped, however slow its updates are
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,28 +83,28 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
     console = Console(stderr=True, soft_wrap=True, highlight=False)
     if state.update >= task.updates:
         console.print(f"{folder}: already trained {state.update} updates; nothing is left to do", markup=False)
-    begun_at = state.update
-    writer = SummaryWriter(str(folder))
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    begun_at, begun = state.update, time.monotonic()
+    saved = begun
     with (
-        writer,
+        SummaryWriter(str(folder)) as writer,
         (folder / "losses.jsonl").open("a", encoding="utf-8") as curve,
-        Progress(*columns, console=console) as progress,
+        TrainingDisplay(task.updates, begun_at, console) as display,
     ):
-        bar = progress.add_task("training", total=task.updates, completed=state.update)
-        begun = time.monotonic()
         while state.update < task.updates:
             losses = _update(state, task, config, device)
-            progress.update(bar, completed=state.update)
-            if state.update % config.evaluate_every == 0 or state.update == task.updates:
+            display.show(state.update, losses["loss"].item)
+            is_evaluated = state.update % config.evaluate_every == 0 or state.update == task.updates
+            if is_evaluated:
                 values = _evaluated(state, task, losses)
                 for name, value in values.items():
                     writer.add_scalar(name, value, state.update)
                 seconds = round(time.monotonic() - begun, 1)
                 curve.write(json.dumps({"update": state.update, "seconds": seconds, **values}) + "\n")
                 curve.flush()
+                display.evaluated(values["loss"])
+            if is_evaluated or time.monotonic() - saved >= SAVE_SECONDS:
                 _save(state, task, config, folder / RESUME)
-                progress.update(bar, description=f"loss {values['loss']:.4f}")
+                saved = time.monotonic()
     return FitResult(state.average.eval(), state.update, state.update - begun_at)
 
 

@@ -7,6 +7,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, get_args
 
@@ -29,6 +30,7 @@ from movingout.matches.paper.steps import PaperStep, paper_steps
 from movingout.matches.paper.workspace import Evaluation, Grouping, Workspace
 from movingout.matches.paper.writers import WRITERS
 from movingout.matches.results.results_folder import write_whole
+from movingout.matches.run import OnProgress, no_op
 from movingout.recordings.styles import given_styles
 from movingout.world.exactness import inexact_engine
 
@@ -244,7 +246,10 @@ def _carry_out(steps: Sequence[PaperStep], space: Workspace, where: str) -> None
             print(about, file=sys.stderr, flush=True)
             begun = _processor_seconds()
             try:
-                with bar(step.about.split()[0]) as progress:
+                shown: AbstractContextManager[OnProgress] = (
+                    contextlib.nullcontext(no_op) if step.shows_itself else bar(step.about.split()[0])
+                )
+                with shown as progress:
                     step.perform(progress)
             finally:
                 space.note_time(step.about, _processor_seconds() - begun)

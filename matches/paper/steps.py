@@ -26,6 +26,7 @@ class PaperStep:
     is_done: Callable[[], bool]
     perform: Callable[[OnProgress], None]
     matches: bool = False  # whether it plays: each result says how long its match took
+    shows_itself: bool = False  # shows how far it is by itself
     check: Callable[[], object] | None = None  # raises MovingOutError for what would stop it, and changes nothing
 
 
@@ -91,6 +92,7 @@ def _training_step(agent: TrainedId, space: Workspace) -> PaperStep:
         training_seconds(METHODS[agent.method], space.budget),
         partial(space.has_agent, agent.text),
         lambda progress: train_agent(agent, space),
+        shows_itself=True,
     )
 
 

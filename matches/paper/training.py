@@ -1,6 +1,7 @@
 """Training the agents of the paper's tables, by `movingout train` in this process."""
 
 import contextlib
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ IMITATING = ("mlp", "gru", "dp")  # kinds that learn what people do
 
 
 def train_agent(agent: TrainedId, space: Workspace) -> None:
-    """Train an agent and write its checkpoint; what the training prints goes into a log beside it.
+    """Train an agent and write its checkpoint; what the training prints goes into a log, its bar to the terminal.
 
     Raises MatchError where it has nothing to learn from, and what `movingout train` raises.
     """
@@ -29,7 +30,11 @@ def train_agent(agent: TrainedId, space: Workspace) -> None:
     parser = CommandParser(prog="movingout train")
     train.configure(parser)
     args = parser.parse_args([str(word) for word in training_words(agent, space)])
-    with log.open("a", encoding="utf-8") as file, contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
+    with (
+        log.open("a", encoding="utf-8", buffering=1) as file,
+        contextlib.redirect_stdout(file),
+        contextlib.nullcontext() if sys.stderr.isatty() else contextlib.redirect_stderr(file),
+    ):
         train.run(args)
 
 

@@ -60,9 +60,33 @@ def _learned_from_noise(folder: Path, stop: int) -> torch.Tensor:
     return torch.cat([weights.flatten() for weights in run().network.state_dict().values()])
 
 
-def test_what_was_stopped_comes_to_the_weights_of_what_was_not(tmp_path: Path) -> None:
+@pytest.mark.parametrize("save_seconds", [300.0, 0.0])
+def test_what_was_stopped_comes_to_the_weights_of_what_was_not(
+    save_seconds: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("movingout.agents.training.fit.SAVE_SECONDS", save_seconds)
     stopped, whole = (_learned_from_noise(tmp_path / str(stop), stop) for stop in (3, 6))
     assert torch.equal(stopped, whole)
+
+
+def test_a_training_that_is_stopped_between_evaluations_has_been_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[int] = []
+
+    def losses(network: nn.Module) -> Losses:
+        made.append(len(made))
+        if len(made) == 4:
+            raise KeyboardInterrupt
+        return {"loss": network(torch.ones(4, 3)).square().mean()}
+
+    monkeypatch.setattr("movingout.agents.training.fit.SAVE_SECONDS", 0.0)
+    task = TrainingTask(
+        nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, 6, np.random.default_rng(0), rows=4
+    )
+    with pytest.raises(KeyboardInterrupt):
+        fit(task, CONFIG, tmp_path)
+    assert (fit(task, CONFIG, tmp_path).made, len(made)) == (3, 7)
 
 
 def test_with_other_rows_it_goes_on_and_draws_anew(tmp_path: Path) -> None:
