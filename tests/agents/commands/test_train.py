@@ -67,6 +67,20 @@ def test_augmentation_adds_windows_that_the_engine_confirmed(
     assert json.loads(captured.out)["windows"] >= 180
 
 
+def test_an_id_with_the_name_of_another_kind_is_refused_before_anything_is_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mlp", str(tmp_path / "nowhere"), "--data", str(tmp_path), *TINY]
+    assert main([*command, "--id", "dp@q"]) == 2
+    assert "dp@q would be an agent of kind mlp with the name of another; take --id mlp@q" in capsys.readouterr().err
+    assert not (tmp_path / "models").exists() and not (tmp_path / "runs").exists()
+    for agent_id in ("mlp@q", "dp-like@q", "baseline@q"):
+        assert main([*command, "--id", agent_id]) == 2
+        assert "nowhere" in capsys.readouterr().err
+    assert main(["train", "response", "--base", "dp@nobody", "--id", "dp@q", "--data", str(tmp_path)]) == 2
+    assert "no checkpoint 'dp@nobody'" in capsys.readouterr().err, "what steers a policy of kind dp is of kind dp"
+
+
 def test_the_ablation_of_recombination_asks_for_one_end_only(
     recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
