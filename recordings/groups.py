@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from movingout.maps.suggestion import counted
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.exports.split import divided, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
@@ -33,6 +34,15 @@ class GroupedRecording(NamedTuple):
     variant: str
     people: tuple[str, str]  # in blue and red
     tcr: float
+
+
+def of_challenge(paths: Sequence[Path], challenge: int) -> list[Path]:
+    """Those on maps as designed (1) or on varied ones (2). Raises RecordingError where there is none."""
+    found = [path for path in paths if bool(read_summary(path).variant) == (challenge == 2)]
+    if paths and not found:
+        where = "a varied map (Challenge 2)" if challenge == 2 else "a map as designed (Challenge 1)"
+        raise RecordingError(f"none of {counted(len(paths), 'recording')} is on {where}")
+    return found
 
 
 def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 0.0) -> list[GroupedRecording]:
@@ -82,14 +92,14 @@ _Read = tuple[Path, Summary, Players]
 def _kept(paths: Sequence[Path], min_tcr: float) -> list[_Read]:
     """Those that count and are good enough. Raises RecordingError where none is."""
     found = [(path, read_summary(path), read_players(path)) for path in paths]
-    counted = _counted(found)
-    kept = [entry for entry in counted if _tcr(entry[1]) >= min_tcr]
+    valid = _valid(found)
+    kept = [entry for entry in valid if _tcr(entry[1]) >= min_tcr]
     if not kept:
-        raise RecordingError(f"{_why_nothing(found, counted, min_tcr)}; nothing can be divided into groups")
+        raise RecordingError(f"{_why_nothing(found, valid, min_tcr)}; nothing can be divided into groups")
     return kept
 
 
-def _counted(found: Sequence[_Read]) -> list[_Read]:
+def _valid(found: Sequence[_Read]) -> list[_Read]:
     """Those that count for whoever recorded them."""
     uncounted = uncounted_episodes(path for path, _, _ in found)
     return [
@@ -104,13 +114,13 @@ def _broken_off(summary: Summary) -> bool:
     return summary.source == "live" and not (summary.complete and summary.outcome in FINISHED)
 
 
-def _why_nothing(found: Sequence[_Read], counted: Sequence[_Read], min_tcr: float) -> str:
+def _why_nothing(found: Sequence[_Read], valid: Sequence[_Read], min_tcr: float) -> str:
     if not found:
         return "there are no recordings"
-    if not counted:
+    if not valid:
         why = "they are tutorials, were broken off, or their study leaves them out"
-        return f"none of {len(found)} recordings counts: {why}"
-    return f"none of {len(counted)} recordings has a TCR of {min_tcr:g} or more"
+        return f"none of {counted(len(found), 'recording')} counts: {why}"
+    return f"none of {counted(len(valid), 'recording')} has a TCR of {min_tcr:g} or more"
 
 
 def _line(path: Path, summary: Summary, players: Players, group: int) -> GroupedRecording:
@@ -132,7 +142,10 @@ def group_sentences(rows: Sequence[GroupedRecording], styles: Sequence[str] = ()
         lacking = [name for name in maps if name not in {row.map for row in mine}]
         without = f"; no episode on {', '.join(lacking)}" if lacking else ""
         whose = f"group {group}, {styles[group - 1]}" if styles else f"group {group}"
-        sentences.append(f"{whose}: {len(mine)} episodes of {len(people)} participants{without}")
+        varied = sum(bool(row.variant) for row in mine)
+        of_these = f", {varied} of them on varied maps (Challenge 2)" if varied else ""
+        of_whom = f"{counted(len(mine), 'episode')} of {counted(len(people), 'participant')}"
+        sentences.append(f"{whose}: {of_whom}{of_these}{without}")
     return sentences
 
 
