@@ -1,9 +1,10 @@
 """A list of recordings, each with the group of participants that it belongs to: a CSV file for people and for training.
 
-file,group,episode,map,variant,blue,red,tcr
-HandOff-0.mcap,1,4f1c…,HandOff,,P1,P2,0.75
+file,group,episode,map,variant,blue,red,tcr,simulated
+HandOff-0.mcap,1,4f1c…,HandOff,,P1,P2,0.75,
 
-Files are relative to the folder of the list where they lie below it. Nobody is in two groups.
+`simulated` is `yes` for episodes of a rehearsal, in which programs took part in a study. Files are relative to the
+folder of the list where they lie below it. Nobody is in two groups.
 """
 
 import csv
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from movingout.maps.suggestion import counted
+from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.exports.split import divided, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
@@ -21,7 +23,7 @@ from movingout.recordings.storage.listing import Players, Summary, read_players,
 from movingout.recordings.storage.study_rounds import uncounted_episodes
 from movingout.recordings.styles import Styles, style_of_pair, styles_of
 
-COLUMNS = ("file", "group", "episode", "map", "variant", "blue", "red", "tcr")
+COLUMNS = ("file", "group", "episode", "map", "variant", "blue", "red", "tcr", "simulated")
 
 
 class GroupedRecording(NamedTuple):
@@ -34,6 +36,7 @@ class GroupedRecording(NamedTuple):
     variant: str
     people: tuple[str, str]  # in blue and red
     tcr: float
+    simulated: bool = False
 
 
 def of_challenge(paths: Sequence[Path], challenge: int) -> list[Path]:
@@ -125,7 +128,9 @@ def _why_nothing(found: Sequence[_Read], valid: Sequence[_Read], min_tcr: float)
 
 def _line(path: Path, summary: Summary, players: Players, group: int) -> GroupedRecording:
     blue, red = (seat.name for seat in players.seats)
-    return GroupedRecording(path, group, summary.id, summary.map, summary.variant, (blue, red), _tcr(summary))
+    return GroupedRecording(
+        path, group, summary.id, summary.map, summary.variant, (blue, red), _tcr(summary), is_simulated(summary.study)
+    )
 
 
 def _tcr(summary: Summary) -> float:
@@ -145,8 +150,15 @@ def group_sentences(rows: Sequence[GroupedRecording], styles: Sequence[str] = ()
         varied = sum(bool(row.variant) for row in mine)
         of_these = f", {varied} of them on varied maps (Challenge 2)" if varied else ""
         of_whom = f"{counted(len(mine), 'episode')} of {counted(len(people), 'participant')}"
-        sentences.append(f"{whose}: {of_whom}{of_these}{without}")
+        played = f"; {simulation(mine)}" if any(row.simulated for row in mine) else ""
+        sentences.append(f"{whose}: {of_whom}{of_these}{without}{played}")
     return sentences
+
+
+def simulation(rows: Sequence[GroupedRecording]) -> str:
+    """How many episodes are of a rehearsal."""
+    number = sum(row.simulated for row in rows)
+    return f"{'all' if number == len(rows) else f'{number:,}'} by simulated participants, who are programs"
 
 
 def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
@@ -157,7 +169,9 @@ def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
     for row in rows:
         file = row.path.resolve()
         shown = file.relative_to(here) if file.is_relative_to(here) else file
-        writer.writerow([shown, row.group, row.episode, row.map, row.variant, *row.people, f"{row.tcr:.4f}"])
+        simulated = "yes" if row.simulated else ""
+        about = row.group, row.episode, row.map, row.variant, *row.people, f"{row.tcr:.4f}", simulated
+        writer.writerow([shown, *about])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text.getvalue(), encoding="utf-8")
@@ -184,7 +198,7 @@ def _read_line(path: Path, number: int, line: dict[str, str]) -> GroupedRecordin
     try:
         return GroupedRecording(
             path.parent / line["file"], int(line["group"]), line["episode"], line["map"], line["variant"],
-            (line["blue"], line["red"]), float(line["tcr"]),
+            (line["blue"], line["red"]), float(line["tcr"]), line.get("simulated") == "yes",
         )  # fmt: skip
     except (KeyError, TypeError, ValueError) as error:
         raise RecordingError(

@@ -73,6 +73,20 @@ def test_the_two_challenges_are_told_apart_and_divided_apart(
     assert "none of 4 recordings is on a varied map (Challenge 2)" in capsys.readouterr().err
 
 
+def test_episodes_of_a_rehearsal_do_not_pass_for_those_of_people(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recorded(tmp_path, "people", ticks=9)
+    recorded(tmp_path, "programs", ticks=9, simulated=True)
+    target = tmp_path / "groups.csv"
+    assert main(["recordings", "split", str(tmp_path), "--groups", "1", "-o", str(target)]) == 0
+    assert "2 episodes of 2 participants; 1 by simulated participants, who are programs" in capsys.readouterr().out
+    assert {row.episode: row.simulated for row in read_groups(target)} == {"people": False, "programs": True}
+    lines = target.read_text(encoding="utf-8").splitlines()
+    target.write_text("\n".join(line.rpartition(",")[0] for line in lines), encoding="utf-8")
+    assert not any(row.simulated for row in read_groups(target)), "lists of before do not say"
+
+
 def test_the_list_is_read_back_wherever_its_folder_lies(tmp_path: Path) -> None:
     _episodes(tmp_path / "here" / "recordings")
     rows = grouped(sorted((tmp_path / "here" / "recordings").glob("*.mcap")), 2)
