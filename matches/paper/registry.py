@@ -284,6 +284,6 @@ def chosen_entries(label: str) -> list[PaperEntry]:
         return [entry for entry in ENTRIES.values() if entry.runnable or entry.extra]
     if label not in ENTRIES:
         raise MatchError(
-            f"the paper has no label {label!r}{probably_meant(label, ENTRIES)}; see `movingout paper list`"
+            f"the paper has no label {label!r}{probably_meant(label, ENTRIES) or ';'} `movingout paper list` has all"
         )
     return [ENTRIES[label]]
