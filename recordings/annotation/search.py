@@ -100,8 +100,9 @@ def _searched(path: Path) -> SearchedRecording | None:
     metrics = EpisodeMetrics(header.map)
     metrics.update_episode(list(episode.states), episode.actions)
     return SearchedRecording(
-        header.episode_id, header.map.name, study, (blue, red), found, waiting_share=metrics.waiting_share
-    )
+        header.episode_id, header.map.name, study, (blue, red), found,
+        waiting_share=metrics.waiting_share, simulated=header.simulated,
+    )  # fmt: skip
 
 
 def _files(folder: Path) -> dict[str, Stamp]:
