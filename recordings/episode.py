@@ -32,6 +32,11 @@ class SeatInfo:
     device: str = ""  # keyboard, gamepad, touch; empty for agents
 
 
+def is_simulated(study: Mapping[str, str]) -> bool:
+    """Whether what a recording keeps about its study says that the participants were programs (a rehearsal)."""
+    return study.get("simulated") == "yes"
+
+
 @dataclass(frozen=True, slots=True)
 class EpisodeHeader:
     """Everything known before the first tick; with the actions it determines the episode."""
@@ -44,6 +49,11 @@ class EpisodeHeader:
     started_ns: int  # wall clock, ns since the epoch
     source: Source
     study: Mapping[str, str] = field(default_factory=dict)  # pseudonymous ids only
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the participants of its study were programs."""
+        return is_simulated(self.study)
 
 
 class InputSample(NamedTuple):

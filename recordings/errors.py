@@ -1,5 +1,6 @@
 """Errors of recordings; each message says what would help."""
 
+import errno
 from pathlib import Path
 
 from movingout.maps.errors import MovingOutError
@@ -19,6 +20,10 @@ class UnreadableError(RecordingError):
 
 def cannot(doing: str, path: Path, error: OSError) -> RecordingError:
     """The sentence for an operating system error: what failed, why, and what would help."""
+    if error.errno == errno.ELOOP:
+        return RecordingError(f"cannot {doing} {path}: it is a link that leads back to itself; remove it")
+    if isinstance(error, FileNotFoundError) and path.is_symlink():
+        return RecordingError(f"cannot {doing} {path}: it is a link to a file that is not there; remove it")
     if isinstance(error, FileNotFoundError):
         return RecordingError(f"cannot {doing} {path}: there is no such file or folder; check the name")
     if isinstance(error, NotADirectoryError):

@@ -1,9 +1,10 @@
 """A list of recordings, each with the group of participants that it belongs to: a CSV file for people and for training.
 
-file,group,episode,map,variant,blue,red,tcr
-HandOff-0.mcap,1,4f1c…,HandOff,,P1,P2,0.75
+file,group,episode,map,variant,blue,red,tcr,simulated
+HandOff-0.mcap,1,4f1c…,HandOff,,P1,P2,0.75,
 
-Files are relative to the folder of the list where they lie below it. Nobody is in two groups.
+`simulated` is `yes` for episodes of a rehearsal, in which programs took part in a study. Files are relative to the
+folder of the list where they lie below it. Nobody is in two groups.
 """
 
 import csv
@@ -13,6 +14,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from movingout.maps.suggestion import counted
+from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.exports.split import divided, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
@@ -20,7 +23,7 @@ from movingout.recordings.storage.listing import Players, Summary, read_players,
 from movingout.recordings.storage.study_rounds import uncounted_episodes
 from movingout.recordings.styles import Styles, style_of_pair, styles_of
 
-COLUMNS = ("file", "group", "episode", "map", "variant", "blue", "red", "tcr")
+COLUMNS = ("file", "group", "episode", "map", "variant", "blue", "red", "tcr", "simulated")
 
 
 class GroupedRecording(NamedTuple):
@@ -33,6 +36,16 @@ class GroupedRecording(NamedTuple):
     variant: str
     people: tuple[str, str]  # in blue and red
     tcr: float
+    simulated: bool = False
+
+
+def of_challenge(paths: Sequence[Path], challenge: int) -> list[Path]:
+    """Those on maps as designed (1) or on varied ones (2). Raises RecordingError where there is none."""
+    found = [path for path in paths if bool(read_summary(path).variant) == (challenge == 2)]
+    if paths and not found:
+        where = "a varied map (Challenge 2)" if challenge == 2 else "a map as designed (Challenge 1)"
+        raise RecordingError(f"none of {counted(len(paths), 'recording')} is on {where}")
+    return found
 
 
 def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 0.0) -> list[GroupedRecording]:
@@ -82,14 +95,14 @@ _Read = tuple[Path, Summary, Players]
 def _kept(paths: Sequence[Path], min_tcr: float) -> list[_Read]:
     """Those that count and are good enough. Raises RecordingError where none is."""
     found = [(path, read_summary(path), read_players(path)) for path in paths]
-    counted = _counted(found)
-    kept = [entry for entry in counted if _tcr(entry[1]) >= min_tcr]
+    valid = _valid(found)
+    kept = [entry for entry in valid if _tcr(entry[1]) >= min_tcr]
     if not kept:
-        raise RecordingError(f"{_why_nothing(found, counted, min_tcr)}; nothing can be divided into groups")
+        raise RecordingError(f"{_why_nothing(found, valid, min_tcr)}; nothing can be divided into groups")
     return kept
 
 
-def _counted(found: Sequence[_Read]) -> list[_Read]:
+def _valid(found: Sequence[_Read]) -> list[_Read]:
     """Those that count for whoever recorded them."""
     uncounted = uncounted_episodes(path for path, _, _ in found)
     return [
@@ -104,18 +117,20 @@ def _broken_off(summary: Summary) -> bool:
     return summary.source == "live" and not (summary.complete and summary.outcome in FINISHED)
 
 
-def _why_nothing(found: Sequence[_Read], counted: Sequence[_Read], min_tcr: float) -> str:
+def _why_nothing(found: Sequence[_Read], valid: Sequence[_Read], min_tcr: float) -> str:
     if not found:
         return "there are no recordings"
-    if not counted:
+    if not valid:
         why = "they are tutorials, were broken off, or their study leaves them out"
-        return f"none of {len(found)} recordings counts: {why}"
-    return f"none of {len(counted)} recordings has a TCR of {min_tcr:g} or more"
+        return f"none of {counted(len(found), 'recording')} counts: {why}"
+    return f"none of {counted(len(valid), 'recording')} has a TCR of {min_tcr:g} or more"
 
 
 def _line(path: Path, summary: Summary, players: Players, group: int) -> GroupedRecording:
     blue, red = (seat.name for seat in players.seats)
-    return GroupedRecording(path, group, summary.id, summary.map, summary.variant, (blue, red), _tcr(summary))
+    return GroupedRecording(
+        path, group, summary.id, summary.map, summary.variant, (blue, red), _tcr(summary), is_simulated(summary.study)
+    )
 
 
 def _tcr(summary: Summary) -> float:
@@ -132,8 +147,18 @@ def group_sentences(rows: Sequence[GroupedRecording], styles: Sequence[str] = ()
         lacking = [name for name in maps if name not in {row.map for row in mine}]
         without = f"; no episode on {', '.join(lacking)}" if lacking else ""
         whose = f"group {group}, {styles[group - 1]}" if styles else f"group {group}"
-        sentences.append(f"{whose}: {len(mine)} episodes of {len(people)} participants{without}")
+        varied = sum(bool(row.variant) for row in mine)
+        of_these = f", {varied} of them on varied maps (Challenge 2)" if varied else ""
+        of_whom = f"{counted(len(mine), 'episode')} of {counted(len(people), 'participant')}"
+        played = f"; {simulation(mine)}" if any(row.simulated for row in mine) else ""
+        sentences.append(f"{whose}: {of_whom}{of_these}{without}{played}")
     return sentences
+
+
+def simulation(rows: Sequence[GroupedRecording]) -> str:
+    """How many episodes are of a rehearsal."""
+    number = sum(row.simulated for row in rows)
+    return f"{'all' if number == len(rows) else f'{number:,}'} by simulated participants, who are programs"
 
 
 def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
@@ -144,7 +169,9 @@ def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
     for row in rows:
         file = row.path.resolve()
         shown = file.relative_to(here) if file.is_relative_to(here) else file
-        writer.writerow([shown, row.group, row.episode, row.map, row.variant, *row.people, f"{row.tcr:.4f}"])
+        simulated = "yes" if row.simulated else ""
+        about = row.group, row.episode, row.map, row.variant, *row.people, f"{row.tcr:.4f}", simulated
+        writer.writerow([shown, *about])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text.getvalue(), encoding="utf-8")
@@ -171,7 +198,7 @@ def _read_line(path: Path, number: int, line: dict[str, str]) -> GroupedRecordin
     try:
         return GroupedRecording(
             path.parent / line["file"], int(line["group"]), line["episode"], line["map"], line["variant"],
-            (line["blue"], line["red"]), float(line["tcr"]),
+            (line["blue"], line["red"]), float(line["tcr"]), line.get("simulated") == "yes",
         )  # fmt: skip
     except (KeyError, TypeError, ValueError) as error:
         raise RecordingError(

@@ -26,6 +26,12 @@ from movingout.agents.errors import CheckpointError
 from movingout.agents.policies.export import export, halved_weights
 
 _WEIGHTS = "dynamics.safetensors"
+_STATE = {
+    "state": "the moving part of a state: agents/bass/state_vector.py",
+    "constant": "its constant part: items, walls and goals",
+}
+_PICTURE = {"picture": "an observation in layout image-v1"}
+_EMBEDDING = {"embedding": "its distance from that of the first state is the progress"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +65,13 @@ class TrainedProgress:
 def export_dynamics(dynamics: Dynamics, depth: int, grasp: Grasp) -> bytes:
     """ONNX of `state` (B, 58), `constant` (B, 146), `actions` (B, depth, 2, 4) to `states` (B, depth, 58)."""
     example = torch.zeros(2, MOVING_WIDTH), torch.zeros(2, CONSTANT_WIDTH), torch.zeros(2, depth, 2, 4)
-    return export(Rollout(dynamics, depth, grasp), example, ["state", "constant", "actions"], ["states"])
+    inputs = {
+        **_STATE,
+        "actions": "per tick, of blue and red: distance, cos and sin of the heading, grasp as the policy writes it",
+    }
+    about = {"network": "dynamics", "depth": depth, "grasp": grasp, **dynamics.spec.model_dump()}
+    outputs = {"states": "the moving part after each tick"}
+    return export(Rollout(dynamics, depth, grasp), example, inputs, outputs, about)
 
 
 def packed_simulator(dynamics: Dynamics, depth: int, grasp: Grasp, training: Training) -> TrainedSimulator:
@@ -71,25 +83,32 @@ def packed_simulator(dynamics: Dynamics, depth: int, grasp: Grasp, training: Tra
 def packed_value(network: ValueNetwork, training: Training) -> TrainedValue:
     """A value network that was trained just now."""
     example = torch.zeros(2, len(network.mean))
-    return TrainedValue(network.spec, export(network, (example,), ["features"], ["value"]), training)
+    inputs = {"features": f"an observation in layout {network.spec.layout}, not normalised"}
+    outputs = {"value": "discounted progress that is expected to follow"}
+    about = {"network": "value", **network.spec.model_dump()}
+    return TrainedValue(network.spec, export(network, (example,), inputs, outputs, about), training)
 
 
 def packed_progress(network: ProgressNetwork, training: Training) -> TrainedProgress:
     """An embedding that was trained just now."""
     example = torch.zeros(2, MOVING_WIDTH), torch.zeros(2, CONSTANT_WIDTH)
-    return TrainedProgress(network.spec, export(network, example, ["state", "constant"], ["embedding"]), training)
+    about = {"network": "progress", **network.spec.model_dump()}
+    return TrainedProgress(network.spec, export(network, example, _STATE, _EMBEDDING, about), training)
 
 
 def packed_picture_simulator(dynamics: PictureDynamics, depth: int, training: Training) -> TrainedSimulator:
     """ONNX of `picture` (B, D) and `actions` (B, depth, 2, 4), the own ones first, to the `after` picture (B, D)."""
     example = example_picture(dynamics.shape), torch.zeros(2, depth, 2, 4)
-    onnx = export(dynamics, example, ["picture", "actions"], ["after"])
+    inputs = {**_PICTURE, "actions": "per tick, of oneself and the partner: distance, cos, sin, grasp"}
+    about = {"network": "dynamics", "depth": depth, **dynamics.spec.model_dump()}
+    onnx = export(dynamics, example, inputs, {"after": "the picture after these ticks"}, about)
     return TrainedSimulator(dynamics.spec, onnx, save(halved_weights(dynamics)), training)
 
 
 def packed_picture_progress(network: PictureProgress, training: Training) -> TrainedProgress:
     """ONNX of `picture` (B, D) to its `embedding` (B, Z)."""
-    onnx = export(network, (example_picture(network.shape),), ["picture"], ["embedding"])
+    about = {"network": "progress", **network.spec.model_dump()}
+    onnx = export(network, (example_picture(network.shape),), _PICTURE, _EMBEDDING, about)
     return TrainedProgress(network.spec, onnx, training)
 
 

@@ -26,6 +26,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from movingout.agents.adapters.policy_file import file_fingerprint
+from movingout.agents.checkpoint.onnx_interface import onnx_interface
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.checkpoint.policy_spec import KindName, LayoutName, PolicySpec
 from movingout.agents.errors import CheckpointError
@@ -40,6 +41,8 @@ FileName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}\.(onnx|safetens
 
 _Line = Annotated[str, Field(max_length=400)]
 _Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+_Length = Annotated[int, Field(ge=0)] | Annotated[str, Field(max_length=60)]  # a word where it is left open
+_Values = Annotated[dict[Annotated[str, Field(max_length=60)], tuple[_Length, ...]], Field(max_length=16)]
 _WORD = "[a-z0-9][a-z0-9._-]{0,47}"
 _AgentId = Annotated[str, Field(pattern=f"^{_WORD}(@{_WORD})?$")]
 MAX_NAME = 60
@@ -57,6 +60,8 @@ class FileEntry(_StrictModel):
     bytes: Annotated[int, Field(ge=1, le=MAX_FILE_BYTES)]
     sha256: _Sha256
     of: _AgentId | None = None
+    inputs: _Values | None = None  # of an ONNX file, with their shapes, as {"observation": ["batch", 1, 204]};
+    outputs: _Values | None = None  # docs/learning.md says what they mean. None on older cards, and of other files
 
 
 class Score(_StrictModel):
@@ -311,9 +316,7 @@ def write_checkpoint(
     With `share`, a file that an agent beside it has already is named and not written.
     Raises CheckpointError when the folder belongs to another agent, or cannot be written.
     """
-    entries = [
-        {"name": name, "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in files.items()
-    ]
+    entries = [_entry(name, data) for name, data in files.items()]
     if share:
         entries = [{**entry, "of": _owner(entry, folder)} for entry in entries]
     whole = Card.model_validate_json(json.dumps({**card, "files": entries}))
@@ -338,10 +341,20 @@ def write_checkpoint(
     return read_checkpoint(folder)
 
 
+def _entry(name: FileName, data: bytes) -> dict[str, object]:
+    about: dict[str, object] = {"name": name, "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+    if name.endswith(".onnx"):
+        with contextlib.suppress(CheckpointError):  # what is no model is refused when it is loaded
+            about["inputs"], about["outputs"] = onnx_interface(data)
+    return about
+
+
 def _owner(entry: Mapping[str, object], folder: Path) -> str | None:
     """The id of an agent beside `folder` that has a file of its own with this name and content."""
+    wanted = (entry["name"], entry["bytes"], entry["sha256"], None)
     for checkpoint in readable_checkpoints(folder.parent):
-        if checkpoint.folder != folder and FileEntry.model_validate(entry) in checkpoint.card.files:
+        own = {(one.name, one.bytes, one.sha256, one.of) for one in checkpoint.card.files}
+        if checkpoint.folder != folder and wanted in own:
             return checkpoint.card.id
     return None
 

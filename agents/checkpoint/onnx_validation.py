@@ -42,14 +42,14 @@ _MAX_TAG = 2**32 - 1
 def check_onnx(data: bytes) -> None:
     """Raise CheckpointError unless the model uses allowed operators only and keeps all its data inside."""
     graphs = 0
-    for field, value in _fields(memoryview(data)):
+    for field, value in wire_fields(memoryview(data)):
         if field == _MODEL_FUNCTIONS:
             raise CheckpointError("the ONNX file defines its own functions, which are not allowed")
         if field == _MODEL_TRAINING:
             raise CheckpointError("the ONNX file says how to train it, which is not allowed")
         if field == _MODEL_GRAPH:
             graphs += 1
-            _check_graph(_message(value), 0)
+            _check_graph(wire_message(value), 0)
     if graphs != 1:
         raise CheckpointError("this is not an ONNX model: it has no graph")
 
@@ -57,52 +57,52 @@ def check_onnx(data: bytes) -> None:
 def _check_graph(graph: memoryview, depth: int) -> None:
     if depth > MAX_DEPTH:
         raise CheckpointError("the ONNX file nests graphs too deeply")
-    for field, value in _fields(graph):
+    for field, value in wire_fields(graph):
         if field == _GRAPH_NODE:
-            _check_node(_message(value), depth)
+            _check_node(wire_message(value), depth)
         elif field == _GRAPH_INITIALIZER:
-            _check_tensor(_message(value))
+            _check_tensor(wire_message(value))
         elif field == _GRAPH_SPARSE:
             raise CheckpointError("the ONNX file has sparse tensors, which are not allowed")
 
 
 def _check_node(node: memoryview, depth: int) -> None:
-    for field, value in _fields(node):
+    for field, value in wire_fields(node):
         if field == _NODE_OPERATOR:
-            name = bytes(_message(value)).decode("ascii", "replace")
+            name = bytes(wire_message(value)).decode("ascii", "replace")
             if name not in ALLOWED_OPERATORS:
                 raise CheckpointError(f"the ONNX file uses the operator {name!r}, which is not allowed")
         elif field == _NODE_DOMAIN:
-            domain = bytes(_message(value)).decode("ascii", "replace")
+            domain = bytes(wire_message(value)).decode("ascii", "replace")
             if domain not in ("", "ai.onnx"):
                 raise CheckpointError(f"the ONNX file uses operators of {domain!r}; only the standard ones are allowed")
         elif field == _NODE_ATTRIBUTE:
-            _check_attribute(_message(value), depth)
+            _check_attribute(wire_message(value), depth)
 
 
 def _check_attribute(attribute: memoryview, depth: int) -> None:
-    for field, value in _fields(attribute):
+    for field, value in wire_fields(attribute):
         if field in (_ATTRIBUTE_TENSOR, _ATTRIBUTE_TENSORS):
-            _check_tensor(_message(value))
+            _check_tensor(wire_message(value))
         elif field in (_ATTRIBUTE_GRAPH, _ATTRIBUTE_GRAPHS):
-            _check_graph(_message(value), depth + 1)
+            _check_graph(wire_message(value), depth + 1)
         elif field in _ATTRIBUTE_SPARSE:
             raise CheckpointError("the ONNX file has sparse tensors, which are not allowed")
 
 
 def _check_tensor(tensor: memoryview) -> None:
-    for field, value in _fields(tensor):
+    for field, value in wire_fields(tensor):
         if field == _TENSOR_EXTERNAL or (field == _TENSOR_LOCATION and value != 0):
             raise CheckpointError("the ONNX file keeps data in other files, which is not allowed")
 
 
-def _message(value: memoryview | int) -> memoryview:
+def wire_message(value: memoryview | int) -> memoryview:
     if isinstance(value, int):
         raise CheckpointError("the ONNX file is damaged")
     return value
 
 
-def _fields(data: memoryview) -> Iterator[tuple[int, memoryview | int]]:
+def wire_fields(data: memoryview) -> Iterator[tuple[int, memoryview | int]]:
     """The fields of one message: varints as numbers, everything else as bytes."""
     position = 0
     while position < len(data):

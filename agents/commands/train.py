@@ -5,9 +5,12 @@ import importlib.util
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import check_labels, check_room
+from movingout.agents.errors import CheckpointError
+from movingout.agents.kinds.kind import AgentKind
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import PRESETS
@@ -74,6 +77,7 @@ def run(args: argparse.Namespace) -> int:
     """Train, export, write DATA/models/<id>."""
     check_labels(args.id, args.name, args.population)
     kind = KINDS[args.kind]
+    _check_word(args.id, kind)
     if args.manifest is not None:
         args.recordings = [*args.recordings, *of_group(args.manifest, args.group)]
     config = overridden(kind.presets[args.preset], args)
@@ -95,6 +99,15 @@ def run(args: argparse.Namespace) -> int:
     if args.data.resolve() != Path("data").resolve():
         print(f"to play with it, copy {checkpoint.folder} to data/models: `play`, `match` and `agents` look there")
     return 0
+
+
+def _check_word(agent_id: str, kind: AgentKind[Any]) -> None:
+    """Raises CheckpointError for an id that is named after another kind: tables and recordings show the id alone."""
+    word, _, own = agent_id.partition("@")
+    if word in KINDS and word not in (kind.name, kind.saved_as):
+        raise CheckpointError(
+            f"{agent_id} would be an agent of kind {kind.name} with the name of another; take --id {kind.name}@{own}"
+        )
 
 
 def _tell(sentence: str) -> None:

@@ -38,6 +38,7 @@ class Trajectory:
     item_poses: Floats  # (T + 1, N, 3)
     actions: Floats  # (T, 2, 3) world actions: distance, heading, toggle
     kinds: tuple[SeatKind, SeatKind] = ("agent", "agent")  # of blue and red
+    simulated: bool = False  # in a rehearsal of a study: its participants were programs
 
     @property
     def ticks(self) -> int:
@@ -103,6 +104,7 @@ def trajectory_of(episode: Episode) -> Trajectory:
         item_poses=np.array([state.item_poses for state in states]),
         actions=episode.actions,
         kinds=(episode.header.seats[0].kind, episode.header.seats[1].kind),
+        simulated=episode.header.simulated,
     )
 
 

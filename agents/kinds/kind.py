@@ -22,11 +22,12 @@ class Trained:
 class AgentKind(Generic[ConfigT]):
     """Everything that commands, catalogue and server know about a kind. Making a record imports no torch."""
 
-    name: str  # `movingout train NAME`, and `kind` on the card
+    name: str  # `movingout train NAME`, and `kind` on the card unless `saved_as` says another
     summary: str  # one phrase for --help
     presets: Mapping[str, ConfigT]  # by the word of --preset; fields of the class become options
     add_options: Callable[[argparse.ArgumentParser], None]  # those that are not fields of the configuration
     option_names: tuple[str, ...]  # of these, the ones that a run folder keeps
     train: Callable[[TrainingRun[ConfigT]], Trained]  # trains, exports, writes the checkpoint folder; may import torch
     load: Callable[..., Agent]  # a checkpoint, and the options of an id as keywords (`bass@all:execute=4`)
+    saved_as: str = ""  # `kind` on the card where it is that of another: a best response plays as a `dp`
     offered: bool = True  # to people who choose a partner; the others are for training and measuring

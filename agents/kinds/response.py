@@ -103,4 +103,5 @@ RESPONSE = AgentKind(
     option_names=("base", "map", "partners", "ticks"),
     train=_train,
     load=load_policy,
+    saved_as="dp",
 )

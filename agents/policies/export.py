@@ -3,9 +3,10 @@
 Weights are stored in half precision, which halves a checkpoint, and used in single precision.
 """
 
+import json
 import tempfile
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -23,33 +24,54 @@ from movingout.maps.generated.names import PREFIX, is_generated
 from movingout.maps.symmetry import split_name
 
 OPSET = 17
+METADATA = "movingout"  # key of the metadata of an ONNX file
 MOST_MAPS = 60  # on a card by their own names
 LARGE = 1024  # numbers; smaller tensors (biases, normalisation) keep full precision
 
 
 def export_policy(policy: Policy) -> bytes:
-    """ONNX of `observation` (B, To, D) and, for diffusion, `noise` (B, R, H, 5) to `chunk` (B, H, 5)."""
+    """ONNX of `observation` (B, To, D) and, for policies that draw, `noise` (B, R, H, 5) to `chunk` (B, H, 5)."""
     spec = policy.spec
     observation = torch.zeros(2, spec.obs_horizon, spec.features)
     noise = torch.zeros(2, max(policy.noise_rows, 1), spec.horizon, ACTION_WIDTH)
-    names = ["observation", "noise"] if policy.noise_rows else ["observation"]
-    return export(policy, (observation, noise), names, ["chunk"])
+    inputs = {"observation": f"the last {spec.obs_horizon} observations in layout {spec.layout}, not normalised"}
+    if policy.noise_rows:
+        inputs["noise"] = "numbers of the standard normal distribution, drawn anew for each chunk"
+    outputs = {"chunk": "per tick: distance, cos and sin of the heading, and scores of grasping no and yes"}
+    return export(policy, (observation, noise), inputs, outputs, {"network": "policy", **spec.model_dump()})
 
 
-def export(module: nn.Module, example: tuple[Tensor, ...], inputs: list[str], outputs: list[str]) -> bytes:
-    """ONNX of a module with a dynamic batch axis. Raises CheckpointError if loading would refuse the result."""
+def export(
+    module: nn.Module, example: tuple[Tensor, ...], inputs: Mapping[str, str], outputs: Mapping[str, str],
+    about: Mapping[str, object],
+) -> bytes:  # fmt: skip
+    """ONNX of a module with a dynamic batch axis.
+
+    `inputs` and `outputs` say what each is, by name, in the order of the module's; `about` becomes the file's metadata
+    `movingout`, as JSON. Raises CheckpointError if loading would refuse the result.
+    """
     module = module.eval().cpu()
     free = {name: {0: "batch"} for name in (*inputs, *outputs)}
     with tempfile.TemporaryDirectory() as folder, torch.inference_mode(), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about the newer exporter, which needs two more packages
         path = Path(folder) / "network.onnx"
         torch.onnx.export(
-            module, example, path, input_names=inputs, output_names=outputs, dynamic_axes=free,
+            module, example, path, input_names=list(inputs), output_names=list(outputs), dynamic_axes=free,
             opset_version=OPSET, dynamo=False,
         )  # fmt: skip
-        data = _halved(path.read_bytes())
+        data = _described(_halved(path.read_bytes()), {**inputs, **outputs}, about)
     check_onnx(data)
     return data
+
+
+def _described(data: bytes, meanings: Mapping[str, str], about: Mapping[str, object]) -> bytes:
+    """The model with what its values mean, for whoever has the file without its card."""
+    model = onnx.load_from_string(data)
+    for value in (*model.graph.input, *model.graph.output):
+        value.doc_string = meanings[value.name]
+    helper.set_model_props(model, {METADATA: json.dumps(about)})
+    described: bytes = model.SerializeToString()
+    return described
 
 
 def halved_weights(module: nn.Module) -> dict[str, Tensor]:

@@ -127,7 +127,7 @@ class TrainingRun(Generic[ConfigT]):
         return Training(
             preset=self.options.preset,
             data_sha256=data.sha256,
-            population=self.options.population or f"{len(people)} participants",
+            population=self.options.population or _participants(len(people), data),
             episodes=len(data.files),
             windows=rows,
             updates=updates,
@@ -146,3 +146,11 @@ class TrainingRun(Generic[ConfigT]):
             return None
         items = {pair_text(pair) for trajectory in data.episodes for pair in pairs_on(trajectory.map)}
         return tuple(sorted(items.union(*known)))
+
+
+def _participants(number: int, data: TrainingData) -> str:
+    """How many there are; programs that took part in a rehearsal are not to pass for people."""
+    simulated = {trajectory.simulated for trajectory in data.episodes}
+    if simulated == {True}:
+        return counted(number, "simulated participant")
+    return counted(number, "participant") + (", some of them simulated" if True in simulated else "")

@@ -106,7 +106,8 @@ def _version(agent_id: str) -> str:
     if "@" in reference:
         card = find_checkpoint(reference, *model_roots()).card
         parts = (card.policy, card.selection, card.value, *card.files)
-        return _hash("".join(part.model_dump_json() for part in parts if part))
+        described = {"inputs", "outputs"}  # on newer cards alone, and implied by the hash of the file
+        return _hash("".join(part.model_dump_json(exclude=described) for part in parts if part))
     with contextlib.suppress(ImportError, ValueError):
         own = importlib.util.find_spec(reference)
         if own is not None and own.origin:

@@ -45,7 +45,8 @@ class CommandParser(argparse.ArgumentParser):
     def _superfluous(self, given: str) -> str:
         first = given.split()[0].partition("=")[0]
         if not first.startswith("-"):
-            return f"unexpected: {given}"
+            writes = any("-o" in action.option_strings for action in self._actions)
+            return f"unexpected: {given}" + (f" (a file or folder to write is named by -o {first})" if writes else "")
         shown = (action.option_strings for action in self._actions if action.help != argparse.SUPPRESS)
         return f"unknown option {first}{probably_meant(first, [option for options in shown for option in options])}"
 

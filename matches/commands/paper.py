@@ -140,10 +140,11 @@ def _list(args: argparse.Namespace) -> int:
         ]  # fmt: skip
         print(json.dumps({"labels": entries}, indent=2))
         return 0
+    width = max(map(len, ENTRIES))
     for entry in ENTRIES.values():
         why = f": {entry.otherwise}" if entry.state == "not done" and entry.otherwise else ""
         how = f": {entry.command}" if entry.state == "elsewhere" else ""
-        print(f"{entry.label:<26} {_STATES[entry.state]}{why}{how}\n{'':<26} {entry.heading}")
+        print(f"{entry.label:<{width}} {_STATES[entry.state]}{why}{how}\n{'':<{width}} {entry.heading}")
     return 0
 
 
@@ -157,7 +158,8 @@ def _make(args: argparse.Namespace) -> int:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise MatchError(f"cannot make the folder {folder}: {error.strerror or error}") from error
+        why = "there is a file of that name" if folder.is_file() else error.strerror or error
+        raise MatchError(f"cannot make the folder {folder}: {why}") from error
     with contextlib.chdir(folder):  # where commands look for trained agents
         space = _workspace(args, given, styles)
         if args.dry_run:

@@ -44,7 +44,7 @@ def listed_episodes(challenge: int, space: Workspace) -> list[GroupedRecording]:
     if space.given and challenge == 2:
         paths = fair_variants(paths, space.evaluation)
     rows = _grouped(paths, challenge, space)
-    _check(rows, challenge)
+    _check(rows, challenge, space)
     return rows
 
 
@@ -92,7 +92,7 @@ def _nothing(challenge: int, count: int) -> str:
     return f"none of {count} recordings is on a map as designed, which Challenge 1 learns from"
 
 
-def _check(rows: list[GroupedRecording], challenge: int) -> None:
+def _check(rows: list[GroupedRecording], challenge: int, space: Workspace) -> None:
     """Raises MatchError for a group that lacks a map, and for episodes that are too short to learn from."""
     ticks = [read_summary(row.path).ticks for row in rows]
     if sum(ticks) < LEAST_TICKS * len(rows):
@@ -105,6 +105,17 @@ def _check(rows: list[GroupedRecording], challenge: int) -> None:
         if lacking:
             whose = f"group {group} of Challenge 1" if challenge == 1 else "Challenge 2"
             raise MatchError(
-                f"{whose} has no episode on {', '.join(lacking)}; every group needs each of the twelve maps: record "
-                "them, or divide the participants otherwise with another --seed, or other --styles"
+                f"{whose} has no episode on {', '.join(lacking)}; every group needs each of the twelve maps: "
+                f"{map_remedy(challenge, space)}"
             )
+
+
+def map_remedy(challenge: int, space: Workspace) -> str:
+    """What may help where a group lacks a map."""
+    ways = ["record them"]
+    if space.min_tcr:
+        ways.append(f"keep poorer episodes with a --min-tcr below {space.min_tcr:g}")
+    if challenge == 1:
+        other = "another --seed" if space.grouping == "random" else "other --styles"
+        ways.append(f"divide the participants otherwise with {other}")
+    return ", or ".join(ways)

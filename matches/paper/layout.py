@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from movingout.matches.paper.cells import EmptyCell, Found
 from movingout.matches.paper.entry import EntryCell, PaperEntry, RowGrouping
+from movingout.matches.paper.given_note import given_notes
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
 
@@ -225,6 +226,7 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
     notes = [
         f"Budget {budget.name}: {budget.about}.",
         *([] if space.given or entry.own_episodes else [SCRIPTED]),
+        *([] if entry.own_episodes else given_notes(space, {cell.column.challenge for cell in cells})),
         NOT_REPRODUCED,
     ]
     if any(cell.column.challenge == 2 for cell in cells):

@@ -283,9 +283,8 @@ def chosen_entries(labels: Sequence[str]) -> list[PaperEntry]:
     """
     for label in labels:
         if label != "all" and label not in ENTRIES:
-            raise MatchError(
-                f"the paper has no label {label!r}{probably_meant(label, ENTRIES)}; see `movingout paper list`"
-            )
+            meant = probably_meant(label, ENTRIES) or ";"
+            raise MatchError(f"the paper has no label {label!r}{meant} `movingout paper list` has all")
     if "all" in labels:
         return [entry for entry in ENTRIES.values() if entry.runnable or entry.extra]
     return [ENTRIES[label] for label in dict.fromkeys(labels)]

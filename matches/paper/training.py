@@ -102,6 +102,15 @@ def _files(agent: TrainedId, space: Workspace, maps: tuple[str, ...]) -> list[Pa
 
 
 def _population(data: str, space: Workspace) -> str:
-    who = "people of the given recordings" if space.given else "scripted people of A and B"
+    who = f"{_given_people(data, space)} of the given recordings" if space.given else "scripted people of A and B"
     part = {"a": ", group 1", "b": ", group 2", "c2": ", Challenge 2"}.get(data, "")
     return who + part
+
+
+def _given_people(data: str, space: Workspace) -> str:
+    """Programs that took part in a rehearsal are not to pass for people on a card."""
+    mine = set(space.episodes(data))
+    simulated = {row.simulated for row in read_groups(space.listing(data)) if row.path in mine}
+    if simulated == {True}:
+        return "simulated participants"
+    return "people, some of them simulated," if True in simulated else "people"

@@ -57,6 +57,7 @@ class SearchedRecording:
     seats: tuple[SearchedSeat, SearchedSeat]
     findings: tuple[Finding, ...]
     waiting_share: float = 0.0  # of the ticks, as the official code counts waiting
+    simulated: bool = False  # in a rehearsal of a study: its participants were programs
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -65,6 +66,7 @@ class SearchedRecording:
             "study": self.study,
             "seats": [[seat.kind, seat.name] for seat in self.seats],
             "waiting_share": self.waiting_share,
+            "simulated": self.simulated,
             "findings": [[one.case, one.seat, one.item, one.start, one.end, one.detail] for one in self.findings],
         }
 
@@ -72,7 +74,10 @@ class SearchedRecording:
     def from_json(cls, document: dict[str, Any]) -> "SearchedRecording":
         blue, red = (SearchedSeat(*seat) for seat in document["seats"])
         findings = tuple(Finding(document["id"], *one) for one in document["findings"])
-        return cls(document["id"], document["map"], document["study"], (blue, red), findings, document["waiting_share"])
+        return cls(
+            document["id"], document["map"], document["study"], (blue, red), findings,
+            waiting_share=document["waiting_share"], simulated=document["simulated"],
+        )  # fmt: skip
 
 
 def case_of(finding: str) -> Case:

@@ -4,7 +4,7 @@ import hashlib
 import os
 import sqlite3
 import time
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from movingout.recordings.report.method import rules
 from movingout.recordings.report.track import Track
 from movingout.recordings.report.words import Words
 from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.storage.index import Stamp, file_stamp
 from movingout.world.metrics import EpisodeMetrics
 
 SEARCH_NAME = ".findings.sqlite"
@@ -28,8 +29,6 @@ _KEPT = sorted(SearchedRecording.__slots__)
 _RULES = int(
     hashlib.sha256(repr((_KEPT, rules(Words()))).encode()).hexdigest()[:7], 16
 )  # other rules find other things
-
-Stamp = tuple[int, int]  # size, time of change in ns
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,23 +100,19 @@ def _searched(path: Path) -> SearchedRecording | None:
     metrics = EpisodeMetrics(header.map)
     metrics.update_episode(list(episode.states), episode.actions)
     return SearchedRecording(
-        header.episode_id, header.map.name, study, (blue, red), found, waiting_share=metrics.waiting_share
-    )
+        header.episode_id, header.map.name, study, (blue, red), found,
+        waiting_share=metrics.waiting_share, simulated=header.simulated,
+    )  # fmt: skip
 
 
 def _files(folder: Path) -> dict[str, Stamp]:
+    found: dict[str, Stamp] = {}
     try:
         with os.scandir(folder) as entries:
-            found = {entry.name: _stamp(entry) for entry in entries if entry.name.endswith(SUFFIX)}
+            for entry in entries:
+                if entry.name.endswith(SUFFIX):
+                    with suppress(FileNotFoundError):  # deleted meanwhile
+                        found[entry.name] = file_stamp(entry)
     except OSError as error:
         raise cannot("list", folder, error) from error
-    return {name: stamp for name, stamp in sorted(found.items()) if stamp is not None}
-
-
-def _stamp(entry: os.DirEntry[str]) -> Stamp | None:
-    """None for a file that was removed meanwhile, and for a link to one that is gone."""
-    try:
-        status = entry.stat()
-    except FileNotFoundError:
-        return None
-    return status.st_size, status.st_mtime_ns
+    return dict(sorted(found.items()))

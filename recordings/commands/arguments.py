@@ -31,6 +31,13 @@ def add_styles(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def add_challenge(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--challenge", type=int, choices=(1, 2),
+        help="only episodes on maps as designed (1), or only those on varied maps (2); default: both",
+    )  # fmt: skip
+
+
 def print_json(document: dict[str, Any]) -> None:
     sys.stdout.write(json.dumps(document, indent=2) + "\n")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.suggestion import counted
-from movingout.recordings.commands.arguments import add_json, add_styles, print_json
+from movingout.recordings.commands.arguments import add_challenge, add_json, add_styles, print_json
 from movingout.recordings.diversity.comparison import (
     COUNTS,
     MapDiversity,
@@ -53,6 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_styles(parser)
     parser.add_argument("--map", help="only these maps, as HandOff,LeftRight")
+    add_challenge(parser)
     parser.add_argument(
         "--counts", choices=COUNTS, default="equal", help="equal (default): as many episodes as the smallest has"
     )
@@ -82,7 +83,7 @@ def perform(args: argparse.Namespace) -> int:
     options = DiversityOptions(args.points, args.grid, args.bandwidth, args.rbf_width)
     sampling = Sampling(args.counts, args.draws, args.seed)
     reading = read_paths(args.paths, args.workers)
-    groups = populations(_wanted(reading, args.map), args.by, given_styles(args.styles, args.by))
+    groups = populations(_wanted(reading, args.map, args.challenge), args.by, given_styles(args.styles, args.by))
     by_maps = compared(groups, options, sampling)
     overall = over_maps(by_maps)
     words = method(options, sampling)
@@ -98,15 +99,18 @@ def perform(args: argparse.Namespace) -> int:
     return 0
 
 
-def _wanted(reading: Reading, maps: str | None) -> list[PathEpisode]:
-    """The episodes on the wanted maps. Raises RecordingError when none is left."""
-    names = sorted({one.map.name for one in reading.episodes})
-    wanted = names if maps is None else [name.strip() for name in maps.split(",")]
-    if unknown := [name for name in wanted if name not in names]:
-        raise RecordingError(f"no finished episode on {', '.join(unknown)}; maps here: {', '.join(names) or 'none'}")
+def _wanted(reading: Reading, maps: str | None, challenge: int | None) -> list[PathEpisode]:
+    """The episodes of the wanted challenge on the wanted maps. Raises RecordingError when none is left."""
     if not reading.episodes:
         raise RecordingError(f"no finished episode was found ({', '.join(_left_out_words(reading))})")
-    return [one for one in reading.episodes if one.map.name in wanted]
+    episodes = [one for one in reading.episodes if challenge in (None, 2 if one.map.variant else 1)]
+    if not episodes:
+        raise RecordingError(f"no finished episode is on maps {'as designed' if challenge == 1 else 'that are varied'}")
+    names = sorted({one.map.name for one in episodes})
+    wanted = names if maps is None else [name.strip() for name in maps.split(",")]
+    if unknown := [name for name in wanted if name not in names]:
+        raise RecordingError(f"no finished episode on {', '.join(unknown)}; maps here: {', '.join(names)}")
+    return [one for one in episodes if one.map.name in wanted]
 
 
 def _write(

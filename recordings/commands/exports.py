@@ -49,7 +49,8 @@ def perform(args: argparse.Namespace) -> int:
     found = expanded(args.paths)
     recordings = [path for path in found if path in args.paths or not is_tutorial(path)]
     if len(recordings) < len(found):
-        print(f"{len(found) - len(recordings)} of tutorials left out; name a file to export it all the same")
+        tutorials = counted(len(found) - len(recordings), "tutorial recording")
+        print(f"left out {tutorials}; name a file to export it all the same")
     plan = ExportPlan(
         recordings=recordings,
         target=args.out,

@@ -96,6 +96,8 @@ def _page(
 ) -> Iterator[str]:
     left_out = f", {search.left_out} left out (unfinished, tutorial or unreadable)" if search.left_out else ""
     yield f"{counted(len(search.recordings), 'recording')}{left_out}: {counted(len(found), 'finding')} by rules"
+    if simulated := sum(recording.simulated for recording in search.recordings):
+        yield f"{counted(simulated, 'recording')} of a rehearsal: the people in it were simulated"
     yield ""
     yield "share of appearances (a recording and a seat) in which a player has the failure:"
     for rate in rates:

@@ -3,9 +3,24 @@
 import argparse
 
 from movingout.maps.commands.parser import add_out
-from movingout.recordings.commands.arguments import add_json, add_paths, add_styles, expanded, print_json
+from movingout.maps.suggestion import counted
+from movingout.recordings.commands.arguments import (
+    add_challenge,
+    add_json,
+    add_paths,
+    add_styles,
+    expanded,
+    print_json,
+)
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.groups import GroupedRecording, group_sentences, grouped, grouped_by_style, write_groups
+from movingout.recordings.groups import (
+    GroupedRecording,
+    group_sentences,
+    grouped,
+    grouped_by_style,
+    of_challenge,
+    write_groups,
+)
 from movingout.recordings.styles import given_styles
 from movingout.recordings.terminal import printable
 
@@ -24,6 +39,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--min-tcr", type=float, default=0.0, metavar="TCR", help="leave out episodes in which less was delivered"
     )
+    add_challenge(parser)
     add_out(parser, "FILE.csv", "the list, for `movingout train --manifest FILE.csv --group 1`", required=True)
     add_json(parser)
     parser.set_defaults(perform=perform)
@@ -33,7 +49,8 @@ def perform(args: argparse.Namespace) -> int:
     """Write the list and say what is in it."""
     if args.groups < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
         raise RecordingError("--groups is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
-    paths = expanded(args.paths)
+    found = expanded(args.paths)
+    paths = of_challenge(found, args.challenge) if args.challenge else found
     styles = given_styles(args.styles, args.by)
     if args.by == "style":
         rows, names = grouped_by_style(paths, styles, args.min_tcr)
@@ -43,8 +60,8 @@ def perform(args: argparse.Namespace) -> int:
     if args.json:
         print_json({"file": str(args.out), "styles": names, "recordings": [_document(row) for row in rows]})
         return 0
-    left_out = f"; {len(paths) - len(rows)} left out" if len(paths) > len(rows) else ""
-    print(f"{len(rows)} recordings in {args.out}{left_out}")
+    left_out = f"; {len(found) - len(rows)} left out" if len(found) > len(rows) else ""
+    print(f"{counted(len(rows), 'recording')} in {args.out}{left_out}")
     print("\n".join(printable(sentence) for sentence in group_sentences(rows, names)))
     return 0
 

@@ -5,6 +5,7 @@ from importlib.metadata import version
 
 import yaml
 
+from movingout.recordings.episode import SeatInfo
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
 from movingout.recordings.storage.listing import Players
@@ -72,7 +73,12 @@ def _vectors(name: str, plan: ExportPlan) -> list[str]:
 
 
 def _kinds(players: list[Players]) -> Counter[str]:
-    return Counter(_KINDS.get(seat.kind, seat.kind) for one in players for seat in one.seats)
+    return Counter(_kind(seat, one.simulated) for one in players for seat in one.seats)
+
+
+def _kind(seat: SeatInfo, simulated: bool) -> str:
+    """Programs that took part in a rehearsal of a study are not to pass for people."""
+    return "simulated people" if simulated and seat.kind == "human" else _KINDS.get(seat.kind, seat.kind)
 
 
 def _counted(numbers: Counter[str]) -> str:

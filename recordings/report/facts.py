@@ -70,6 +70,7 @@ class EpisodeFacts:
     consistency: Floats  # (S, 2) per second: sum and count of the ticks' action consistency
     presence: npt.NDArray[np.float32]  # (2, 48, 48) seconds of each seat in each cell
     tutorial: bool = False
+    simulated: bool = False  # in a rehearsal of a study: its participants were programs
 
     @property
     def finished(self) -> bool:
@@ -93,6 +94,7 @@ def _facts(path: Path, episode: Episode, population: Callable[[EpisodeHeader], P
         map=header.map,
         population=population(header),
         tutorial=header.source == "tutorial",
+        simulated=header.simulated,
         started=utc(header.started_ns),
         outcome=episode.outcome,
         complete=episode.complete,

@@ -101,6 +101,7 @@ class ReportTally:
     found: list[FailureFinding] = field(default_factory=list)
     unreadable: list[Unreadable] = field(default_factory=list)
     tutorials: int = 0  # recordings of tutorials, of which nothing else is shown
+    simulated: int = 0  # recordings of rehearsals, whose participants were programs
     unfinished: int = 0  # episodes that were neither delivered nor ran out of time
     first: str = ""  # start of the earliest and of the latest recording
     last: str = ""
@@ -157,6 +158,7 @@ class ReportTally:
     def _add(self, facts: EpisodeFacts) -> None:
         self.first = min(self.first or facts.started, facts.started)
         self.last = max(self.last, facts.started)
+        self.simulated += facts.simulated
         self.found += [FailureFinding(facts, failure) for failure in facts.failures]
         if not facts.finished:
             self.unfinished += 1

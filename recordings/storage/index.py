@@ -103,13 +103,24 @@ def _files(folder: Path) -> tuple[dict[str, Stamp], list[str]]:
             for entry in entries:
                 if entry.name.endswith(SUFFIX):
                     with suppress(FileNotFoundError):  # deleted meanwhile
-                        found = entry.stat()
-                        files[entry.name] = (found.st_size, found.st_mtime_ns)
+                        files[entry.name] = file_stamp(entry)
                 elif entry.name.endswith(JOURNAL_SUFFIX):
                     journals.append(entry.name)
     except OSError as error:
         raise cannot("list", folder, error) from error
     return files, journals
+
+
+def file_stamp(entry: os.DirEntry[str]) -> Stamp:
+    """Of a link that leads nowhere, the link's own: it counts among the files that cannot be read.
+
+    Raises FileNotFoundError for a file that was deleted meanwhile.
+    """
+    try:
+        found = entry.stat()
+    except OSError:
+        found = entry.stat(follow_symlinks=False)
+    return found.st_size, found.st_mtime_ns
 
 
 def _prepare(database: sqlite3.Connection) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from movingout.recordings.episode import Episode, SeatInfo
+from movingout.recordings.episode import Episode, SeatInfo, is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
@@ -100,17 +100,19 @@ class Players(NamedTuple):
     episode_id: str
     seats: tuple[SeatInfo, SeatInfo]
     map: str = ""
+    simulated: bool = False  # in a rehearsal of a study: its participants were programs
 
 
 def read_players(path: Path) -> Players:
     """Who played, without opening the messages of a finished recording."""
     if path.name.endswith(JOURNAL_SUFFIX):
         header = read_episode(path).header
-        return Players(header.episode_id, header.seats, header.map.name)
+        return Players(header.episode_id, header.seats, header.map.name, header.simulated)
     records = read_metadata(path)
     try:
         record = _episode_record(path, records)
-        return Players(record["episode_id"], seats_of(records), record.get("map", ""))
+        study = records.get(STUDY, {})
+        return Players(record["episode_id"], seats_of(records), record.get("map", ""), is_simulated(study))
     except (KeyError, ValueError) as error:
         raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
 

@@ -5,6 +5,7 @@ rounds of somebody who declines to have their data kept, are known to the databa
 the recordings: data/recordings and data/studies/*/study.sqlite. A study in PostgreSQL has none there.
 """
 
+import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
@@ -22,7 +23,7 @@ _QUERY = """
 
 def uncounted_episodes(recordings: Iterable[Path]) -> frozenset[str]:
     """Ids of the episodes that the studies beside these recordings do not count. Raises RecordingError."""
-    folders = {path.resolve().parent.parent / "studies" for path in recordings}
+    folders = {Path(os.path.realpath(path)).parents[1] / "studies" for path in recordings}  # resolve() refuses loops
     databases = sorted(found for folder in folders for found in folder.glob("*/study.sqlite"))
     return frozenset(episode for database in databases for episode in _of_study(database))
 

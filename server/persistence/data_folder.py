@@ -51,7 +51,7 @@ def refuse_study_folder(folder: Path) -> None:
     if studies:
         raise BadDataFolder(
             f"the data folder {folder} holds a study ({', '.join(studies)}), whose recordings are not for players; "
-            "choose another one for games: --data DIR"
+            "choose another one for games: --data DIR, or open the study: movingout study serve"
         )
 
 

@@ -116,9 +116,10 @@ class Store:
     def _same(self, connection: Connection, known: Row[Any], row: Mapping[str, Any]) -> None:
         if known.simulated != row["simulated"]:
             kinds = ("simulated participants", "people") if known.simulated else ("people", "simulated participants")
+            look = " (to look at it, for instance on /annotate: serve --rehearse 1)" if known.simulated else ""
             raise StudyError(
                 f"this data folder holds what {kinds[0]} did, and {kinds[1]} must not be mixed with them; "
-                "choose another --data folder"
+                f"choose another --data folder{look}"
             )
         for name, words in (("id", "its id"), ("file_sha256", "its file"), ("models", "a model")):
             if getattr(known, name) != row[name]:

@@ -73,13 +73,15 @@ def recorded(
     source: Source = "scripted",
     outcome: Outcome = "time",
     the_map: MapSpec | None = None,
+    simulated: bool = False,
 ) -> Path:
-    """A finished recording of random motion."""
+    """A finished recording of random motion; `simulated`: of a rehearsal of a study."""
     the_map, actions = the_map or load_map("HandOff"), random_walk(ticks, seed)
     world = World(the_map, record_sub_poses=False)
     header = EpisodeHeader(
-        episode_id, the_map, seed, ticks, (SeatInfo(kinds[0], people[0]), SeatInfo(kinds[1], people[1])), 1, source
-    )
+        episode_id, the_map, seed, ticks, (SeatInfo(kinds[0], people[0]), SeatInfo(kinds[1], people[1])), 1, source,
+        {"simulated": "yes"} if simulated else {},
+    )  # fmt: skip
     writer = EpisodeWriter.create(folder, header, world.state())
     for action in actions:
         world.step(action)

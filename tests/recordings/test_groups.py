@@ -1,9 +1,11 @@
 """Recordings are divided into groups that share no participant, and the list of them is read back."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from movingout.maps import load_map
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import group_sentences, grouped, of_group, read_groups, write_groups
 from movingout.server.cli import main
@@ -42,13 +44,47 @@ def test_poor_episodes_are_left_out(tmp_path: Path) -> None:
 
 def test_live_rounds_that_were_broken_off_are_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     left = recorded(tmp_path, "left", ticks=9, source="live", outcome="left")
-    with pytest.raises(RecordingError, match="none of 1 recordings counts: they are tutorials, were broken off, or"):
+    with pytest.raises(RecordingError, match="none of 1 recording counts: they are tutorials, were broken off, or"):
         grouped([left], 1)
     short = recorded(tmp_path, "short", ticks=9, source="import", outcome="stopped")
     ended = recorded(tmp_path, "ended", ticks=9, source="live")
     assert {row.path for row in grouped([left, short, ended], 1)} == {short, ended}
     assert main(["recordings", "split", str(tmp_path), "--groups", "1", "-o", str(tmp_path / "groups.csv")]) == 0
     assert "2 recordings in" in (shown := capsys.readouterr().out) and "; 1 left out" in shown
+
+
+def test_the_two_challenges_are_told_apart_and_divided_apart(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A `collect` study has both: its agents of Challenge 1 are not to learn from varied maps."""
+    _episodes(tmp_path)
+    recorded(tmp_path, "varied", ticks=9, people=("a", "b"), the_map=replace(load_map("HandOff"), variant="one"))
+    split = ["recordings", "split", str(tmp_path), "--groups", "1", "-o", str(tmp_path / "groups.csv")]
+    assert main(split) == 0
+    assert "group 1: 5 episodes of 7 participants, 1 of them on varied maps" in capsys.readouterr().out
+    assert main([*split, "--challenge", "2"]) == 0
+    shown = capsys.readouterr().out
+    assert "1 recording in" in shown and "; 4 left out" in shown
+    assert "group 1: 1 episode of 2 participants, 1 of them on varied maps" in shown
+    assert main([*split, "--challenge", "1"]) == 0
+    assert "group 1: 4 episodes of 7 participants\n" in capsys.readouterr().out
+    (tmp_path / "varied.mcap").unlink()
+    assert main([*split, "--challenge", "2"]) == 2
+    assert "none of 4 recordings is on a varied map (Challenge 2)" in capsys.readouterr().err
+
+
+def test_episodes_of_a_rehearsal_do_not_pass_for_those_of_people(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recorded(tmp_path, "people", ticks=9)
+    recorded(tmp_path, "programs", ticks=9, simulated=True)
+    target = tmp_path / "groups.csv"
+    assert main(["recordings", "split", str(tmp_path), "--groups", "1", "-o", str(target)]) == 0
+    assert "2 episodes of 2 participants; 1 by simulated participants, who are programs" in capsys.readouterr().out
+    assert {row.episode: row.simulated for row in read_groups(target)} == {"people": False, "programs": True}
+    lines = target.read_text(encoding="utf-8").splitlines()
+    target.write_text("\n".join(line.rpartition(",")[0] for line in lines), encoding="utf-8")
+    assert not any(row.simulated for row in read_groups(target)), "lists of before do not say"
 
 
 def test_the_list_is_read_back_wherever_its_folder_lies(tmp_path: Path) -> None:

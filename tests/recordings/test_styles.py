@@ -37,7 +37,7 @@ def test_a_list_says_it_of_others(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert main([*command, "--by", "style"]) == 0
     shown = capsys.readouterr().out
     assert "2 recordings in" in shown and "; 2 left out" in shown
-    assert "group 1, follows: 1 episodes of 2 participants" in shown and "group 2, leads: 1 episodes" in shown
+    assert "group 1, follows: 1 episode of 2 participants" in shown and "group 2, leads: 1 episode of" in shown
     assert {(row.people, row.group) for row in read_groups(out)} == {(PAIRS[0], 2), (PAIRS[2], 1)}
     assert main(command) == 2
     assert "counts with --by style alone" in capsys.readouterr().err

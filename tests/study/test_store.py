@@ -107,7 +107,7 @@ def test_what_simulated_participants_did_is_never_mixed_with_what_people_did(pla
     store.freeze("agent-survey", TEXT, {}, {"scripted": ""}, simulated=True)
     assert store.frozen().simulated
     store.arrive("P1", "en")
-    with pytest.raises(StudyError, match="holds what simulated participants did, and people must not be mixed"):
+    with pytest.raises(StudyError, match=r"holds what simulated participants did, and people .*--rehearse 1"):
         store.freeze("agent-survey", TEXT, {}, {"scripted": ""})
 
 

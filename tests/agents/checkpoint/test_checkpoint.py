@@ -6,11 +6,13 @@ import os
 import pickle
 from pathlib import Path
 
+import onnx
 import pytest
 import torch
 
 from movingout.agents.checkpoint.checkpoint import CARD, Checkpoint, find_checkpoint, read_checkpoint, write_checkpoint
 from movingout.agents.errors import CheckpointError
+from movingout.agents.inference.network import Network
 from movingout.agents.inference.policy_agent import PolicyAgent
 from movingout.agents.kinds.policy import build_policy
 from movingout.agents.kinds.registry import load_checkpoint
@@ -46,6 +48,31 @@ def test_a_checkpoint_is_found_by_its_id_and_plays(tmp_path: Path) -> None:
     assert found == written and found.card.policy == SPEC
     agent = load_checkpoint(found)
     assert isinstance(agent, PolicyAgent) and agent.spec == SPEC
+
+
+def test_the_card_names_what_a_network_takes_and_the_file_says_what_it_means(tmp_path: Path) -> None:
+    spec = tiny_spec(kind="dp")
+    data = export_policy(build_policy(spec))
+    written = write_checkpoint(tmp_path / "mlp-test", _card(policy=spec.model_dump()), {"policy.onnx": data})
+    (entry,) = written.card.files
+    rows = Network(data).input_shapes["noise"][1]
+    assert entry.inputs == {
+        "observation": ("batch", spec.obs_horizon, spec.features), "noise": ("batch", rows, spec.horizon, 5)
+    }  # fmt: skip
+    assert entry.outputs == {"chunk": ("batch", spec.horizon, 5)}
+    about = json.loads(Network(data).metadata["movingout"])
+    assert about == {"network": "policy", **spec.model_dump(mode="json")}
+    graph = onnx.load_from_string(data).graph
+    assert f"in layout {spec.layout}, not normalised" in graph.input[0].doc_string
+    assert "distance, cos and sin of the heading" in graph.output[0].doc_string
+
+
+def test_cards_of_before_and_shipped_ones_do_without(tmp_path: Path) -> None:
+    written = _written(tmp_path)
+    (entry,) = json.loads((written.folder / CARD).read_text())["files"]
+    _edit(written.folder, files=[{name: entry[name] for name in ("name", "bytes", "sha256")}])
+    assert read_checkpoint(written.folder).card.files[0].inputs is None
+    assert load_checkpoint(find_checkpoint("mlp@test", tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -135,7 +162,7 @@ def test_a_network_with_a_forbidden_operator_or_outside_data_is_refused(tmp_path
 
 
 def test_a_network_of_another_shape_than_its_card_is_refused(tmp_path: Path) -> None:
-    small = export(torch.nn.Linear(3, 3), (torch.zeros(1, 3),), ["observation"], ["chunk"])
+    small = export(torch.nn.Linear(3, 3), (torch.zeros(1, 3),), {"observation": ""}, {"chunk": ""}, {})
     other = export_policy(build_policy(tiny_spec(kind="mlp", horizon=4)))
     for data in (small, other):
         checkpoint = write_checkpoint(tmp_path / "mlp-test", _card(), {"policy.onnx": data})

@@ -64,7 +64,7 @@ def test_a_network_answers_nearly_the_same_from_half_the_bytes(agent_id: str, tm
 
 def test_weights_in_single_precision_are_quantized_too() -> None:
     module = torch.nn.Sequential(torch.nn.Linear(8, LARGE), torch.nn.ReLU(), torch.nn.Linear(LARGE, 2))
-    model = onnx.load_from_string(export(module, (torch.zeros(2, 8),), ["seen"], ["answer"]))
+    model = onnx.load_from_string(export(module, (torch.zeros(2, 8),), {"seen": ""}, {"answer": ""}, {}))
     for node in [node for node in model.graph.node if node.op_type == "Cast"]:
         tensor = next(one for one in model.graph.initializer if one.name == node.input[0])
         values = onnx.numpy_helper.to_array(tensor).astype(np.float32)

@@ -67,6 +67,34 @@ def test_augmentation_adds_windows_that_the_engine_confirmed(
     assert json.loads(captured.out)["windows"] >= 180
 
 
+def test_an_id_with_the_name_of_another_kind_is_refused_before_anything_is_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mlp", str(tmp_path / "nowhere"), "--data", str(tmp_path), *TINY]
+    assert main([*command, "--id", "dp@q"]) == 2
+    assert "dp@q would be an agent of kind mlp with the name of another; take --id mlp@q" in capsys.readouterr().err
+    assert not (tmp_path / "models").exists() and not (tmp_path / "runs").exists()
+    for agent_id in ("mlp@q", "dp-like@q", "baseline@q"):
+        assert main([*command, "--id", agent_id]) == 2
+        assert "nowhere" in capsys.readouterr().err
+    assert main(["train", "response", "--base", "dp@nobody", "--id", "dp@q", "--data", str(tmp_path)]) == 2
+    assert "no checkpoint 'dp@nobody'" in capsys.readouterr().err, "what steers a policy of kind dp is of kind dp"
+
+
+def test_a_card_says_that_participants_were_simulated(tmp_path: Path) -> None:
+    recorded(tmp_path, "programs", ticks=30, simulated=True)
+    few = ["--id", "mlp@few", "--data", str(tmp_path), *TINY]
+    assert main(["train", "mlp", str(tmp_path / "programs.mcap"), *few]) == 0
+    card = find_checkpoint("mlp@few", tmp_path / "models").card
+    assert card.training.population == "2 simulated participants"
+    assert card.description == "MLP trained on 1 episode of 2 simulated participants."
+    recorded(tmp_path, "people", ticks=30, people=("c", "d"))
+    both = [str(tmp_path / f"{name}.mcap") for name in ("people", "programs")]
+    assert main(["train", "mlp", *both, *few, "--id", "mlp@both"]) == 0
+    both_card = find_checkpoint("mlp@both", tmp_path / "models").card
+    assert both_card.training.population == "4 participants, some of them simulated"
+
+
 def test_the_ablation_of_recombination_asks_for_one_end_only(
     recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,6 +5,12 @@ import pytest
 from movingout.maps import map_names
 from movingout.matches import MatchError, read_grid
 from movingout.matches.experiment.plan import matches_of, planned_matches
+from movingout.matches.experiment.shipped_grids import grid_path, shipped_grids
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.registry import chosen_entries
+from movingout.matches.paper.steps import paper_steps
+from movingout.matches.paper.workspace import Workspace
+from movingout.server.cli import configured
 from tests.matches.support import HERE, small_grid, written
 
 
@@ -67,3 +73,20 @@ def test_a_faulty_grid_is_refused_with_line_and_place(text: str, message: str, t
 def test_a_grid_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(MatchError, match=r"cannot read .*nothing\.yaml: No such file"):
         read_grid(tmp_path / "nothing.yaml")
+
+
+@pytest.mark.parametrize("name", shipped_grids())
+def test_what_a_shipped_grid_says_about_getting_its_agents_is_a_command(name: str) -> None:
+    grid = read_grid(grid_path(Path(name)))
+    agents = [one for condition in grid.all_conditions for one in condition.contestants if one.needs]
+    for one in agents:
+        command, _, models = one.needs.partition("; then ")
+        words = command.split()
+        if words == ["make", "agents"]:
+            continue
+        assert words[:3] == ["movingout", "paper", "tables"] and models.startswith("MOVINGOUT_MODELS=data/paper/"), name
+        wanted = configured("paper")[1].parse_args(words[2:])
+        (entry,) = chosen_entries(wanted.label)
+        space = Workspace(budget=BUDGETS["smoke"], evaluation=wanted.evaluation)
+        trained = {step.about.split()[1] for step in paper_steps([entry], space) if step.about.startswith("train ")}
+        assert one.agent.partition(":")[0] in trained, one.agent

@@ -86,8 +86,10 @@ def test_grids_name_tables_as_before() -> None:
 
 
 def test_an_unknown_label_is_refused_with_the_one_that_was_probably_meant() -> None:
-    with pytest.raises(MatchError, match="did you mean tab:ablation\\?"):
+    with pytest.raises(MatchError, match=r"'tab:ablatoin'; did you mean tab:ablation\? `movingout paper list`"):
         chosen_entries(["tab:ablation", "tab:ablatoin"])
+    with pytest.raises(MatchError, match="the paper has no label 'zzz'; `movingout paper list` has all"):
+        chosen_entries(["zzz"])
     all_labels = {entry.label for entry in chosen_entries(["all"])}
     assert all_labels >= {"tab:ablation", "tab:task_1_results", "fig:results_t2"}
 

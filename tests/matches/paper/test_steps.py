@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -10,7 +11,7 @@ from movingout.matches.commands import paper
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.bar_chart import bar_chart
 from movingout.matches.paper.budgets import BUDGETS
-from movingout.matches.paper.data_sets import list_episodes
+from movingout.matches.paper.data_sets import list_episodes, map_remedy
 from movingout.matches.paper.entry import played_cells
 from movingout.matches.paper.latex_table import latex
 from movingout.matches.paper.layout import laid_out
@@ -117,6 +118,16 @@ def test_recordings_that_no_table_can_be_made_from_are_refused(
         list_episodes(1, space)
     with pytest.raises(MatchError, match="on a varied map, which Challenge 2 learns from"):
         list_episodes(2, space)
+
+
+def test_what_may_help_where_a_group_lacks_a_map_fits_what_was_asked_for(here: Path) -> None:
+    def refused(challenge: int = 1, **options: Any) -> str:
+        return map_remedy(challenge, Workspace(budget=SMOKE, given=(here,), **options))
+
+    assert refused() == "record them, or divide the participants otherwise with another --seed"
+    assert refused(min_tcr=0.5).startswith("record them, or keep poorer episodes with a --min-tcr below 0.5, or divide")
+    assert refused(grouping="style") == "record them, or divide the participants otherwise with other --styles"
+    assert refused(challenge=2) == "record them"
 
 
 def test_groups_by_style_are_all_of_one_against_all_of_another(here: Path) -> None:
@@ -226,6 +237,8 @@ def test_the_list_has_every_label(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["paper", "list"]) == 0
     shown = capsys.readouterr().out
     assert all(label in shown for label in ENTRIES)
+    states = [line.partition("made")[0] for line in shown.splitlines() if "made here" in line]
+    assert len({len(start) for start in states if "some" not in start}) == 1, "in one column, however long a label is"
 
 
 def test_each_decision_that_is_timed_is_made_anew(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

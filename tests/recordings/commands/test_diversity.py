@@ -2,16 +2,19 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from PIL import Image
 
+from movingout.maps import load_map
 from movingout.recordings import SeatInfo, finalise
 from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.server.cli import main
+from tests.agents.learning import recorded
 from tests.recordings.support import record
 
 
@@ -85,6 +88,14 @@ def test_all_episodes_are_measured_when_asked_for(data: Path, capsys: pytest.Cap
     assert everybody["drawn"] == 6 and everybody["dtw_mean_stderr"] > 0 and everybody["entropy_stderr"] > 0
 
 
+def test_one_challenge_is_measured_without_the_other(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, variant in (("one", ""), ("two", ""), ("three", "varied")):
+        recorded(tmp_path, name, ticks=9, the_map=replace(load_map("HandOff"), variant=variant))
+    for words, count in (((), 3), (("--challenge", "1"), 2), (("--challenge", "2"), 1)):
+        found, _ = measured(capsys, str(tmp_path), *words)
+        assert [row["episodes"] for row in found["maps"]] == [count]
+
+
 def test_official_files_are_measured_like_the_recordings_that_they_come_from(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -122,6 +133,7 @@ def test_a_folder_has_the_tables_and_a_picture_per_map(
         (["{empty}"], "there are no recordings in {empty}: neither *.mcap nor official"),
         (["{data}", "--map", "HandOf"], "no finished episode on HandOf; maps here: HandOff, LeftRight"),
         (["{data}", "-o", "{empty}"], "{empty} exists already and is not overwritten"),
+        (["{data}", "--challenge", "2"], "no finished episode is on maps that are varied"),
         (["{data}/broken-off.mcap"], "no finished episode was found (1 unfinished)"),
     ],
 )

@@ -9,6 +9,7 @@ import pytest
 from movingout.recordings.annotation.search import search_failures
 from movingout.recordings.annotation.verdicts import add_verdict, new_line
 from movingout.server.cli import main
+from tests.agents.learning import recorded
 from tests.recordings.annotation.support import waiting_alone
 
 
@@ -43,6 +44,13 @@ def test_the_page_of_rates_says_where_to_annotate(folder: Path, capsys: pytest.C
     said = capsys.readouterr().out
     assert "2 recordings: 2 findings by rules" in said and "open /annotate" in said
     assert "bass@all: does not come when help is needed: n = 2, by rules 1.000" in said
+
+
+def test_people_of_a_rehearsal_are_called_simulated(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recorded(folder, "programs", simulated=True)
+    for _ in range(2):  # the second time from the index
+        assert main(["recordings", "failures", str(folder)]) == 0
+        assert "1 recording of a rehearsal: the people in it were simulated" in capsys.readouterr().out
 
 
 def test_a_folder_without_recordings_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -114,6 +114,25 @@ def test_list_names_what_it_cannot_read_and_goes_on(
     assert "short.mcap is incomplete or damaged" in err
 
 
+def test_links_that_lead_nowhere_are_named_and_stop_no_command_for_a_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One such link used to be passed over in silence, and one that leads to itself stopped the whole list."""
+    finalise(record(tmp_path, ticks=2)[0])
+    (tmp_path / "gone.mcap").symlink_to(tmp_path / "elsewhere.mcap")
+    (tmp_path / "loop.mcap").symlink_to("loop.mcap")
+    (tmp_path / "running.mcap.journal").symlink_to(tmp_path / "elsewhere.mcap.journal")
+    wanted = ("gone.mcap: it is a link to a file that is not there", "loop.mcap: it is a link that leads back")
+    for _ in range(2):  # the second list is that of the index
+        assert main(["recordings", "list", str(tmp_path)]) == 0
+        out, err = capsys.readouterr()
+        assert "episode" in out and all(sentence in err for sentence in wanted)
+        assert "running.mcap.journal: it is a link to a file that is not there" in err
+    for command in ("failures", "diversity"):
+        assert main(["recordings", command, str(tmp_path)]) == 0
+    assert "2 unreadable" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", ["list", "info", "verify", "recover"])
 def test_nobody_commands_a_terminal_by_the_name_of_a_player_or_a_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str

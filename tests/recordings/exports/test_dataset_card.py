@@ -35,3 +35,10 @@ def test_the_card_counts_what_was_exported_and_names_files_that_exist(
     assert "| seats | agents (2), people (2) |" in text
     assert ("layout `official-v1`" in text) == (name in ("parquet", "lerobot"))
     assert "P-1" not in text
+
+
+def test_the_participants_of_a_rehearsal_are_called_simulated(tmp_path: Path) -> None:
+    seats = SeatInfo("human", "P-1"), SeatInfo("agent", "scripted")
+    journal, _ = record(tmp_path, ticks=4, episode_id="one", seats=seats, study={"simulated": "yes"})
+    export("csv", ExportPlan([finalise(journal)], tmp_path / "data"))
+    assert "| seats | agents (1), simulated people (1) |" in (tmp_path / "data/README.md").read_text(encoding="utf-8")

@@ -252,6 +252,12 @@ def test_an_episode_that_ended_before_its_first_tick_is_reported_like_any_other(
     assert "no results to show" in html(found)
 
 
+def test_a_rehearsal_does_not_pass_for_people() -> None:
+    page = html(facts(), facts("two", simulated=True))
+    assert "1 recording is of a rehearsal: its participants were simulated" in page
+    assert "rehearsal" not in html(facts())
+
+
 def test_tutorials_are_counted_and_nothing_else_is_shown_of_them() -> None:
     tally = ReportTally.of([facts(), facts("two", tutorial=True)])
     assert (tally.episodes, tally.unfinished, tally.tutorials) == (1, 0, 1)

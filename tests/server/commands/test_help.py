@@ -90,6 +90,7 @@ def test_what_was_probably_meant_is_asked(typed: list[str], meant: str, capsys: 
         (["match", "--challenge", "3"], "match: --challenge: unknown value 3; known: 1, 2"),
         (["play", "--port", "abc"], "play: --port: 'abc' is not a whole number"),
         (["doctor", "please"], "doctor: unexpected: please"),
+        (["study", "new", "mine.yaml"], "unexpected: mine.yaml (a file or folder to write is named by -o mine.yaml)"),
         (["--nosuch"], "movingout: unknown option --nosuch"),
     ],
 )

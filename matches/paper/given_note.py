@@ -1,0 +1,24 @@
+"""Whose recordings a table was made from, where they were given, in a sentence for each challenge."""
+
+from collections.abc import Collection
+
+from movingout.maps.suggestion import counted
+from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.groups import GroupedRecording, read_groups, simulation
+
+
+def given_notes(space: Workspace, challenges: Collection[int]) -> list[str]:
+    """Of the lists of episodes that have been made; empty where scripted people recorded."""
+    if not space.given:
+        return []
+    lists = {challenge: space.listing(f"c{challenge}") for challenge in sorted(challenges) if challenge}
+    return [_note(challenge, read_groups(path)) for challenge, path in lists.items() if path.exists()]
+
+
+def _note(challenge: int, rows: list[GroupedRecording]) -> str:
+    groups = sorted({row.group for row in rows})
+    sizes = [len({name for row in rows if row.group == group for name in row.people}) for group in groups]
+    divided = f", in groups of {' and '.join(map(str, sizes))}" if len(sizes) > 1 else ""
+    people = counted(sum(sizes), "participant")
+    note = f"Challenge {challenge}: learned from {counted(len(rows), 'given recording')} of {people}{divided}"
+    return f"{note}; {simulation(rows)}." if any(row.simulated for row in rows) else f"{note}."

@@ -1,0 +1,33 @@
+"""A table says whose recordings it was made from, and that programs are no people."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from movingout.maps import load_map
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.given_note import given_notes
+from movingout.matches.paper.layout import laid_out
+from movingout.matches.paper.registry import ENTRIES
+from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.groups import grouped, write_groups
+from tests.agents.learning import recorded
+
+
+def test_given_recordings_are_counted_and_those_of_a_rehearsal_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    space = Workspace(budget=BUDGETS["smoke"], given=(tmp_path,))
+    assert given_notes(space, {1, 2}) == []
+    write_groups(space.listing("c1"), grouped([recorded(tmp_path, n, 9, people=(n, f"{n}2")) for n in "ab"], 2))
+    varied = replace(load_map("HandOff"), variant="one")
+    write_groups(space.listing("c2"), grouped([recorded(tmp_path, "c", 9, the_map=varied, simulated=True)], 1))
+    first = "Challenge 1: learned from 2 given recordings of 4 participants, in groups of 2 and 2."
+    second = "Challenge 2: learned from 1 given recording of 2 participants; all by simulated participants, who are "
+    second += "programs."
+    assert given_notes(space, {1, 2}) == [first, second]
+    notes = laid_out(ENTRIES["tab:cross_group_eval"], space).notes
+    assert first in notes and second not in notes
+    assert given_notes(Workspace(budget=BUDGETS["smoke"]), {1, 2}) == []
