@@ -3,12 +3,15 @@
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor
 
 
 def process_pool(workers: int, nice: int = 0) -> ProcessPoolExecutor:
     """A pool of processes with this `nice` value that leave Ctrl-C to their parent and do not outlive it.
+
+    What they print goes to standard error: standard output is for the answer of their parent.
 
     They are spawned: a fork would copy threads in an unknown state.
     """
@@ -18,6 +21,7 @@ def process_pool(workers: int, nice: int = 0) -> ProcessPoolExecutor:
 
 def _begin(nice: int) -> None:
     os.nice(nice)
+    sys.stdout = sys.stderr
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
