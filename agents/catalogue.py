@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 from typing import cast
 
 from movingout.agents.adapters.policy_file import POLICY_FILES, existing, policy_file
@@ -332,6 +333,11 @@ def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     if named or (head in _registered() and (not rest or "=" in rest.partition(":")[0])):
         return head, parse_options(agent_id, rest)
     attribute, _, options = rest.partition(":")
+    if head.endswith(".py"):
+        file = Path(head).with_suffix("")
+        module = ".".join(file.parts) if all(part.isidentifier() for part in file.parts) else file.name
+        right = f"{module}:{attribute or 'Factory'}"
+        raise AgentError(f"unknown agent {agent_id!r}; name the module instead of its file: {right}")
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
         known = known_names(head, dict.fromkeys([*(card.id for card in agent_cards()), *POLICY_FILES, LLM]))
         raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")

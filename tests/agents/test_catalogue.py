@@ -32,6 +32,8 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
             "scriptet",
             "unknown agent 'scriptet'; did you mean scripted? known: scripted, person, greedy, porter, novice, late",
         ),
+        ("my_package/mine.py:Mine", "name the module instead of its file: my_package.mine:Mine"),
+        ("mine.py", "unknown agent 'mine.py'; name the module instead of its file: mine:Factory"),
         ("a b:c", "unknown agent 'a b:c'; known: scripted"),
         ("scripted:patient=3", "did you mean patience? known: heavy_first"),
         ("no_such_module:Factory", "cannot import 'no_such_module'"),
