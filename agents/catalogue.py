@@ -7,9 +7,9 @@ checkpoint (`dp@all`), a recorded seat (`ghost:FILE#red`), a policy's file (`onn
 agents are imported when they are loaded, so that heavy dependencies cost nothing until then.
 """
 
-import importlib
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -28,6 +28,7 @@ from movingout.agents.checkpoint.checkpoint import (
     readable_checkpoints,
 )
 from movingout.agents.errors import AgentError, CheckpointError
+from movingout.agents.factories import factory_at
 from movingout.agents.fault_place import located
 from movingout.agents.kinds.registry import KINDS, kind_of
 from movingout.agents.llm.model_id import LLM, model_id
@@ -287,12 +288,13 @@ def load_agent(agent_id: str) -> Agent:
     factory = _factory(reference)
     check_options(agent_id, factory, options)
     try:
-        agent = factory(**options)
+        with redirect_stdout(sys.stderr):  # what it prints is no part of a command's answer
+            agent = factory(**options)
     except AgentError:
         raise
     except MovingOutError as error:
         raise AgentError(f"agent {agent_id!r}: {error}") from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         sentence = f"agent {agent_id!r} could not be made: {type(error).__name__}: {error}"
         raise AgentError(located(sentence, error)) from error
     for method in ("reset", "act"):
@@ -331,6 +333,11 @@ def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     if named or (head in _registered() and (not rest or "=" in rest.partition(":")[0])):
         return head, parse_options(agent_id, rest)
     attribute, _, options = rest.partition(":")
+    if head.endswith(".py"):
+        file = Path(head).with_suffix("")
+        module = ".".join(file.parts) if all(part.isidentifier() for part in file.parts) else file.name
+        right = f"{module}:{attribute or 'Factory'}"
+        raise AgentError(f"unknown agent {agent_id!r}; name the module instead of its file: {right}")
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
         known = known_names(head, dict.fromkeys([*(card.id for card in agent_cards()), *POLICY_FILES, LLM]))
         raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")
@@ -343,29 +350,12 @@ def _factory(reference: str) -> Callable[..., object]:
         checkpoint = find_checkpoint(reference, *model_roots())
         return partial(kind_of(checkpoint.card).load, checkpoint)
     if reference == GHOST:
-        return _resolve("movingout.agents.baseline.replay_agent:ReplayAgent")
+        return factory_at("movingout.agents.baseline.replay_agent:ReplayAgent")
     if reference == LLM:
-        return _resolve("movingout.agents.llm.agent:llm_agent")
+        return factory_at("movingout.agents.llm.agent:llm_agent")
     if reference in POLICY_FILES:
-        return _resolve(POLICY_FILES[reference].factory)
+        return factory_at(POLICY_FILES[reference].factory)
     if reference in _registered():
-        return _resolve(installed(AGENTS)[reference].value)
+        return factory_at(installed(AGENTS)[reference].value)
     entry = _CATALOGUE.get(reference)
-    return _resolve(entry.factory if entry else reference)
-
-
-def _resolve(reference: str) -> Callable[..., object]:
-    module_name, _, attribute = reference.partition(":")
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.append(here)  # your module may lie in the current folder; it never shadows an installed one
-    try:
-        module = importlib.import_module(module_name)
-    except AgentError:
-        raise
-    except Exception as error:
-        raise AgentError(located(f"cannot import {module_name!r}: {type(error).__name__}: {error}", error)) from error
-    factory = getattr(module, attribute, None)
-    if not callable(factory):
-        raise AgentError(f"{module_name!r} has no factory {attribute!r}")
-    return cast(Callable[..., object], factory)
+    return factory_at(entry.factory if entry else reference)

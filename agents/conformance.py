@@ -200,7 +200,7 @@ def _blamed(what: str) -> Iterator[None]:
         yield
     except AgentError as error:  # its sentence names the place already
         raise ConformanceError(f"{what} raised {type(error).__name__}: {error}") from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ConformanceError(located(f"{what} raised {type(error).__name__}: {error}", error)) from error
 
 

@@ -45,6 +45,11 @@ class GridRun:
     plan: list[PlannedMatch]
     results: dict[Match, MatchResult]
 
+    def __repr__(self) -> str:
+        """`<GridRun mine: 8 matches in data/matches/mine, 0 failed, 0 missing>`"""
+        played = f"{len(self.results)} matches in {self.folder}"
+        return f"<GridRun {self.grid.name}: {played}, {len(self.failures)} failed, {self.missing} missing>"
+
     @property
     def rows(self) -> list[ResultRow]:
         return rows_of(self.plan, self.results)

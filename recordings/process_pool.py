@@ -3,21 +3,34 @@
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor
+from types import TracebackType
 
 
-def process_pool(workers: int, nice: int = 0) -> ProcessPoolExecutor:
+class StoppablePool(ProcessPoolExecutor):
+    """Used in a `with`: when that ends by an exception, by Ctrl-C too, work that has not begun is dropped."""
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.shutdown(cancel_futures=kind is not None)
+
+
+def process_pool(workers: int, nice: int = 0) -> StoppablePool:
     """A pool of processes with this `nice` value that leave Ctrl-C to their parent and do not outlive it.
 
-    They are spawned: a fork would copy threads in an unknown state.
+    They are spawned: a fork would copy threads in an unknown state. What they print goes to standard error: standard
+    output is for the answer of their parent.
     """
     context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(nice,))
+    return StoppablePool(workers, mp_context=context, initializer=_begin, initargs=(nice,))
 
 
 def _begin(nice: int) -> None:
     os.nice(nice)
+    sys.stdout = sys.stderr
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

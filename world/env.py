@@ -123,12 +123,12 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
-        """Start an episode. `seed` seeds the variants from here on.
+        """Start an episode. `seed` seeds the variants from here on; WorldError for one that is no number from 0 on.
 
         The option "map" (as in the constructor) is played in this episode only; other options are warned about.
         """
         if seed is not None:
-            self._generator = np.random.default_rng(seed)
+            self._generator = _seeded(seed)
         designed = self._chosen_map(options or {})
         if self._split is None:
             self._start(designed)
@@ -268,6 +268,12 @@ def _row(agent: str, action: npt.ArrayLike) -> npt.NDArray[np.float64]:
     if row.shape != (POLICY_SIZE,):
         raise ActionError(f"an action is 4 numbers (distance, cos, sin, grasp); that of {agent} is {action!r:.80}")
     return row
+
+
+def _seeded(seed: int) -> np.random.Generator:
+    if not isinstance(seed, int | np.integer) or seed < 0:
+        raise WorldError(f"a seed is a whole number from 0 on, not {seed!r}")
+    return np.random.default_rng(seed)
 
 
 def _loaded(map: MapSpec | str | os.PathLike[str]) -> MapSpec:

@@ -5,7 +5,7 @@ from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -201,6 +201,10 @@ class World:
             done = b""
         for actions in np.frombuffer(snapshot.actions[len(done) :]).reshape(-1, *_ACTIONS_SHAPE):
             self.step(actions)
+
+    def __reduce__(self) -> NoReturn:
+        """The engine's space cannot be copied exactly. Raises WorldError for copy.deepcopy and pickle."""
+        raise WorldError("a World is not copied or pickled; keep its snapshot(), and restore() it in another World")
 
     def _delivery_flags(self) -> list[bool]:
         for index in self._delivery_stale:

@@ -4,6 +4,7 @@ A recurrent policy carries its memory in further inputs and outputs: `(observati
 """
 
 import math
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,7 @@ from movingout.agents.adapters.layout_choice import LAYOUT_KEY, chosen_layout
 from movingout.agents.adapters.policy_file import existing
 from movingout.agents.checkpoint.checkpoint import MAX_FILE_BYTES
 from movingout.agents.checkpoint.onnx_validation import check_onnx
-from movingout.agents.errors import AgentError
+from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.inference.network import Network
 
 MAX_MEMORY = 1 << 20  # numbers
@@ -30,14 +31,12 @@ class OnnxAgent(VectorPlayer):
     def __init__(self, path: str, layout: str = "", execute: int = 0, grasp: str = "toggle") -> None:
         """`layout` may be left out where the file says it (metadata `movingout.layout`) or its size does.
 
-        Raises AgentError or CheckpointError: no such file, operators that are not allowed, wrong sizes.
+        Raises AgentError: no such file, operators that are not allowed, wrong sizes.
         """
         file = existing("onnx", path)
         if file.stat().st_size > MAX_FILE_BYTES:
             raise AgentError(f"{file} is larger than {MAX_FILE_BYTES >> 20} MB")
-        data = file.read_bytes()
-        check_onnx(data)
-        self._network = Network(data)
+        self._network = _checked_network(file)
         if not self._network.input_shapes:
             raise AgentError("the graph takes nothing; its first input is to be the observation")
         (self._input, shape), *memory = self._network.input_shapes.items()
@@ -60,6 +59,16 @@ class OnnxAgent(VectorPlayer):
         answer, *after = self._network(**{self._input: seen if self._flat else seen[None]}, **self._memory)
         self._memory = dict(zip(self._blank, after, strict=False))
         return answer
+
+
+def _checked_network(file: Path) -> Network:
+    """Raises AgentError, with the name of the file, for one that is refused."""
+    data = file.read_bytes()
+    try:
+        check_onnx(data)
+        return Network(data)
+    except CheckpointError as error:
+        raise AgentError(f"{file}: {error}") from error
 
 
 def _sizes(name: str, shape: Shape, recurrent: bool) -> tuple[int, int]:

@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from dataclasses import asdict
 
 import numpy as np
@@ -125,7 +126,8 @@ def _check(arguments: argparse.Namespace) -> int:
     load_agent(arguments.agent)  # an id that names nothing is a wrong command, not a fault of the agent
     maps = arguments.map.split(",")
     try:
-        found = check_agent(lambda: load_agent(arguments.agent), maps, arguments.ticks)
+        with redirect_stdout(sys.stderr):  # what the agent prints
+            found = check_agent(lambda: load_agent(arguments.agent), maps, arguments.ticks)
     except ConformanceError as error:
         if arguments.json:
             print(json.dumps({"id": arguments.agent, "conforms": False, "problem": str(error)}))
@@ -150,10 +152,11 @@ def _probe(arguments: argparse.Namespace) -> int:
     if caution := unseen_map(arguments.agent, the_map.name):
         print(f"movingout: {caution}", file=sys.stderr)
     try:
-        ticks = sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))
+        with redirect_stdout(sys.stderr):  # what the agent prints
+            ticks = sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))
     except AgentError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise AgentError(located(f"{arguments.agent} raised {type(error).__name__}: {error}", error)) from error
     p50, p99 = np.percentile(timed.decisions_ms, (50, 99)).tolist()
     holds = p99 < TICK_MS

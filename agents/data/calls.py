@@ -4,6 +4,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import TypeVar
 
@@ -27,11 +28,17 @@ def results_of(calls: Sequence[Callable[[], R]], workers: int, ray: str = "") ->
 
         yield from on_ray(ray, there, calls)
     elif workers == 1:
-        yield from (call() for call in calls)
+        yield from map(_here, calls)
     else:
         with process_pool(workers) as processes:
             for future in as_completed([processes.submit(call) for call in calls]):
                 yield future.result()
+
+
+def _here(call: Callable[[], R]) -> R:
+    """In this process; what agents print goes to standard error, as from worker processes."""
+    with redirect_stdout(sys.stderr):
+        return call()
 
 
 def _there(paths: list[str], models: str, call: Callable[[], R]) -> R:

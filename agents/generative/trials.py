@@ -1,8 +1,9 @@
 """Episodes of an agent with partners, to compare partners: all of them play on the same maps, seats and seeds."""
 
+import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 
 from movingout.agents.baseline.idle import IdleAgent
@@ -73,7 +74,8 @@ class Stage:
     def completions(self, trials: Sequence[Trial]) -> list[float]:
         """The TCR of each."""
         if self._pool is None:
-            return [completion(trial) for trial in trials]
+            with redirect_stdout(sys.stderr):  # what agents print, as from worker processes
+                return [completion(trial) for trial in trials]
         return list(self._pool.map(completion, trials))
 
 

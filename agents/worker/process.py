@@ -148,7 +148,7 @@ class DecisionQueue:
             agent.reset(episode)
             self._budget.claim(agent)
             group = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
-        except Exception as error:  # noqa: BLE001 - the boundary around an agent
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - the boundary around an agent
             return Failed(message.key, -1, _sentence(error), fatal=True)
         self._seats[message.key] = _Seat(agent, kept_as, episode, group)
         return Opened(message.key, share)
@@ -175,7 +175,7 @@ class DecisionQueue:
             with self._budget.deciding(seat.agent):
                 chunk = checked_chunk(seat.agent.act(_seen(seat, question)))
             return _answer(seat, question, chunk, time.thread_time() - begun)
-        except Exception as error:  # noqa: BLE001 - the boundary around an agent
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - the boundary around an agent
             return self._failed(seat, question, error)
 
     def _decide_together(self, asked: list[Observe]) -> list[FromWorker] | None:
@@ -199,15 +199,15 @@ class DecisionQueue:
                 _answer(seat, question, chunk, each_s)
                 for seat, question, chunk in zip(seats, asked, chunks, strict=True)
             ]
-        except Exception:  # noqa: BLE001 - the boundary around an agent
+        except (Exception, SystemExit):  # noqa: BLE001 - the boundary around an agent
             return None
 
-    def _failed(self, seat: _Seat, question: Observe, error: Exception) -> Failed:
+    def _failed(self, seat: _Seat, question: Observe, error: BaseException) -> Failed:
         seat.failures += 1
         fatal = seat.failures >= GIVE_UP_AFTER
         try:
             seat.agent.reset(seat.episode)  # what it remembers may be the cause
-        except Exception:  # noqa: BLE001 - the boundary around an agent
+        except (Exception, SystemExit):  # noqa: BLE001 - the boundary around an agent
             fatal = True
         if fatal:
             del self._seats[question.key]
@@ -252,7 +252,7 @@ def _timed(agent_id: str, agent: Agent, episode: EpisodeInfo) -> float:
     return statistics.median(times) / (TICK_SECONDS * rows_to_execute(agent, checked_chunk(chunk)))
 
 
-def _sentence(error: Exception) -> str:
+def _sentence(error: BaseException) -> str:
     text = str(error).strip()
     if isinstance(error, AgentError) and text:
         return text

@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
         target = RunningServer(args.url.rstrip("/"), args.admin_token)
         result = measure(target, args.rooms, args.clients, args.seconds, args.inputs, partner=args.partner)
     else:
-        with running_server(args.rooms, args.clients) as target:
+        with running_server(args.rooms, args.clients, partner=args.partner) as target:
             result = measure(target, args.rooms, args.clients, args.seconds, args.inputs, partner=args.partner)
     print(json.dumps(result) if args.json else _table(result))
     return 0
@@ -109,12 +109,16 @@ def measure(
 
 
 @contextmanager
-def running_server(rooms: int, clients: int, processes: int = 1) -> Iterator[RunningServer]:
-    """A temporary server on a free port, with temporary data, and all rooms in so many processes."""
+def running_server(rooms: int, clients: int, processes: int = 1, partner: str = "") -> Iterator[RunningServer]:
+    """A temporary server on a free port, with temporary data, and all rooms in so many processes.
+
+    Its rooms may have `partner` in a seat, also when that is somebody's own code or file.
+    """
     with tempfile.TemporaryDirectory(prefix="movingout-loadtest-") as folder:
         sockets = str(rooms * clients + 100)
         command = [sys.executable, "-P", "-m", "movingout.server.cli", "play", "--port", "0", "--data", folder]
         command += ["--max-rooms", str(rooms + 10), "--max-sockets", sockets, "--processes", str(processes)]
+        command += ["--partner", partner] if partner else []
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             try:
                 yield _wait_until_ready(process)
@@ -235,7 +239,15 @@ def _call(target: RunningServer, path: str, body: object = None) -> Any:
     except urllib.error.HTTPError as error:
         text = error.read().decode(errors="replace")
         kind = ServerBusyError if '"refusal":"busy"' in text else LoadTestError
-        raise kind(f"{path} answers {error.code}: {text}") from None
+        raise kind(f"{path} answers {error.code}: {_reason(text)}") from None
+
+
+def _reason(text: str) -> str:
+    """The sentence of an answer that refuses something; the answer itself where it has none."""
+    try:
+        return str(json.loads(text)["error"]["message"])
+    except (ValueError, TypeError, KeyError):
+        return text
 
 
 def _result(rooms: int, clients: int, before: Any, after: Any, tally: LoadCounts) -> dict[str, Any]:

@@ -7,11 +7,9 @@ from dataclasses import replace
 
 from fastapi import FastAPI
 
-from movingout.agents.catalogue import agent_card, load_live_agent
-from movingout.agents.llm.model_id import LLM
-from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.app import create_app
 from movingout.server.cluster.errors import ClusterError
+from movingout.server.commands.partner_check import check_partner
 from movingout.server.logs import log_to
 from movingout.server.open_files import raise_open_files
 from movingout.server.options import add_options, values_of
@@ -28,7 +26,6 @@ from movingout.server.persistence.recording_uploads import check_bucket
 from movingout.server.processes.front import Front
 from movingout.server.processes.front_server import create_front_app, front_server
 from movingout.server.public_host import PublicHost
-from movingout.server.rooms.ghost_partner import ghost_seat
 from movingout.server.security.admin_token import NAME, kept_token
 from movingout.server.security.certificate import Certificate, certificate_in, lan_addresses
 from movingout.server.settings import PROCESSES, Limits, Settings
@@ -45,10 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     settings = _settings(args)
-    if agent_card(settings.partner).kind == LLM:
-        load_live_agent(settings.partner)  # nothing answers, or the key is wrong: now rather than in somebody's room
-    if is_ghost(settings.partner):
-        ghost_seat(settings.partner.removeprefix(f"{GHOST}:"))
+    check_partner(settings.partner)
     if settings.maps is not None:
         map_files(settings.maps)
     refuse_study_folder(settings.data)

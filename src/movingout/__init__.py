@@ -14,6 +14,7 @@ imports only those before it.
 
 import importlib
 import importlib.util
+import os
 import sys
 from typing import TYPE_CHECKING
 
@@ -33,6 +34,10 @@ if TYPE_CHECKING:
     from movingout.world import World as World
 
     __version__: str = version("moving-out-live")
+
+# From 1.29 on, onnxruntime reports to its makers which networks run, under an identifier that it keeps in ~/.cache. It
+# reads this variable when it is imported. Set here, it also holds for agents of one's own that import onnxruntime.
+os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")
 
 __all__ = [
     "MovingOutError",

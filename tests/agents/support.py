@@ -103,5 +103,10 @@ def broken_factory() -> Forward:
     raise RuntimeError("no weights here")
 
 
+def ending_factory() -> Forward:
+    """Ends the program instead of making an agent."""
+    raise SystemExit(2)
+
+
 def not_an_agent() -> object:
     return object()

@@ -1,5 +1,6 @@
 """From an id to an agent, and what is said when there is no way."""
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -31,10 +32,14 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
             "scriptet",
             "unknown agent 'scriptet'; did you mean scripted? known: scripted, person, greedy, porter, novice, late",
         ),
+        ("my_package/mine.py:Mine", "name the module instead of its file: my_package.mine:Mine"),
+        ("mine.py", "unknown agent 'mine.py'; name the module instead of its file: mine:Factory"),
         ("a b:c", "unknown agent 'a b:c'; known: scripted"),
         ("scripted:patient=3", "did you mean patience? known: heavy_first"),
         ("no_such_module:Factory", "cannot import 'no_such_module'"),
         (f"{HERE}:Missing", "has no factory 'Missing'"),
+        (f"{HERE}:HERE", f"'HERE' in '{HERE}' is a str, not a class or a function that makes agents"),
+        (f"{HERE}:ending_factory", "could not be made: SystemExit: 2 (tests/agents/support.py, line"),
         (f"{HERE}:Forward:speed=1", "options: rows, execute, distance"),
         (f"{HERE}:Forward:rows", "options are written key=value"),
         (f"{HERE}:broken_factory", "could not be made: RuntimeError: no weights here"),
@@ -46,6 +51,28 @@ def test_a_wrong_id_is_answered_with_a_sentence(agent_id: str, sentence: str) ->
     with pytest.raises(AgentError) as raised:
         load_agent(agent_id)
     assert sentence in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("source", "sentence"),
+    [
+        (
+            "import sys\n\nsys.exit(2)\n",
+            "cannot import 'my_script': it ends the program while it is imported; put what it does as a script under "
+            "if __name__ == '__main__': (my_script.py, line 3)",
+        ),
+        ("def reset(:\n", "cannot import 'my_script': SyntaxError: invalid syntax (my_script.py, line 1)"),
+    ],
+)
+def test_a_script_that_cannot_be_imported_is_answered_with_one_sentence(
+    source: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "my_script.py").write_text(source, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [*sys.path, str(tmp_path)])
+    with pytest.raises(AgentError) as raised:
+        load_agent("my_script:Policy")
+    assert str(raised.value) == sentence
 
 
 def test_a_card_of_a_users_agent_is_made_without_importing_it() -> None:

@@ -87,6 +87,13 @@ class Stuck(Forward):
         super().__init__(execute=0)
 
 
+class Leaving(Forward):
+    """Ends the program instead of answering."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        raise SystemExit(3)
+
+
 ONE = Forward()
 
 
@@ -106,6 +113,7 @@ ONE = Forward()
         (Forgetful, "decision 1 is another after another reset, .* should forget the last episode"),
         (Numbered, "decision 1 is another in a new agent, .* should draw from its seed alone"),
         (Closed, "`detail` cannot be written as JSON .*bytes.*; use plain values"),
+        (Leaving, "HandOff, blue, tick 0: act raised SystemExit: 3"),
         (Stuck, "execute_rows is 0; it is a whole number of rows from 1"),
         (Crowding, "HandOff, blue: act_many answers otherwise than act"),
     ],

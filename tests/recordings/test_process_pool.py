@@ -4,6 +4,9 @@ import os
 import signal
 import subprocess
 import sys
+import time
+
+import pytest
 
 from movingout.recordings.process_pool import process_pool
 
@@ -21,6 +24,14 @@ def test_work_is_done_in_another_process_that_gives_way() -> None:
     with process_pool(1, nice=3) as processes:
         assert processes.submit(os.getpid).result() != os.getpid()
         assert processes.submit(os.nice, 0).result() == min(os.nice(0) + 3, 19)
+
+
+def test_when_the_work_is_broken_off_what_has_not_begun_is_dropped() -> None:
+    with pytest.raises(KeyboardInterrupt), process_pool(1) as processes:
+        futures = [processes.submit(time.sleep, 0.05) for _ in range(100)]
+        futures[0].result()
+        raise KeyboardInterrupt
+    assert sum(future.cancelled() for future in futures) > 50
 
 
 def test_after_kill_9_no_worker_is_left_behind() -> None:

@@ -40,6 +40,12 @@ def test_pettingzoos_own_api_test_passes(layout: str, split: Any) -> None:
     parallel_api_test(MovingOutEnv("CornerDecision", layout=layout, split=split, limit_ticks=40), num_cycles=100)
 
 
+@pytest.mark.parametrize("seed", [-1, 1.5, "3"])
+def test_a_seed_that_is_no_number_from_0_on_is_answered_with_a_sentence(seed: Any) -> None:
+    with pytest.raises(WorldError, match=f"a seed is a whole number from 0 on, not {seed!r}"):
+        MovingOutEnv().reset(seed=seed)
+
+
 @pytest.mark.parametrize("split", [None, "train", "evaluation"])
 def test_pettingzoos_own_seed_test_passes(split: Any) -> None:
     parallel_seed_test(lambda: Comparable("TopBottomPriority", split=split, limit_ticks=20), num_cycles=50)

@@ -1,6 +1,8 @@
 """What World promises beside the physics itself: determinism, sub-poses, snapshots, refusals."""
 
+import copy
 import pickle
+from collections.abc import Callable
 from dataclasses import astuple
 
 import numpy as np
@@ -147,3 +149,9 @@ def test_lost_numbers_end_the_world_with_its_last_good_state() -> None:
 def test_the_name_of_a_map_makes_no_world() -> None:
     with pytest.raises(WorldError, match=r"World\(load_map\(.*, not of 'HandOff'"):
         World("HandOff")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, copy.copy, pickle.dumps])
+def test_a_world_that_is_to_be_copied_names_the_snapshot_instead(copied: Callable[[World], object]) -> None:
+    with pytest.raises(WorldError, match=r"not copied or pickled; keep its snapshot\(\), and restore\(\) it"):
+        copied(World(load_map("HandOff")))

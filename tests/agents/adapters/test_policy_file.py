@@ -140,7 +140,7 @@ def test_no_direction_keeps_the_heading_and_hold_presses_once(tmp_path: Path) ->
         ("path=good.onnx,execute=-1", "execute is a whole number of ticks"),
         ("path=good.onnx,grasp=grab", "unknown grasp 'grab'; known: toggle, hold"),
         ("path=long.onnx", "answers with shape (1, 65, 4); an action is 4 numbers"),
-        ("path=text.onnx", "the ONNX file is damaged"),
+        ("path=text.onnx", "text.onnx: the ONNX file is damaged"),
         ("path=foreign.onnx", "uses operators of 'com.evil'"),
         (
             "path=two.onnx",

@@ -1,12 +1,31 @@
 """`movingout agents` as somebody at a terminal sees it."""
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
 
 from movingout.agents.catalogue import UNSEEN_NFD, UNSEEN_TCR, agent_cards
 from movingout.server.cli import main
+
+PRINTING = """
+import numpy as np
+
+print("imported")
+
+
+class Printing:
+    def __init__(self):
+        print("made")
+
+    def reset(self, episode):
+        print("reset")
+
+    def act(self, observation):
+        print("asked")
+        return np.array([[0.0, 1.0, 0.0, 0.0]])
+"""
 
 
 def test_the_list_has_the_scores_of_the_cards_in_columns(capsys: pytest.CaptureFixture[str]) -> None:
@@ -97,3 +116,26 @@ def test_a_probe_times_the_decisions(capsys: pytest.CaptureFixture[str]) -> None
     assert (probe["id"], probe["ticks"], probe["threads"], probe["holds_10hz"]) == ("idle", 5, 1, True)
     assert 1 <= probe["decision_ms"]["n"] <= 5
     assert 0 <= probe["decision_ms"]["p50"] <= probe["decision_ms"]["p99"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["agents", "show"],
+        ["agents", "probe", "--ticks", "3"],
+        ["agents", "check", "--ticks", "3", "--map", "HandOff"],
+        ["match", "--map", "HandOff", "--ticks", "3", "--blue", "idle", "--red"],
+        ["demos", "label", "--map", "HandOff", "--ticks", "3", "--workers", "1", "--out", "labels", "--learner"],
+    ],
+)
+def test_what_an_agent_prints_is_no_part_of_the_document_on_standard_output(
+    command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    (tmp_path / "printing_policy.py").write_text(PRINTING, encoding="utf-8")
+    monkeypatch.delitem(sys.modules, "printing_policy", raising=False)
+    main([*command, "printing_policy:Printing", "--json"])
+    captured = capfd.readouterr()
+    json.loads(captured.out)
+    assert "imported" in captured.err and "made" in captured.err

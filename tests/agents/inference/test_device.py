@@ -1,11 +1,26 @@
 """The device that networks run on is asked for in the environment, and refused in a sentence where there is none."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import onnxruntime
 import pytest
 
 from movingout.agents.errors import AgentError
 from movingout.agents.inference.device import VARIABLE, providers
 from movingout.agents.inference.network import Network
+
+NOT_INHERITED = "ORT_DISABLE_TELEMETRY", "CI", "TF_BUILD", "GITHUB_ACTIONS", "XDG_CACHE_HOME"
+
+
+def test_no_network_is_reported_to_the_makers_of_onnxruntime(tmp_path: Path) -> None:
+    """Its telemetry would begin with an identifier in a new home, unless it runs in continuous integration."""
+    environment = {key: value for key, value in os.environ.items() if key not in NOT_INHERITED}
+    script = "from movingout import load_agent; load_agent('mlp@all')"
+    subprocess.run([sys.executable, "-c", script], check=True, env={**environment, "HOME": str(tmp_path)}, timeout=120)
+    assert list(tmp_path.rglob("*")) == []
 
 
 def test_without_a_wish_it_is_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:

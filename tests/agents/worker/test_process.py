@@ -122,6 +122,15 @@ class Working(Chorus):
         return Chorus.act_many(agents, observations)
 
 
+class Leaving(Forward):
+    """Ends the program in the second tick."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        if observation.tick > 0:
+            raise SystemExit(3)
+        return super().act(observation)
+
+
 class Keyless(Chorus):
     """Cannot say with whom it goes together."""
 
@@ -211,6 +220,15 @@ def test_arrays_that_an_agent_says_reach_the_server(queue: DecisionQueue) -> Non
 def test_an_agent_that_cannot_say_with_whom_it_goes_is_refused_in_a_sentence(queue: DecisionQueue) -> None:
     failed = queue.take(Open(0, f"{HERE}:Keyless", MAP, 0, 0, 100))
     assert isinstance(failed, Failed) and failed.fatal and "no key" in failed.reason
+
+
+def test_an_agent_that_ends_the_program_fails_alone(queue: DecisionQueue) -> None:
+    failed = queue.take(Open(0, "tests.agents.support:ending_factory", MAP, 0, 0, 100))
+    assert isinstance(failed, Failed) and failed.fatal and "could not be made: SystemExit: 2" in failed.reason
+    _open(queue, 1, f"{HERE}:Leaving")
+    _ask(queue, 1)
+    (answer,) = queue.answer_next(0.0)
+    assert isinstance(answer, Failed) and not answer.fatal and answer.reason.startswith("SystemExit: 3 (")
 
 
 def test_an_agent_whose_every_decision_takes_longer_than_a_tick_is_refused_in_a_sentence(

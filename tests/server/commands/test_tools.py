@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from movingout.agents.catalogue import agent_card, agent_cards
+from movingout.server.cli import main
 from movingout.server.commands import doctor, loadtest
 from movingout.server.commands.doctor import examine
 from movingout.server.commands.exactness_probe import PROBES, Probe, deviation
@@ -112,6 +113,18 @@ def test_the_load_test_needs_the_admin_token_of_a_foreign_server(live: Live) -> 
         _measured(RunningServer(f"http://{live.address}", "wrong"), rooms=1, clients=1, seconds=1)
     with pytest.raises(LoadTestError, match="does not answer"):
         _measured(RunningServer("http://127.0.0.1:1", ""), rooms=1, clients=1, seconds=1)
+
+
+def test_the_load_test_says_in_a_sentence_why_no_room_is_opened(live: Live) -> None:
+    target = RunningServer(f"http://{live.address}", ADMIN)
+    with pytest.raises(LoadTestError, match=r"^/api/rooms answers 422: unknown agent 'scriptet'"):
+        measure(target, rooms=1, clients=1, seconds=1, partner="scriptet")
+
+
+def test_the_load_test_starts_a_server_for_an_agent_of_ones_own(capsys: pytest.CaptureFixture[str]) -> None:
+    command = "loadtest --rooms 1 --clients 1 --seconds 0.5 --json --partner tests.agents.support:Forward"
+    assert main(command.split()) == 0
+    assert json.loads(capsys.readouterr().out)["rooms"] == 1
 
 
 def test_a_certificate_is_kept_covers_this_machine_and_its_key_is_private(tmp_path: Path) -> None:

@@ -1,0 +1,44 @@
+"""From `module:attribute` to what makes an agent; what an agent prints meanwhile goes to standard error."""
+
+import importlib
+import sys
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from pathlib import Path
+from types import ModuleType
+from typing import cast
+
+from movingout.agents.errors import AgentError
+from movingout.agents.fault_place import located
+
+
+def factory_at(reference: str) -> Callable[..., object]:
+    """The class or function of `module:attribute`. Raises AgentError when it cannot be imported or called."""
+    module_name, _, attribute = reference.partition(":")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)  # your module may lie in the current folder; it never shadows an installed one
+    try:
+        with redirect_stdout(sys.stderr):
+            module = importlib.import_module(module_name)
+        return _called(module_name, module, attribute)
+    except AgentError:
+        raise
+    except SystemExit as error:  # a script that reads its command line, say
+        reason = (
+            "it ends the program while it is imported; put what it does as a script under if __name__ == '__main__':"
+        )
+        raise AgentError(located(f"cannot import {module_name!r}: {reason}", error)) from error
+    except Exception as error:
+        words = error.msg if isinstance(error, SyntaxError) else str(error)  # its own have the place, which ours add
+        raise AgentError(located(f"cannot import {module_name!r}: {type(error).__name__}: {words}", error)) from error
+
+
+def _called(module_name: str, module: ModuleType, attribute: str) -> Callable[..., object]:
+    factory = getattr(module, attribute, None)
+    if factory is None:
+        raise AgentError(f"{module_name!r} has no factory {attribute!r}")
+    if not callable(factory):
+        kind = type(factory).__name__
+        raise AgentError(f"{attribute!r} in {module_name!r} is a {kind}, not a class or a function that makes agents")
+    return cast(Callable[..., object], factory)
