@@ -18,8 +18,8 @@ from typing import cast
 from movingout.agents.adapters.policy_file import POLICY_FILES, existing, policy_file
 from movingout.agents.agent_options import OptionValue, check_options, parse_options
 from movingout.agents.base import Agent
+from movingout.agents.checkpoint.card import Card
 from movingout.agents.checkpoint.checkpoint import (
-    Card,
     checkpoint_folders,
     damage,
     find_checkpoint,

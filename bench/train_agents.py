@@ -34,7 +34,8 @@ from bench.results.episode_log import EpisodeLog, Outcome
 from bench.results.page import measured_part, write_report
 from movingout.agents.bass.accuracy import BassAccuracy, bass_accuracy
 from movingout.agents.catalogue import UNSEEN_TCR
-from movingout.agents.checkpoint.checkpoint import SHIPPED, Card, Checkpoint, Score, find_checkpoint, rescored
+from movingout.agents.checkpoint.card import Card, Score
+from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, find_checkpoint, rescored
 from movingout.agents.curriculum.recipe import Sizes, recipe
 from movingout.agents.curriculum.steps import run_stages
 from movingout.agents.data.held_out import held_out_episodes

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from movingout.agents.adapters.chunk_player import Singles, VectorPlayer
 from movingout.agents.adapters.layout_choice import LAYOUT_KEY, chosen_layout
 from movingout.agents.adapters.policy_file import existing
-from movingout.agents.checkpoint.checkpoint import MAX_FILE_BYTES
+from movingout.agents.checkpoint.card import MAX_FILE_BYTES
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.inference.network import Network

@@ -8,7 +8,7 @@ from movingout.agents.base import EpisodeInfo, Observation
 from movingout.agents.bass.score_functions import Estimator, score_function, score_rollouts
 from movingout.agents.bass.selection import Choice, Simulator, choice_from_scores, joint_chunks
 from movingout.agents.bass.state_vector import constant, item_places, moving, robot_places
-from movingout.agents.checkpoint.checkpoint import SelectionSpec
+from movingout.agents.checkpoint.card import SelectionSpec
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.inference.network import Network, PolicyNetwork, Singles
 from movingout.agents.inference.policy_agent import PolicyAgent, encoded

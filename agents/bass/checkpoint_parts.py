@@ -12,15 +12,8 @@ from movingout.agents.bass.latent.picture_networks import PictureDynamics, Pictu
 from movingout.agents.bass.progress_training import ProgressNetwork
 from movingout.agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH
 from movingout.agents.bass.value_training import ValueNetwork
-from movingout.agents.checkpoint.checkpoint import (
-    Checkpoint,
-    DynamicsSpec,
-    FileName,
-    ProgressSpec,
-    Training,
-    ValueSpec,
-    write_checkpoint,
-)
+from movingout.agents.checkpoint.card import DynamicsSpec, FileName, ProgressSpec, Training, ValueSpec
+from movingout.agents.checkpoint.checkpoint import Checkpoint, write_checkpoint
 from movingout.agents.checkpoint.policy_spec import Grasp
 from movingout.agents.errors import CheckpointError
 from movingout.agents.policies.export import export, halved_weights

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from movingout.agents.checkpoint.checkpoint import (
+from movingout.agents.checkpoint.card import (
     Combine,
     DynamicsSpec,
     ProgressSpec,

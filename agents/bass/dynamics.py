@@ -25,7 +25,7 @@ from movingout.agents.bass.state_vector import (
     MOVING_WIDTH,
     ROBOT_WIDTH,
 )
-from movingout.agents.checkpoint.checkpoint import DynamicsKind, DynamicsSpec
+from movingout.agents.checkpoint.card import DynamicsKind, DynamicsSpec
 from movingout.agents.checkpoint.policy_spec import Grasp
 
 KL_WEIGHT = 1e-5

@@ -9,7 +9,8 @@ from movingout.agents.bass.partner_motion import MotionBassAgent
 from movingout.agents.bass.progress import LearnedProgress
 from movingout.agents.bass.score_functions import Estimator
 from movingout.agents.bass.value import Value
-from movingout.agents.checkpoint.checkpoint import Card, Checkpoint, SelectionSpec
+from movingout.agents.checkpoint.card import Card, SelectionSpec
+from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.inference.network import shared_network, shared_policy_network
 

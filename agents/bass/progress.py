@@ -16,7 +16,7 @@ import numpy as np
 
 from movingout.agents.bass.state_vector import constant, moving
 from movingout.agents.bass.value import ValueQuery
-from movingout.agents.checkpoint.checkpoint import ProgressSpec
+from movingout.agents.checkpoint.card import ProgressSpec
 from movingout.agents.inference.network import Network
 from movingout.agents.observation.seat_observation import start_state
 from movingout.maps import MapSpec

@@ -15,7 +15,7 @@ from torch.nn import functional as F
 
 from movingout.agents.bass.config import BassConfig
 from movingout.agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH, constant, moving_arrays
-from movingout.agents.checkpoint.checkpoint import ProgressSpec
+from movingout.agents.checkpoint.card import ProgressSpec
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, held_out_episodes
 from movingout.agents.errors import DataError
 from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from movingout.agents.bass.progress import LearnedProgress
 from movingout.agents.bass.state_vector import held_of, item_places, robot_places
 from movingout.agents.bass.value import Value, ValueQuery
-from movingout.agents.checkpoint.checkpoint import SelectionSpec
+from movingout.agents.checkpoint.card import SelectionSpec
 from movingout.agents.errors import AgentError
 from movingout.maps import MapSpec
 from movingout.world.metrics import normalized_final_distance

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.agents.bass.score_functions import ScoreFunction
-from movingout.agents.checkpoint.checkpoint import SelectionSpec
+from movingout.agents.checkpoint.card import SelectionSpec
 from movingout.world.state import Floats
 
 Simulator = Callable[[Floats], Floats]

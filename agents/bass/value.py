@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from movingout.agents.bass.state_vector import states_of
-from movingout.agents.checkpoint.checkpoint import ValueSpec
+from movingout.agents.checkpoint.card import ValueSpec
 from movingout.agents.inference.network import Network
 from movingout.maps import MapSpec
 from movingout.world.metrics import WEIGHTS, normalized_final_distance

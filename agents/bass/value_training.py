@@ -16,7 +16,7 @@ from torch import Tensor, nn
 
 from movingout.agents.bass.config import BassConfig
 from movingout.agents.bass.value import progress
-from movingout.agents.checkpoint.checkpoint import ValueSpec
+from movingout.agents.checkpoint.card import ValueSpec
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, split_rows
 from movingout.agents.errors import DataError
 from movingout.agents.observation.features import FeatureSet

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Generic
 
 from movingout.agents.base import Agent
-from movingout.agents.checkpoint.checkpoint import Checkpoint, Training
+from movingout.agents.checkpoint.card import Training
+from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.training.run import ConfigT, TrainingRun
 
 

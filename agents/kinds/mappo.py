@@ -9,7 +9,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar, get_args
 
 from movingout.agents.base import Agent
-from movingout.agents.checkpoint.checkpoint import Checkpoint, Training
+from movingout.agents.checkpoint.card import Training
+from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ComediConfig, MappoConfig

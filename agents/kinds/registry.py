@@ -3,7 +3,8 @@
 from typing import Any
 
 from movingout.agents.base import Agent
-from movingout.agents.checkpoint.checkpoint import Card, Checkpoint
+from movingout.agents.checkpoint.card import Card
+from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import CheckpointError
 from movingout.agents.kinds.bass import BASS
 from movingout.agents.kinds.kind import AgentKind

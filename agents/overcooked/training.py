@@ -17,7 +17,7 @@ from torch.nn import functional as F
 from movingout.agents.bass.config import BassConfig
 from movingout.agents.bass.latent.dynamics import LatentDynamics
 from movingout.agents.bass.value_training import discounted
-from movingout.agents.checkpoint.checkpoint import SelectionSpec
+from movingout.agents.checkpoint.card import SelectionSpec
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.data.dataset import Indices
 from movingout.agents.overcooked.kitchen import KITCHEN_SIZE, Singles

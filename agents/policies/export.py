@@ -16,7 +16,8 @@ from onnx import helper, numpy_helper
 from safetensors.torch import save
 from torch import Tensor, nn
 
-from movingout.agents.checkpoint.checkpoint import Checkpoint, Training, write_checkpoint
+from movingout.agents.checkpoint.card import Training
+from movingout.agents.checkpoint.checkpoint import Checkpoint, write_checkpoint
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH
 from movingout.agents.policies.policy import Policy

@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 from movingout.agents.base import Agent
+from movingout.agents.checkpoint.card import Card, Training
 from movingout.agents.checkpoint.checkpoint import (
     CARD,
     SHIPPED,
-    Card,
     Checkpoint,
-    Training,
     find_checkpoint,
     folder_name,
     read_checkpoint,

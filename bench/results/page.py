@@ -17,7 +17,7 @@ from bench.results.bass_tables import tables
 from bench.results.episode_log import Outcome
 from bench.results.paired_differences import LEGEND, against_aim, leads
 from movingout.agents.bass.accuracy import BassAccuracy
-from movingout.agents.checkpoint.checkpoint import Card
+from movingout.agents.checkpoint.card import Card
 from movingout.maps import map_names
 from movingout.matches.experiment.paper_reference import paper_figures
 from movingout.world.estimates import estimate, estimate_text

@@ -11,7 +11,7 @@ from bench.bass import main
 from bench.results import bass_tables
 from bench.results.bass_tables import BASS, GRU, ORACLE, RANDOM, role, tables
 from movingout.agents.bass.accuracy import BassAccuracy
-from movingout.agents.checkpoint.checkpoint import DynamicsSpec
+from movingout.agents.checkpoint.card import DynamicsSpec
 from tests.agents.learning import recorded
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.bass.agent import BassAgent, acting, candidates_of
 from movingout.agents.bass.selection import Choice, choice_from_scores, joint_chunks
-from movingout.agents.checkpoint.checkpoint import SelectionSpec
+from movingout.agents.checkpoint.card import SelectionSpec
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.inference.network import Network, PolicyNetwork, Singles
 from movingout.agents.inference.policy_agent import PolicyAgent

@@ -5,7 +5,7 @@ from torch import Tensor, nn
 
 from movingout.agents.bass.latent.dynamics import LatentDynamics
 from movingout.agents.bass.state_vector import ACTION_WIDTH
-from movingout.agents.checkpoint.checkpoint import DynamicsSpec, ProgressSpec
+from movingout.agents.checkpoint.card import DynamicsSpec, ProgressSpec
 from movingout.agents.policies.pictures import LEVEL, ConvolutionalDecoder, ConvolutionalEncoder, as_numbers
 
 Shape = tuple[int, int, int]

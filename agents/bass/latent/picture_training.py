@@ -13,7 +13,7 @@ from torch import Tensor, nn
 from movingout.agents.bass.config import BassConfig
 from movingout.agents.bass.latent.picture_networks import PictureDynamics, PictureProgress
 from movingout.agents.bass.progress_training import NEAR, contrast, draw_threes
-from movingout.agents.checkpoint.checkpoint import DynamicsSpec
+from movingout.agents.checkpoint.card import DynamicsSpec
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, held_out_episodes
 from movingout.agents.errors import DataError

@@ -16,7 +16,8 @@ from movingout.agents.bass.dynamics import Rollout, build_dynamics, carried, hol
 from movingout.agents.bass.dynamics_training import train_dynamics, transitions_of
 from movingout.agents.bass.engine_agent import engine_simulator
 from movingout.agents.bass.state_vector import ITEMS_START, moving, moving_arrays
-from movingout.agents.checkpoint.checkpoint import DynamicsKind, DynamicsSpec, SelectionSpec, find_checkpoint
+from movingout.agents.checkpoint.card import DynamicsKind, DynamicsSpec, SelectionSpec
+from movingout.agents.checkpoint.checkpoint import find_checkpoint
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import DataError
 from movingout.agents.inference.network import Network, PolicyNetwork, Singles

@@ -14,7 +14,8 @@ from movingout.agents.bass.progress import LearnedProgress
 from movingout.agents.bass.progress_training import NEAR, moments_of, train_progress
 from movingout.agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH, moving_arrays
 from movingout.agents.catalogue import load_agent
-from movingout.agents.checkpoint.checkpoint import SHIPPED, DynamicsSpec, find_checkpoint
+from movingout.agents.checkpoint.card import DynamicsSpec
+from movingout.agents.checkpoint.checkpoint import SHIPPED, find_checkpoint
 from movingout.agents.errors import AgentError, DataError
 from movingout.agents.inference.network import Network
 from tests.agents.learning import walked

@@ -14,7 +14,7 @@ from movingout.agents.bass.state_vector import (
     moving_arrays,
     robot_places,
 )
-from movingout.agents.checkpoint.checkpoint import SelectionSpec
+from movingout.agents.checkpoint.card import SelectionSpec
 from movingout.maps import load_map
 from movingout.world.observation import ITEM_SLOTS
 from movingout.world.state import Floats

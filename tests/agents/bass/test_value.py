@@ -6,7 +6,7 @@ import pytest
 from movingout.agents.bass.score_functions import score_function
 from movingout.agents.bass.state_vector import moving_arrays, states_of
 from movingout.agents.bass.value import Value, progress
-from movingout.agents.checkpoint.checkpoint import SelectionSpec, ValueSpec
+from movingout.agents.checkpoint.card import SelectionSpec, ValueSpec
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
 from movingout.world.metrics import normalized_final_distance, task_completion_rate

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from movingout.agents.checkpoint.checkpoint import Checkpoint, Training
+from movingout.agents.checkpoint.card import Training
+from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.data.dataset import SeatSamples, Windows, windows_of
 from movingout.agents.generative.config import LatentConfig
 from movingout.agents.generative.policy import LatentPolicy

@@ -5,7 +5,7 @@ from movingout.agents.base import BatchAgent, EpisodeInfo
 from movingout.agents.bass.agent import BassAgent
 from movingout.agents.bass.checkpoint_parts import export_dynamics
 from movingout.agents.bass.dynamics import build_dynamics
-from movingout.agents.checkpoint.checkpoint import DynamicsSpec, SelectionSpec
+from movingout.agents.checkpoint.card import DynamicsSpec, SelectionSpec
 from movingout.agents.inference.network import Network, PolicyNetwork
 from movingout.agents.inference.policy_agent import PolicyAgent
 from movingout.agents.kinds.policy import build_policy

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from movingout.agents.checkpoint.checkpoint import MAX_NAME, MAX_POPULATION
+from movingout.agents.checkpoint.card import MAX_NAME, MAX_POPULATION
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.training.optimisation import PRESETS
 from movingout.agents.training.options import add_fields, overridden

@@ -15,7 +15,8 @@ from bench.results.paired_differences import against_aim, gains, lead, leads
 from bench.train_agents import main
 from movingout.agents.bass.accuracy import BassAccuracy
 from movingout.agents.catalogue import UNSEEN_TCR
-from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, Score, read_checkpoint
+from movingout.agents.checkpoint.card import Score
+from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, read_checkpoint
 
 
 def _outcome(agent: str, tcr: float, the_map: str = "HandOff") -> Outcome:
