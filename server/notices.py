@@ -15,7 +15,7 @@ ErrorCode = Literal[
     "wrong_token", "full",
     # rooms
     "no_room", "too_many_rooms", "study", "unknown_map", "maps", "seats", "seat_kind", "limit_ticks", "challenge2_seed",
-    "unknown_agent", "damaged_agent", "agent_map", "no_agent", "ghost", "blinded", "tutorial",
+    "unknown_agent", "damaged_agent", "agent_map", "agent_options", "no_agent", "ghost", "blinded", "tutorial",
     "agents_only", "too_many_agents",
     # maps of one's own
     "map_faulty", "map_name", "map_busy", "map_slow", "map_unsolved",

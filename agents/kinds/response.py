@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
-from movingout.agents.kinds.policy import load_policy, weighted_policy
+from movingout.agents.kinds.policy import check_policy, load_policy, weighted_policy
 from movingout.agents.partners.families import group
 from movingout.agents.reinforcement.config import ResponseConfig
 from movingout.agents.training.run import TrainingRun
@@ -103,4 +103,5 @@ RESPONSE = AgentKind(
     option_names=("base", "map", "partners", "ticks"),
     train=_train,
     load=load_policy,
+    check=check_policy,
 )

@@ -6,6 +6,7 @@ import msgspec
 
 from movingout.agents.catalogue import agent_card, agent_cards, open_to_all, trained_cards
 from movingout.agents.errors import AgentError, CheckpointError
+from movingout.agents.live_options import check_live_agent
 from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json, shipped_map_names
 from movingout.maps.generated.names import is_generated
 from movingout.maps.spec import SEAT_COLOURS
@@ -229,7 +230,7 @@ def _seat(host: PublicHost, index: int, wanted: SeatRequest, token: str | None, 
     if ghost is not None:
         return ghost.seat_at(index)
     if wanted.kind == "agent":
-        agent_id = _checked_agent(host, wanted.agent)
+        agent_id = _checked_options(_checked_agent(host, wanted.agent))
         if agent_id == "idle":
             return Seat(index, "idle", name="idle")
         return Seat(index, "agent", agent_id, name=agent_id)
@@ -255,6 +256,17 @@ def _player_seat(index: int, kind: str, token: str | None) -> Seat:
     seat = Seat(index, "human", shared=kind == "link")
     seat.token = hash_token(token) if token else None
     return seat
+
+
+def _checked_options(agent_id: str) -> str:
+    """Raises ApiError now for options with which no round could begin."""
+    try:
+        check_live_agent(agent_id)
+    except CheckpointError:  # damaged since it was listed, which its worker says with the file
+        return agent_id
+    except AgentError as error:
+        raise ApiError(422, "agent_options", str(error), agent=agent_id) from None
+    return agent_id
 
 
 def _checked_agent(host: PublicHost, agent_id: str) -> str:

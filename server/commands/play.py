@@ -8,6 +8,7 @@ from dataclasses import replace
 from fastapi import FastAPI
 
 from movingout.agents.catalogue import agent_card, load_live_agent
+from movingout.agents.live_options import check_live_agent
 from movingout.agents.llm.model_id import LLM
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.app import create_app
@@ -45,6 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     settings = _settings(args)
+    check_live_agent(settings.partner)
     if agent_card(settings.partner).kind == LLM:
         load_live_agent(settings.partner)  # nothing answers, or the key is wrong: now rather than in somebody's room
     if is_ghost(settings.partner):

@@ -1,7 +1,10 @@
 """What `movingout play` prints at its start."""
 
+from pathlib import Path
+
 import pytest
 
+from movingout.server.cli import main
 from movingout.server.commands.play import hints
 from movingout.server.settings import Settings
 
@@ -21,3 +24,19 @@ from movingout.server.settings import Settings
 )
 def test_the_hint_says_who_can_connect(settings: Settings, hint: str) -> None:
     assert hints(settings, "movingout play") == [hint, ""]
+
+
+@pytest.mark.parametrize(
+    ("partner", "why"),
+    [
+        ("bass@any:partner=x", "partner=policy or"),
+        ("scripted:speed=3", "no habit 'speed'"),
+        ("bass@all:simulator=oracle", "matches without people"),
+    ],
+)
+def test_a_partner_with_options_that_cannot_be_is_refused_at_the_start(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], partner: str, why: str
+) -> None:
+    assert main(["play", "--data", str(tmp_path / "data"), "--port", "0", "--partner", partner]) == 2
+    assert why in capsys.readouterr().err
+    assert not (tmp_path / "data").exists()
