@@ -15,7 +15,7 @@ from movingout.server.frames import Beat, Input
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms import room_notices as notices
 from movingout.server.rooms import time_limits as limits
-from movingout.server.rooms.pause import RoundPause, give_up
+from movingout.server.rooms.pause import RoundPause, delaying, give_up
 from movingout.server.rooms.phases import BETWEEN_ROUNDS, IN_ROUND, PhaseEvent, next_phase, possible
 from movingout.server.rooms.round import TickTiming
 from movingout.server.rooms.round_series import AT_THE_START, RoomProgress, RoundSeries
@@ -146,8 +146,8 @@ class Room:
                 client.beat(frame)
 
     def _expire(self, now: float) -> None:
-        if self.phase == "paused" and now >= self.until:
-            self._finish(*give_up(self.seats))
+        if self.phase == "paused":
+            self._wait(now)
         elif self.phase in ("lobby", "round_over"):
             for seat in self.seats:
                 if seat.token is not None and not seat.present and now - seat.absent_since >= self.config.resume_s:
@@ -159,6 +159,20 @@ class Room:
         awaited = self.was_joined or self.config.study or any(seat.shared for seat in self.seats)
         if now - self._empty_since >= (limits.EMPTY_S if awaited else limits.UNJOINED_S):
             self.close(m.CLOSE_ROOM_OVER, notices.NOBODY_HERE)
+
+    def _wait(self, now: float) -> None:
+        """A pause: it ends when it has been too long, and the round with it unless somebody is ready to go on."""
+        if not self.held:
+            self.round.pauses.count(self.seats, now)
+        if now < self.until:
+            return
+        late = delaying(self.seats)
+        if not late or self.held:
+            self._finish(*give_up(self.seats))
+            return
+        for seat in late:
+            seat.ready = True
+        self._try_start(now)
 
     def _give_seat_up(self, seat: Seat) -> None:
         """A player has been away too long between rounds."""
@@ -290,18 +304,20 @@ class Room:
 
     def _enter_pause(self, now: float) -> None:
         """Pause, or stay paused, until everybody is present and ready."""
-        waiting = RoundPause.waiting_for(self.seats, self.config.resume_s, now)
+        waiting = RoundPause.waiting_for(self.seats, self.config.resume_s, self.round.pauses, now)
         pause = RoundPause.held(self.held, now) if self.held else waiting
         self._enter(PhaseEvent.INTERRUPTED, pause.notice, pause.until)
 
     def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
-        """A player is ready, or no longer ready, to play on."""
+        """A player is ready, or no longer ready, to play on. Raises WrongRequest for one pause too many."""
+        stops = self.phase == "countdown" and not ready
+        if stops and self.round.started:
+            self.round.pauses.ask(seat, self.seats)
         seat.ready, seat.wants_again = ready, False
-        if self.phase == "countdown" and not ready:
-            if self.round.started:
-                self._enter_pause(now)
-            else:
-                self._enter(PhaseEvent.CALLED_OFF, NOTHING)
+        if stops and not self.round.started:
+            self._enter(PhaseEvent.CALLED_OFF, NOTHING)
+        elif stops or self.phase == "paused":
+            self._enter_pause(now)
         self._announce(now)
         self._try_start(now)
 
@@ -312,7 +328,8 @@ class Room:
         self._try_start(now)
 
     def pause(self, seat: Seat, now: float) -> None:
-        """A player pauses the round until ready again."""
+        """A player pauses the round until ready again. Raises WrongRequest for one pause too many."""
+        self.round.pauses.ask(seat, self.seats)
         seat.ready = False
         self.round.note("pause", seat.index)
         self._enter_pause(now)
