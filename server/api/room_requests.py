@@ -211,8 +211,10 @@ def _checked_config(wanted: RoomRequest, own_maps: dict[str, MapSpec], countdown
         raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}", most=MAX_ROUNDS)
     if len(wanted.seats) != 2:
         raise ApiError(422, "seats", f"a room has two seats, blue and red, not {len(wanted.seats)}")
-    if not wanted.practice and not 10 <= wanted.limit_ticks <= MAX_TICKS:
-        raise ApiError(422, "limit_ticks", f"a round lasts 10 to {MAX_TICKS} ticks of {TICK_SECONDS} s")
+    unlimited = wanted.practice and wanted.limit_ticks == 0
+    if not unlimited and not 10 <= wanted.limit_ticks <= MAX_TICKS:
+        text = f"a round lasts 10 to {MAX_TICKS} ticks of {TICK_SECONDS} s; practice has no limit, whatever is given"
+        raise ApiError(422, "limit_ticks", text)
     if wanted.challenge2_seed is not None and not 0 <= wanted.challenge2_seed < 2**31:
         raise ApiError(422, "challenge2_seed", "a seed is a whole number from 0 to 2147483647")
     return RoomConfig(
