@@ -14,6 +14,7 @@ from movingout.server.settings import Settings
     [
         (Settings(), "Only this machine can connect. For others in the network: movingout play --host 0.0.0.0 --tls"),
         (Settings(host="0.0.0.0"), "On other machines gamepads need https: add --tls."),
+        (Settings(host="192.168.1.5"), "On other machines gamepads need https: add --tls."),
         (Settings(tls=True), "The certificate is self-signed: the browser asks once whether to trust it."),
         (Settings(trusted_proxies=("127.0.0.1",)), "These addresses lie behind the proxy; give people the proxy's."),
         (
