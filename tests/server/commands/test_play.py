@@ -27,6 +27,17 @@ def test_the_hint_says_who_can_connect(settings: Settings, hint: str) -> None:
     assert hints(settings, "movingout play") == [hint, ""]
 
 
+@pytest.mark.parametrize("inside", ["recordings", "rooms", "answers"])
+def test_a_file_where_a_folder_should_be_is_named_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], inside: str
+) -> None:
+    """It ended in a traceback."""
+    (tmp_path / inside).write_text("x")
+    assert main(["play", "--data", str(tmp_path), "--port", "0", "--processes", "1"]) == 2
+    said = capsys.readouterr().err
+    assert f"cannot write to {tmp_path / inside} (File exists); move it away" in said and "Traceback" not in said
+
+
 @pytest.mark.parametrize(
     ("partner", "why"),
     [
