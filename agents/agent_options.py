@@ -21,6 +21,8 @@ def parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
 
 def check_options(agent_id: str, factory: Callable[..., object], options: Mapping[str, OptionValue]) -> None:
     """Raises AgentError, with what the factory takes, for options that it does not take or that are missing."""
+    if "self" in options:  # which would meet the object itself
+        raise AgentError(f"agent {agent_id!r}: got an unexpected keyword argument 'self'")
     try:
         signature = inspect.signature(factory)
     except (TypeError, ValueError):

@@ -28,6 +28,7 @@ from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICK_SECONDS, TUTO
 from movingout.world.observation import LAYOUTS
 
 MAX_ROUNDS = 36
+LONGEST_AGENT = 400  # letters of an id with its options, which everybody in the room gets to see
 # Errors that another agent may avoid.
 _CANNOT_PLAY = ("no_agent", "too_many_agents", "damaged_agent", "unknown_agent", "agent_map")
 
@@ -77,8 +78,11 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
 
 
 def _check_named(seats: list[SeatRequest]) -> None:
-    """Raises ApiError where a seat names an agent or a recording that its kind would leave unread."""
+    """Raises ApiError where a seat names an agent or a recording that its kind would leave unread, or without end."""
     for seat in seats:
+        if len(seat.agent) > LONGEST_AGENT:
+            text = f"the id of an agent has up to {LONGEST_AGENT} letters with its options, not {len(seat.agent)}"
+            raise ApiError(422, "agent_options", text, agent=f"{seat.agent[:40]}…")
         for kind, named in (("agent", seat.agent), ("ghost", seat.recording)):
             if named and seat.kind != kind:
                 text = f"a seat of kind {seat.kind!r} takes no {named!r}; write kind {kind!r}, or leave it out"

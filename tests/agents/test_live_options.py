@@ -36,6 +36,7 @@ IMPOSSIBLE = {
     "scripted:slices=x": "slices is a whole number from 1",
     "scripted:adapts=perhaps": "adapts is true or false",
     "scripted:patience=nan": "patience must lie between",
+    "scripted:self=3": "unexpected keyword argument 'self'",
     "scripted:speed=3": "no habit 'speed'",
     "person:name=Z9": "there is no person 'Z9'",
     "scripted:seed": "options are written key=value",
