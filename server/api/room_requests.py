@@ -78,7 +78,7 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
 
 
 def _check_named(seats: list[SeatRequest]) -> None:
-    """Raises ApiError where a seat names an agent or a recording that its kind would leave unread, or without end."""
+    """Raises ApiError where a seat names an agent or a recording that its kind would leave unread, or an endless id."""
     for seat in seats:
         if len(seat.agent) > LONGEST_AGENT:
             text = f"the id of an agent has up to {LONGEST_AGENT} letters with its options, not {len(seat.agent)}"

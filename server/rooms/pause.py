@@ -80,6 +80,14 @@ class RoundPause(NamedTuple):
         return cls(notice, budget.end(seats, now))
 
 
+def play_on(seats: Sequence[Seat]) -> bool:
+    """The pause was too long for those who are ready: the others count as ready too. False where nobody waits."""
+    late = delaying(seats)
+    for seat in late:
+        seat.ready = True
+    return bool(late)
+
+
 def give_up(seats: list[Seat]) -> tuple[Outcome, Notice]:
     """The pause was too long: absent players are gone for good. How the round ends, and why."""
     absent = _absent(seats)

@@ -15,7 +15,7 @@ from movingout.server.frames import Beat, Input
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms import room_notices as notices
 from movingout.server.rooms import time_limits as limits
-from movingout.server.rooms.pause import RoundPause, delaying, give_up
+from movingout.server.rooms.pause import RoundPause, give_up, play_on
 from movingout.server.rooms.phases import BETWEEN_ROUNDS, IN_ROUND, PhaseEvent, next_phase, possible
 from movingout.server.rooms.round import TickTiming
 from movingout.server.rooms.round_series import AT_THE_START, RoomProgress, RoundSeries
@@ -67,9 +67,8 @@ class Room:
             old.dismiss(m.CLOSE_REPLACED, notices.REPLACED)
         welcome = self.seating.welcome(request.mode, taken, self.config)
         client.tell(welcome)
-        for message in self.series.messages(self.round):
+        for message in (*self.series.messages(self.round), self.full_state()):
             client.tell(message)
-        client.tell(self.full_state())
         if self.series.results and self.phase in BETWEEN_ROUNDS:
             client.tell(self.series.results[-1])
         for grant in taken:
@@ -147,7 +146,11 @@ class Room:
 
     def _expire(self, now: float) -> None:
         if self.phase == "paused":
-            self._wait(now)
+            self.round.pauses.count([] if self.held else self.seats, now)
+            if now >= self.until and not self.held and play_on(self.seats):
+                self._try_start(now)
+            elif now >= self.until:
+                self._finish(*give_up(self.seats))
         elif self.phase in ("lobby", "round_over"):
             for seat in self.seats:
                 if seat.token is not None and not seat.present and now - seat.absent_since >= self.config.resume_s:
@@ -159,20 +162,6 @@ class Room:
         awaited = self.was_joined or self.config.study or any(seat.shared for seat in self.seats)
         if now - self._empty_since >= (limits.EMPTY_S if awaited else limits.UNJOINED_S):
             self.close(m.CLOSE_ROOM_OVER, notices.NOBODY_HERE)
-
-    def _wait(self, now: float) -> None:
-        """A pause: it ends when it has been too long, and the round with it unless somebody is ready to go on."""
-        if not self.held:
-            self.round.pauses.count(self.seats, now)
-        if now < self.until:
-            return
-        late = delaying(self.seats)
-        if not late or self.held:
-            self._finish(*give_up(self.seats))
-            return
-        for seat in late:
-            seat.ready = True
-        self._try_start(now)
 
     def _give_seat_up(self, seat: Seat) -> None:
         """A player has been away too long between rounds."""
@@ -224,16 +213,13 @@ class Room:
     def _next_round(self, now: float) -> bool:
         """Prepare the map that follows, or the same one when somebody asked for it; False to wait."""
         people = [seat for seat in self.seats if seat.taken_by_client]
-        if not people and now - self._over_since < limits.SHOW_RESULT_S:
-            return False
         again = any(seat.wants_again for seat in people)
         if self.phase == "series_over" and not again:
             return False
-        self.series.index += not again
-        for seat in self.seats:
-            seat.wants_again = False
+        if not people and now - self._over_since < limits.SHOW_RESULT_S:
+            return False
         try:
-            self.round = self.series.prepare()
+            self.round = self.series.follow(again)
         except MovingOutError as error:  # no worker has time for the agent any more
             self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
             return False
@@ -243,9 +229,8 @@ class Room:
 
     def _may_play(self, due: float) -> bool:
         """Whether the countdown is over and no agent is still loading (waits at most AGENT_PATIENCE_S for one)."""
-        if due < self.until - limits.EARLY_S:
-            return False
-        return due >= self.until + limits.AGENT_PATIENCE_S or all(seat.is_ready for seat in self.seats)
+        late = due >= self.until + limits.AGENT_PATIENCE_S
+        return late or (due >= self.until - limits.EARLY_S and all(seat.is_ready for seat in self.seats))
 
     def _play(self) -> None:
         if self.round.started:
@@ -286,11 +271,10 @@ class Room:
     # ---- people come, go and ask ----------------------------------------------------------------------------
 
     def _returned(self, seat: Seat, now: float) -> None:
-        if self.phase != "paused":
-            return
-        self.round.note("return", seat.index)
-        self._enter_pause(now)
-        self._try_start(now)
+        if self.phase == "paused":
+            self.round.note("return", seat.index)
+            self._enter_pause(now)
+            self._try_start(now)
 
     def _dropped(self, seat: Seat, now: float) -> None:
         if self.phase in ("lobby", "round_over", "series_over"):
@@ -409,8 +393,7 @@ class Room:
         return self.round.is_recorded if self.round.started else self.config.recorded
 
     def full_state(self) -> m.FullState:
-        shown_until = self._due + TICK_SECONDS if self.phase == "playing" else self._due
-        return self.round.full_state(shown_until * 1e3)
+        return self.round.full_state((self._due + TICK_SECONDS * (self.phase == "playing")) * 1e3)
 
     def _announce(self, now: float) -> None:
         self._announced = now
