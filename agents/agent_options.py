@@ -21,6 +21,8 @@ def parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
 
 def check_options(agent_id: str, factory: Callable[..., object], options: Mapping[str, OptionValue]) -> None:
     """Raises AgentError, with what the factory takes, for options that it does not take or that are missing."""
+    if "self" in options:  # which would meet the object itself
+        raise AgentError(f"agent {agent_id!r}: got an unexpected keyword argument 'self'")
     try:
         signature = inspect.signature(factory)
     except (TypeError, ValueError):
@@ -30,6 +32,36 @@ def check_options(agent_id: str, factory: Callable[..., object], options: Mappin
     except TypeError as error:
         known = ", ".join(signature.parameters) or "none"
         raise AgentError(f"agent {agent_id!r}: {error}; options: {known}") from error
+
+
+def yes_or_no(name: str, value: object) -> bool:
+    """The value of an option. Raises AgentError."""
+    if value in (True, "yes"):
+        return True
+    if value in (False, "no"):
+        return False
+    raise AgentError(f"{name} is yes or no, not {value!r}")
+
+
+def whole_number(name: str, value: object) -> int:
+    """The value of an option. Raises AgentError."""
+    if type(value) is not int:
+        raise AgentError(f"{name} is a whole number, not {value!r}")
+    return value
+
+
+def ticks_between_decisions(execute: object, horizon: int) -> int:
+    """The option `execute` of a policy that decides `horizon` ticks at once; 0: as in its card. Raises AgentError."""
+    if type(execute) is not int or not 0 <= execute <= horizon:
+        raise AgentError(f"execute is a whole number of ticks from 1 to {horizon}, not {execute}")
+    return execute
+
+
+def noise_factor(noise: object) -> float:
+    """The option `noise` of a policy that draws its actions. Raises AgentError."""
+    if isinstance(noise, bool) or not isinstance(noise, int | float) or not 0.0 <= noise <= 2.0:
+        raise AgentError(f"noise is a number from 0 to 2, not {noise}")
+    return noise
 
 
 def _value(text: str) -> OptionValue:

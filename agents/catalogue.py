@@ -154,6 +154,7 @@ _ENTRIES = (
     ),
 )
 _CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}
+BUILT_IN = frozenset(_CATALOGUE)
 LAG = "lag"  # option of every agent: delay in ticks
 AROUND_OTHERS = {"late": "agent", "clone": "policy"}  # agents around others, and the option that names the other
 GHOST = "ghost"  # ghost:FILE#red, a recorded seat; never offered in a list, since it names a file of this machine
@@ -226,7 +227,7 @@ def agent_card(agent_id: str) -> AgentCard:
 
     Raises AgentError for an unknown id, CheckpointError for a damaged card.
     """
-    reference, options = _parse(agent_id)
+    reference, options = id_parts(agent_id)
     if reference in _CATALOGUE:
         return _CATALOGUE[reference].card
     if reference == GHOST:
@@ -283,7 +284,7 @@ def load_agent(agent_id: str) -> Agent:
     """
     if not isinstance(agent_id, str):
         raise AgentError(f'the id of an agent is text, such as "scripted", not {agent_id!r:.80}')
-    reference, options = _parse(agent_id)
+    reference, options = id_parts(agent_id)
     lag = options.pop(LAG, 0)
     factory = _factory(reference)
     check_options(agent_id, factory, options)
@@ -322,10 +323,11 @@ def _delayed(agent_id: str, agent: Agent, lag: OptionValue) -> Agent:
 
 def factory_of(agent_id: str) -> Callable[..., object]:
     """What makes the agent that `agent_id` names. Raises AgentError as `load_agent`, but for the options' values."""
-    return _factory(_parse(agent_id)[0])
+    return _factory(id_parts(agent_id)[0])
 
 
-def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
+def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
+    """What an id names, and the options behind it. Raises AgentError."""
     head, _, rest = agent_id.strip().partition(":")
     if head == GHOST:
         return GHOST, {"recording": rest}

@@ -15,13 +15,13 @@ ErrorCode = Literal[
     "wrong_token", "full",
     # rooms
     "no_room", "too_many_rooms", "study", "unknown_map", "maps", "seats", "seat_kind", "limit_ticks", "challenge2_seed",
-    "unknown_agent", "damaged_agent", "agent_map", "no_agent", "ghost", "blinded", "tutorial",
+    "unknown_agent", "damaged_agent", "agent_map", "agent_options", "no_agent", "ghost", "blinded", "tutorial",
     "agents_only", "too_many_agents",
     # maps of one's own
     "map_faulty", "map_name", "map_busy", "map_slow", "map_unsolved",
     # seats
     "room_full", "seat_taken", "watchers_full", "not_your_seat", "wrong_phase", "joined", "no_tutorial",
-    "pings_off", "ping_rate", "ping_item",
+    "pings_off", "ping_rate", "ping_item", "pauses_used",
     # why a connection or a room is closed
     "replaced", "nobody_here", "room_failed", "closed_by_operator", "restarting", "moving", "room_waits", "too_slow",
     "connection_failed",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from movingout.agents.worker.thread_budget import MOST_CORES
+from movingout.server.network_options import host_name, page_origin, proxy_address, served_address
 from movingout.server.options import option
 from movingout.world.constants import TICK_SECONDS
 
@@ -14,6 +15,7 @@ MOST_WORKERS = 64
 # Default of the commands. Twenty BASS seats that decide in the same tick keep one process busy for most of it.
 AGENT_WORKERS = min(2, os.cpu_count() or 1)
 MOST_COUNTDOWN_S = 60.0
+MOST_AT_ONCE = 1_000_000
 MOST_PROCESSES = 32  # the last letter of a room's id says which one
 PROCESSES = max(1, min(MOST_PROCESSES, (os.cpu_count() or 1) - 1))  # default of the commands: one per core but one
 PARTNER = "bass@any"  # without a choice of the operator's
@@ -35,9 +37,30 @@ def process_count(text: str) -> int:
     return int(text)
 
 
+def at_once(text: str) -> int:
+    """How many of something a server takes at the same time."""
+    if not text.isdecimal() or not 1 <= int(text) <= MOST_AT_ONCE:
+        raise argparse.ArgumentTypeError(f"a whole number from 1 to {MOST_AT_ONCE:,} is possible, not {text}")
+    return int(text)
+
+
+def folder(text: str) -> Path:
+    """A folder. An empty one, as of an unset variable, would be whichever the command was started in."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("name a folder; the current one is .")
+    return Path(text)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
 def cores(text: str) -> float:
     """A number of cores, or a share of one."""
-    number = float(text)
+    number = _number(text)
     if not 0.0 <= number <= MOST_WORKERS:
         raise argparse.ArgumentTypeError(f"from 0 to {MOST_WORKERS} cores are possible, not {text}")
     return number
@@ -45,7 +68,7 @@ def cores(text: str) -> float:
 
 def countdown(text: str) -> float:
     """The length of a countdown in seconds."""
-    seconds = float(text)
+    seconds = _number(text)
     if not 0.0 <= seconds <= MOST_COUNTDOWN_S:
         raise argparse.ArgumentTypeError(f"from 0 to {MOST_COUNTDOWN_S:g} seconds are possible, not {text}")
     return seconds
@@ -60,7 +83,7 @@ def log_form(text: str) -> str:
 
 def lease(text: str) -> float:
     """The length of a lease in seconds."""
-    seconds = float(text)
+    seconds = _number(text)
     if not 3.0 <= seconds <= 120.0:
         raise argparse.ArgumentTypeError(f"from 3 to 120 seconds are possible, not {text}")
     return seconds
@@ -78,11 +101,11 @@ class Limits:
     """What one process with rooms accepts before it refuses."""
 
     rooms: int = option(
-        250, "rooms at the same time per process (%(default)s)", flag="--max-rooms", metavar="N", parse=int
+        250, "rooms at the same time per process (%(default)s)", flag="--max-rooms", metavar="N", parse=at_once
     )
     sockets: int = 2000
     sockets_per_address: int = option(
-        200, "connections from one address (%(default)s)", flag="--max-sockets", metavar="N", parse=int
+        200, "connections from one address (%(default)s)", flag="--max-sockets", metavar="N", parse=at_once
     )
     waiting_per_address: int = 32  # sockets that have not joined a room yet
     connections_per_address: int = 400  # TCP connections
@@ -116,24 +139,32 @@ class Limits:
 class Settings:
     """How one server runs. Times in seconds."""
 
-    host: str = option("127.0.0.1", "address to serve (%(default)s); 0.0.0.0 for all networks")
+    host: str = option("127.0.0.1", "address to serve (%(default)s); 0.0.0.0 for all networks", parse=served_address)
     port: int = option(8000, "port to serve (%(default)s); 0 for any free one", parse=int)
     partner: str = option(PARTNER, "the partner that the lobby proposes (%(default)s)", metavar="AGENT")
     data: Path = option(  # noqa: RUF009 (it makes a field)
-        DATA, "the data folder (%(default)s)", metavar="DIR", parse=Path
+        DATA, "the data folder (%(default)s)", metavar="DIR", parse=folder
     )
     tls: bool = option(
         False, "serve https with a self-signed certificate, which gamepads on other machines need", parse=None
     )
     origins: tuple[str, ...] = option(
-        (), "also accept connections from pages of this origin (repeatable)", flag="--origin", metavar="URL"
+        (),
+        "also accept connections from pages of this origin (repeatable)",
+        flag="--origin",
+        metavar="URL",
+        parse=page_origin,
     )
     allowed_hosts: tuple[str, ...] = option(
         (), "the name that people reach the server under, if it is not this machine's own (repeatable)",
-        flag="--allow-host", metavar="NAME",
+        flag="--allow-host", metavar="NAME", parse=host_name,
     )  # fmt: skip
     trusted_proxies: tuple[str, ...] = option(
-        (), "trust the X-Forwarded-For of this reverse proxy (repeatable)", flag="--proxy", metavar="ADDRESS"
+        (),
+        "trust the X-Forwarded-For of this reverse proxy (repeatable)",
+        flag="--proxy",
+        metavar="ADDRESS",
+        parse=proxy_address,
     )
     maps: Path | None = option(  # noqa: RUF009 (it makes a field)
         None, "also offer the map files of this folder in the lobby", metavar="DIR", parse=Path

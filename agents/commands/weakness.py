@@ -15,7 +15,7 @@ from rich.table import Column, Table
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.agents.errors import AgentError
-from movingout.agents.generative.agent import latent_text
+from movingout.agents.generative.latent_option import latent_text
 from movingout.agents.generative.trials import Occasion, Stage, stage
 from movingout.agents.generative.weakness import SearchPlan, search, within
 from movingout.agents.partners.families import LATENT_MODEL

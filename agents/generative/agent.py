@@ -1,18 +1,14 @@
 """A partner out of the generative model at play: a policy that is told in every decision who it is."""
 
-import math
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from movingout.agents.agent_options import whole_number
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.errors import AgentError
+from movingout.agents.generative.latent_option import parsed_latent
 from movingout.agents.inference.network import PolicyNetwork, Singles
 from movingout.agents.inference.policy_agent import PolicyAgent
 
-FARTHEST = 8.0  # of a number of a latent; what is learned lies within 3
 _SALT = 0x7A7E
 
 
@@ -27,9 +23,7 @@ class LatentAgent(PolicyAgent):
         Raises AgentError for a seed or a latent that cannot be.
         """
         super().__init__(spec, network, execute)
-        if type(seed) is not int:
-            raise AgentError(f"seed is a whole number, not {seed!r}")
-        self.seed = seed
+        self.seed = whole_number("seed", seed)
         self._given = parsed_latent(str(z), spec.latent) if z != "" else None
 
     def reset(self, episode: EpisodeInfo) -> None:
@@ -42,21 +36,3 @@ class LatentAgent(PolicyAgent):
     def _stacked(self) -> Singles:
         rows = super()._stacked()
         return np.concatenate((rows, np.tile(self.latent, (len(rows), 1))), axis=1)
-
-
-def parsed_latent(text: str, size: int) -> Singles:
-    """The latent (size,) that an option names. Raises AgentError."""
-    try:
-        numbers = [float(word) for word in text.split("/")]
-    except ValueError:
-        raise AgentError(f"z is {size} numbers joined by /, such as 0.3/-1.2/…, not {text!r}") from None
-    if len(numbers) != size:
-        raise AgentError(f"z has {size} numbers in this model, not {len(numbers)}: {text!r}")
-    if not all(math.isfinite(number) and abs(number) <= FARTHEST for number in numbers):
-        raise AgentError(f"the numbers of z lie between -{FARTHEST:g} and {FARTHEST:g}: {text!r}")
-    return np.array(numbers, dtype=np.float32)
-
-
-def latent_text(latent: npt.NDArray[np.floating[Any]]) -> str:
-    """A latent as the option `z` takes it."""
-    return "/".join(f"{number:.3f}" for number in latent.tolist())

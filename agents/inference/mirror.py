@@ -6,13 +6,16 @@ distribution of decisions is then exactly the mirror image on the mirrored state
 """
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from movingout.agents.errors import AgentError
-from movingout.agents.inference.network import PolicyNetwork, Singles
-from movingout.agents.observation.features import FeatureSet
+from movingout.agents.observation.features import FeatureSet, Singles
+
+if TYPE_CHECKING:
+    from movingout.agents.inference.network import PolicyNetwork
 
 _SIN = 2  # column of an action's sideways component, relative to the own heading
 
@@ -27,7 +30,7 @@ class FeatureMirror:
             raise AgentError(f"mirrored=yes is for policies that see their own frame, not the layout {seen.layout}")
         self._order, self._signs = mirror[0], mirror[1].astype(np.float32)
 
-    def sample(self, network: PolicyNetwork, histories: Singles, noise: Singles, flips: Sequence[bool]) -> Singles:
+    def sample(self, network: "PolicyNetwork", histories: Singles, noise: Singles, flips: Sequence[bool]) -> Singles:
         """Chunks (B, H, 5) for observations (B, To, D), through the mirror where `flips` (B) says so."""
         through: npt.NDArray[np.bool_] = np.array(flips)[:, None, None]
         seen = np.where(through, histories[..., self._order] * self._signs, histories)
@@ -36,12 +39,3 @@ class FeatureMirror:
         back[..., _SIN] *= -1.0
         drawn: Singles = np.where(through, back, chunks)
         return drawn
-
-
-def yes_or_no(name: str, value: object) -> bool:
-    """The value of an option of an id. Raises AgentError."""
-    if value in (True, "yes"):
-        return True
-    if value in (False, "no"):
-        return False
-    raise AgentError(f"{name} is yes or no, not {value!r}")

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from movingout.agents.agent_options import ticks_between_decisions
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.errors import AgentError
 from movingout.agents.grasp_encoding import toggles
 from movingout.agents.inference.mirror import FeatureMirror
 from movingout.agents.inference.network import PolicyNetwork, Singles
@@ -70,11 +70,9 @@ class PolicyAgent:
 
         Raises AgentError when out of range, or for a layout without a mirror.
         """
-        if type(execute) is not int or not 0 <= execute <= spec.horizon:
-            raise AgentError(f"execute is a whole number of ticks from 1 to {spec.horizon}, not {execute}")
         self.spec = spec
         self.network = network
-        self.execute = min(execute or spec.execute, spec.horizon)
+        self.execute = min(ticks_between_decisions(execute, spec.horizon) or spec.execute, spec.horizon)
         self.detail: dict[str, object] = {}
         self.features = FeatureSet.of(spec)
         self._mirror = FeatureMirror(self.features) if mirrored else None

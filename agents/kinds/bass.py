@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from movingout.agents.base import Agent
 from movingout.agents.bass.config import BassConfig
+from movingout.agents.bass.options import check_live
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.bass_on_pictures import train_on_pictures
@@ -175,4 +176,5 @@ BASS = AgentKind(
     option_names=("base", "simulator", "value"),
     train=_train,
     load=load_bass,
+    check=check_live,
 )

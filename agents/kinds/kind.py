@@ -31,4 +31,7 @@ class AgentKind(Generic[ConfigT]):
     train: Callable[[TrainingRun[ConfigT]], Trained]  # trains, exports, writes the checkpoint folder; may import torch
     load: Callable[..., Agent]  # a checkpoint, and the options of an id as keywords (`bass@all:execute=4`)
     saved_as: str = ""  # `kind` on the card where it is that of another: a best response plays as a `dp`
+    check: Callable[..., object] | None = None
+    """A card, and the options of an id as keywords: raises AgentError for those with which rooms cannot load it, and
+    reads no weights. None: any that `load` takes by name."""
     offered: bool = True  # to people who choose a partner; the others are for training and measuring

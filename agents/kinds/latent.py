@@ -3,10 +3,13 @@
 import argparse
 from typing import get_args
 
+from movingout.agents.agent_options import ticks_between_decisions, whole_number
 from movingout.agents.base import Agent
+from movingout.agents.checkpoint.card import Card
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.data.dataset import SeatChoice
 from movingout.agents.generative.config import LatentConfig
+from movingout.agents.generative.latent_option import parsed_latent
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.training.run import TrainingRun
 from movingout.maps.suggestion import counted
@@ -20,6 +23,14 @@ def load_latent(checkpoint: Checkpoint, seed: int = 0, z: object = "", execute: 
     spec = checkpoint.card.network
     network = shared_policy_network(spec, checkpoint.read("policy.onnx"))
     return LatentAgent(spec, network, seed, z, execute)
+
+
+def check_latent(card: Card, seed: int = 0, z: object = "", execute: int = 0) -> None:
+    """Raises AgentError for options that `load_latent` refuses."""
+    ticks_between_decisions(execute, card.network.horizon)
+    whole_number("seed", seed)
+    if z != "":
+        parsed_latent(str(z), card.network.latent)
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -65,5 +76,6 @@ LATENT = AgentKind(
     option_names=("seats",),
     train=_train,
     load=load_latent,
+    check=check_latent,
     offered=False,
 )

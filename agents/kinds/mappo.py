@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar, get_args
 
+from movingout.agents.agent_options import noise_factor
 from movingout.agents.base import Agent
-from movingout.agents.checkpoint.card import Training
+from movingout.agents.checkpoint.card import Card, Training
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
@@ -35,6 +36,11 @@ def load_sampling(checkpoint: Checkpoint, noise: float = 1.0) -> Agent:
 
     spec = checkpoint.card.network
     return SamplingAgent(spec, shared_policy_network(spec, checkpoint.read("policy.onnx")), noise)
+
+
+def check_sampling(card: Card, noise: float = 1.0) -> None:
+    """Raises AgentError for options that `load_sampling` refuses."""
+    noise_factor(noise)
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -131,6 +137,7 @@ def _self_play(name: str, summary: str, config: type[ConfigT], learn: Learn[Conf
         option_names=("map", "split"),
         train=lambda run: _train(learn, run),
         load=load_sampling,
+        check=check_sampling,
     )
 
 

@@ -6,11 +6,14 @@ from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, get_args
 
+from movingout.agents.agent_options import ticks_between_decisions, yes_or_no
 from movingout.agents.base import Agent
+from movingout.agents.checkpoint.card import Card
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.checkpoint.policy_spec import Denoiser, PolicySpec
 from movingout.agents.data.dataset import SeatChoice, SeatSamples
 from movingout.agents.errors import DataError
+from movingout.agents.inference.mirror import FeatureMirror
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.observation.features import FeatureSet
 from movingout.agents.policies.config import PolicyConfig
@@ -45,6 +48,7 @@ def policy_kind(
         option_names=("seats", "start"),
         train=lambda run: _train(name, build, denoisers, run),
         load=load_policy,
+        check=check_policy,
     )
 
 
@@ -53,7 +57,6 @@ def load_policy(checkpoint: Checkpoint, execute: int = 0, mirrored: bool | str =
 
     `mirrored`: yes draws half of the decisions through the mirror (`agents.inference.mirror`).
     """
-    from movingout.agents.inference.mirror import yes_or_no
     from movingout.agents.inference.network import shared_policy_network
     from movingout.agents.inference.policy_agent import PolicyAgent
 
@@ -61,6 +64,13 @@ def load_policy(checkpoint: Checkpoint, execute: int = 0, mirrored: bool | str =
     return PolicyAgent(
         spec, shared_policy_network(spec, checkpoint.read("policy.onnx")), execute, yes_or_no("mirrored", mirrored)
     )
+
+
+def check_policy(card: Card, execute: int = 0, mirrored: bool | str = False) -> None:
+    """Raises AgentError for options that `load_policy` refuses."""
+    ticks_between_decisions(execute, card.network.horizon)
+    if yes_or_no("mirrored", mirrored):
+        FeatureMirror(FeatureSet.of(card.network))
 
 
 def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: TrainingRun[PolicyConfig]) -> Trained:

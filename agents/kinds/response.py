@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
-from movingout.agents.kinds.policy import load_policy, weighted_policy
+from movingout.agents.kinds.policy import check_policy, load_policy, weighted_policy
 from movingout.agents.partners.families import group
 from movingout.agents.reinforcement.config import ResponseConfig
 from movingout.agents.training.run import TrainingRun
@@ -104,4 +104,5 @@ RESPONSE = AgentKind(
     train=_train,
     load=load_policy,
     saved_as="dp",
+    check=check_policy,
 )

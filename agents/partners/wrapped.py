@@ -1,7 +1,10 @@
 """Partners made around another agent: `late:agent=…` and `clone:policy=…`. Options inside are joined by semicolons."""
 
-from movingout.agents.agent_options import parse_options
+from collections.abc import Mapping
+
+from movingout.agents.agent_options import OptionValue, parse_options
 from movingout.agents.base import Agent
+from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.catalogue import AROUND_OTHERS, load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.late_hands import LateHands
@@ -24,8 +27,6 @@ def clone(
 
     Policies of other seeds and ages are trained by `agents.curriculum.partners`. Raises AgentError.
     """
-    if "@" not in str(policy):
-        raise AgentError(f"clone: policy is the id of a trained agent, such as dp@all, not {policy!r}")
     return LateHands(_inner(policy, "clone"), seed=seed, delay=delay, jitter=jitter, slips=slips)
 
 
@@ -41,8 +42,22 @@ def _unfolded(agent_id: str) -> str:
     return agent_id.replace(";", ",")
 
 
+def checked_inner(outer: str, options: Mapping[str, OptionValue]) -> str:
+    """The id of the agent inside, empty for the usual one, unloaded. Raises AgentError as `late` and `clone`."""
+    others = {name: value for name, value in options.items() if name != AROUND_OTHERS[outer]}
+    LateHands(IdleAgent(), **others)  # type: ignore[arg-type]  # it checks its values itself
+    named = options.get(AROUND_OTHERS[outer])
+    return "" if named is None else _inner_id(named, outer)
+
+
 def _inner(agent_id: str, outer: str) -> Agent:
+    return load_agent(_inner_id(agent_id, outer))
+
+
+def _inner_id(agent_id: object, outer: str) -> str:
+    if outer == "clone" and "@" not in str(agent_id):
+        raise AgentError(f"clone: policy is the id of a trained agent, such as dp@all, not {agent_id!r}")
     text = _unfolded(str(agent_id))
     if text.partition(":")[0] in AROUND_OTHERS:
         raise AgentError(f"{outer}: {agent_id!r} has late hands already; give its options to {outer}")
-    return load_agent(text)
+    return text

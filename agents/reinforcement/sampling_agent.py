@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from movingout.agents.agent_options import noise_factor
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.errors import AgentError
 from movingout.agents.inference.network import PolicyNetwork, Singles
 from movingout.agents.inference.policy_agent import PolicyAgent
 
@@ -13,10 +13,8 @@ class SamplingAgent(PolicyAgent):
 
     def __init__(self, spec: PolicySpec, network: PolicyNetwork, noise: float = 1.0) -> None:
         """`noise`: a factor on what is drawn. Raises AgentError when it is out of range."""
-        if isinstance(noise, bool) or not isinstance(noise, int | float) or not 0.0 <= noise <= 2.0:
-            raise AgentError(f"noise is a number from 0 to 2, not {noise}")
         super().__init__(spec, network)
-        self._noise = np.float32(noise)
+        self._noise = np.float32(noise_factor(noise))
 
     def noise(self, count: int) -> Singles:
         """(count, 1, 1, 5) for a decision."""

@@ -6,6 +6,7 @@ from random import Random
 import numpy as np
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.agents.errors import AgentError
 from movingout.agents.scripted.avoidance import in_contact, partner_collision_cost, partner_path
 from movingout.agents.scripted.jam import GiveRoom, JamWatch
 from movingout.agents.scripted.navigation.motion_choice import REST, DriveCommand
@@ -45,8 +46,13 @@ class ScriptedAgent:
         """`slices`: planning per tick. With a thousand it never pauses to plan, but some decisions take a second.
         `yields`: release a heavy item at once when the partner holds another one, and help there.
         `adapts`: read from the partner's motion what it means, and give in to it; else it takes it for its like.
-        `habits`: fields of `Style` that affect plans. Raises AgentError for any other.
+        `habits`: fields of `Style` that affect plans. Raises AgentError for any other, and for values that cannot be.
         """
+        if type(slices) is not int or slices < 1:
+            raise AgentError(f"scripted: slices is a whole number from 1, not {slices!r}")
+        for name, value in (("yields", yields), ("adapts", adapts)):
+            if value not in (True, False):
+                raise AgentError(f"scripted: {name} is true or false, not {value!r}")
         self.style: Style = varied(seed, habits)
         self.seed = seed
         self.slices = slices

@@ -7,7 +7,7 @@ from typing import Any
 import orjson
 
 from movingout.server.api.errors import error_json
-from movingout.server.connection.hosts import host_allowed
+from movingout.server.connection.hosts import host_refusal
 from movingout.server.connection.origin import header
 from movingout.server.settings import Settings
 
@@ -65,10 +65,6 @@ class SecureHeaders:
 
 
 HSTS = (b"strict-transport-security", b"max-age=31536000")
-UNKNOWN_HOST = (
-    b"This server does not answer under that name. Whoever runs it can add the name with --allow-host, "
-    b"or open it by the address that it printed at its start.\n"
-)
 
 
 class HeadOfPages:
@@ -91,10 +87,12 @@ class KnownHosts:
         self._settings = settings
 
     async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http" and not host_allowed(scope["headers"], self._settings):
+        refusal = host_refusal(scope["headers"], self._settings) if scope["type"] == "http" else None
+        if refusal is not None:
+            status, sentence = refusal
             headers = [(b"content-type", b"text/plain; charset=utf-8"), (b"connection", b"close")]
-            await send({"type": "http.response.start", "status": 421, "headers": headers})
-            await send({"type": "http.response.body", "body": UNKNOWN_HOST})
+            await send({"type": "http.response.start", "status": status, "headers": headers})
+            await send({"type": "http.response.body", "body": f"{sentence}\n".encode()})
             return
         await self._app(scope, receive, send)
 

@@ -6,6 +6,7 @@ import msgspec
 
 from movingout.agents.catalogue import agent_card, agent_cards, open_to_all, trained_cards
 from movingout.agents.errors import AgentError, CheckpointError
+from movingout.agents.live_options import check_live_agent
 from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json, shipped_map_names
 from movingout.maps.generated.names import is_generated
 from movingout.maps.spec import SEAT_COLOURS
@@ -27,6 +28,7 @@ from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICK_SECONDS, TUTO
 from movingout.world.observation import LAYOUTS
 
 MAX_ROUNDS = 36
+LONGEST_AGENT = 400  # letters of an id with its options, which everybody in the room gets to see
 # Errors that another agent may avoid.
 _CANNOT_PLAY = ("no_agent", "too_many_agents", "damaged_agent", "unknown_agent", "agent_map")
 
@@ -76,8 +78,11 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
 
 
 def _check_named(seats: list[SeatRequest]) -> None:
-    """Raises ApiError where a seat names an agent or a recording that its kind would leave unread."""
+    """Raises ApiError where a seat names an agent or a recording that its kind would leave unread, or an endless id."""
     for seat in seats:
+        if len(seat.agent) > LONGEST_AGENT:
+            text = f"the id of an agent has up to {LONGEST_AGENT} letters with its options, not {len(seat.agent)}"
+            raise ApiError(422, "agent_options", text, agent=f"{seat.agent[:40]}…")
         for kind, named in (("agent", seat.agent), ("ghost", seat.recording)):
             if named and seat.kind != kind:
                 text = f"a seat of kind {seat.kind!r} takes no {named!r}; write kind {kind!r}, or leave it out"
@@ -210,8 +215,10 @@ def _checked_config(wanted: RoomRequest, own_maps: dict[str, MapSpec], countdown
         raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}", most=MAX_ROUNDS)
     if len(wanted.seats) != 2:
         raise ApiError(422, "seats", f"a room has two seats, blue and red, not {len(wanted.seats)}")
-    if not wanted.practice and not 10 <= wanted.limit_ticks <= MAX_TICKS:
-        raise ApiError(422, "limit_ticks", f"a round lasts 10 to {MAX_TICKS} ticks of {TICK_SECONDS} s")
+    unlimited = wanted.practice and wanted.limit_ticks == 0
+    if not unlimited and not 10 <= wanted.limit_ticks <= MAX_TICKS:
+        text = f"a round lasts 10 to {MAX_TICKS} ticks of {TICK_SECONDS} s; practice has no limit, whatever is given"
+        raise ApiError(422, "limit_ticks", text)
     if wanted.challenge2_seed is not None and not 0 <= wanted.challenge2_seed < 2**31:
         raise ApiError(422, "challenge2_seed", "a seed is a whole number from 0 to 2147483647")
     return RoomConfig(
@@ -229,7 +236,7 @@ def _seat(host: PublicHost, index: int, wanted: SeatRequest, token: str | None, 
     if ghost is not None:
         return ghost.seat_at(index)
     if wanted.kind == "agent":
-        agent_id = _checked_agent(host, wanted.agent)
+        agent_id = _checked_options(_checked_agent(host, wanted.agent))
         if agent_id == "idle":
             return Seat(index, "idle", name="idle")
         return Seat(index, "agent", agent_id, name=agent_id)
@@ -255,6 +262,17 @@ def _player_seat(index: int, kind: str, token: str | None) -> Seat:
     seat = Seat(index, "human", shared=kind == "link")
     seat.token = hash_token(token) if token else None
     return seat
+
+
+def _checked_options(agent_id: str) -> str:
+    """Raises ApiError now for options with which no round could begin."""
+    try:
+        check_live_agent(agent_id)
+    except CheckpointError:  # damaged since it was listed, which its worker says with the file
+        return agent_id
+    except AgentError as error:
+        raise ApiError(422, "agent_options", str(error), agent=agent_id) from None
+    return agent_id
 
 
 def _checked_agent(host: PublicHost, agent_id: str) -> str:

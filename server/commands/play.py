@@ -7,10 +7,12 @@ from dataclasses import replace
 
 from fastapi import FastAPI
 
+from movingout.agents.live_options import check_live_agent
 from movingout.server.app import create_app
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.commands.partner_check import check_partner
 from movingout.server.logs import log_to
+from movingout.server.network_options import is_loopback
 from movingout.server.open_files import raise_open_files
 from movingout.server.options import add_options, values_of
 from movingout.server.own_maps.folder import map_files
@@ -42,6 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     settings = _settings(args)
+    check_live_agent(settings.partner)
     check_partner(settings.partner)
     if settings.maps is not None:
         map_files(settings.maps)
@@ -160,10 +163,9 @@ def hints(settings: Settings, command: str) -> list[str]:
     """Hints to print after the links."""
     if settings.trusted_proxies:
         return ["These addresses lie behind the proxy; give people the proxy's.", ""]
-    everywhere = settings.host in EVERYWHERE
-    if not everywhere and not settings.tls:
+    if is_loopback(settings.host) and not settings.tls:
         return [f"Only this machine can connect. For others in the network: {command} --host 0.0.0.0 --tls", ""]
-    if everywhere and not settings.tls:
+    if not settings.tls:
         return ["On other machines gamepads need https: add --tls.", ""]
     return ["The certificate is self-signed: the browser asks once whether to trust it.", ""]
 

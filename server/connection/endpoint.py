@@ -12,7 +12,7 @@ from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.asgi import WIRE, DirectSocket, Message, Receive, Send, refuse
 from movingout.server.connection.client_connection import ClientConnection, Kept
 from movingout.server.connection.closing import CloseConnection, no_room, say_goodbye
-from movingout.server.connection.hosts import host_allowed
+from movingout.server.connection.hosts import host_refusal
 from movingout.server.connection.origin import origin_allowed
 from movingout.server.rooms.registry import RoomRegistry
 from movingout.server.rooms.room_notices import RESTARTING
@@ -78,8 +78,8 @@ class SocketEndpoint:
 
 def handshake_refusal(settings: Settings, scope: Message) -> tuple[int, str] | None:
     """The status and the sentence with which a handshake is refused, whatever its address; None for none."""
-    if not host_allowed(scope["headers"], settings):
-        return 421, "This server does not answer under that name; see --allow-host."
+    if refusal := host_refusal(scope["headers"], settings):
+        return refusal
     scheme = "https" if scope["scheme"] == "wss" else "http"
     if not origin_allowed(scope["headers"], scheme, settings.origins):
         return 403, "This page may not talk to this server: its address is not the server's own (see --origin)."

@@ -10,6 +10,22 @@ from movingout.server.settings import Settings
 
 LONGEST_HOST = 260
 _HOST = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._\-]+)(:\d{1,5})?")
+UNKNOWN_HOST = (
+    "This server does not answer under that name. Whoever runs it can add the name with --allow-host, "
+    "or open it by the address that it printed at its start."
+)
+SEVERAL_HOSTS = "This request has several Host headers, and names one server by exactly one."
+
+
+def host_refusal(headers: Headers, settings: Settings) -> tuple[int, str] | None:
+    """The status and the sentence with which a request is refused for its Host; None for none.
+
+    Of several Host headers a proxy may go by another one than this server.
+    """
+    headers = list(headers)
+    if sum(key == b"host" for key, _ in headers) > 1:
+        return 400, SEVERAL_HOSTS
+    return None if host_allowed(headers, settings) else (421, UNKNOWN_HOST)
 
 
 def host_allowed(headers: Headers, settings: Settings) -> bool:

@@ -35,6 +35,10 @@ TOO_LARGE = (
     b"HTTP/1.1 431 Request Header Fields Too Large\r\ncontent-type: text/plain; charset=utf-8\r\n"
     b"connection: close\r\n\r\nThe address or the headers of this request are too long.\n"
 )
+NO_HANDSHAKE = (
+    b"HTTP/1.1 400 Bad Request\r\ncontent-type: text/plain; charset=utf-8\r\nconnection: close\r\n\r\n"
+    b"This is not the handshake of a websocket.\n"
+)
 
 
 class HeadTooLarge(Exception):
@@ -199,6 +203,9 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
         if not self.handshake_initiated:
             self._head += data
             super().data_received(data)
+            if not self.handshake_initiated:  # the head came as a whole, and the parser will never take it
+                self.transport.write(NO_HANDSHAKE)
+                self.transport.close()
             return
         if self.close_sent and self._floods_on(len(data)):
             self.transport.abort()

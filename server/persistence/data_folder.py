@@ -12,6 +12,7 @@ from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server.settings import NODES
 
 LOCK = "serving.lock"
+WRITTEN = ("recordings", "rooms", "answers")  # folders inside
 
 
 class BadDataFolder(MovingOutError):
@@ -23,14 +24,12 @@ def exclusive_data_folder(folder: Path) -> Iterator[int]:
     """Create the folder and hold it for this process: a second server would restore the rooms of the first one.
 
     Yields the descriptor of the lock: the folder stays locked until every process that keeps it open has ended.
-    Writes a byte, so that an error shows now and not after the first game. Raises BadDataFolder.
+    Writes a byte into each folder of its own, so that an error shows now and not after the first game. Raises
+    BadDataFolder.
     """
     lock = FileLock(folder / LOCK, blocking=False, thread_local=False)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder) as probe:
-            probe.write(b"x")
-            probe.flush()
+        _write_to(folder)
         lock.acquire()
         descriptor: int = lock._context.lock_file_fd or 0
     except Timeout:
@@ -40,9 +39,30 @@ def exclusive_data_folder(folder: Path) -> Iterator[int]:
         problem = f"cannot write to the data folder {folder} ({error.strerror}); choose another one: --data DIR"
         raise BadDataFolder(problem) from None
     try:
+        for name in WRITTEN:
+            if (folder / name).exists():
+                _check_inside(folder / name)
         yield descriptor
     finally:
         lock.release()
+
+
+def _check_inside(inside: Path) -> None:
+    try:
+        _write_to(inside)
+    except OSError as error:
+        problem = (
+            f"cannot write to {inside} ({error.strerror}); move it away, or choose another data folder: --data DIR"
+        )
+        raise BadDataFolder(problem) from None
+
+
+def _write_to(folder: Path) -> None:
+    """Raises OSError."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder) as probe:
+        probe.write(b"x")
+        probe.flush()
 
 
 def refuse_study_folder(folder: Path) -> None:

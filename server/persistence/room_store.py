@@ -128,6 +128,9 @@ class RoomStore:
 def _read(path: Path) -> RoomFile | None:
     """The room; None for a file that is not understood, which is removed, or that the disk does not give."""
     try:
+        if not path.is_file():  # a pipe would never be read to its end
+            log.error("%s is no plain file and is left out", path)
+            return None
         room = msgspec.json.decode(path.read_bytes(), type=RoomFile)
         if room.version == VERSION:
             return room

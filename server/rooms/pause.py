@@ -1,15 +1,60 @@
-"""A pause of a round: whom it waits for, how long, and how the round ends when that was too long.
+"""A pause of a round: whom it waits for, how long, and what follows when that was too long.
 
 Knows no room and no clock: times (seconds of the server's monotonic clock) are arguments.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from movingout.recordings.episode import Outcome
 from movingout.server.notices import Notice
 from movingout.server.rooms.room_notices import about
 from movingout.server.rooms.seat import Seat
-from movingout.server.rooms.time_limits import HOLD_LIMIT_S, PAUSE_LIMIT_S
+from movingout.server.rooms.services import WrongRequest
+from movingout.server.rooms.time_limits import HOLD_LIMIT_S, PAUSE_LIMIT_S, PAUSES, WAIT_LIMIT_S
+
+LONGEST_STEP_S = 1.0  # of waiting time: a server that stood still makes nobody's budget smaller
+
+
+class PauseBudget:
+    """What each player may have others wait in a round, so that nobody is held by pauses that come again and again."""
+
+    def __init__(self) -> None:
+        self._pauses = [0, 0]
+        self._waited_s = [0.0, 0.0]
+        self._counted = 0.0  # until when
+
+    def ask(self, seat: Seat, seats: Sequence[Seat]) -> None:
+        """Count a pause of `seat`. Raises WrongRequest when the other player has waited enough for this one."""
+        if not any(other.taken_by_client and other.present for other in seats if other is not seat):
+            return
+        if self._pauses[seat.index] >= PAUSES or self._left_s(seat) <= 0.0:
+            text = f"a player pauses a round up to {PAUSES} times and for {WAIT_LIMIT_S:.0f} s in all; the game goes on"
+            raise WrongRequest("pauses_used", text)
+        self._pauses[seat.index] += 1
+
+    def count(self, seats: Sequence[Seat], now: float) -> None:
+        """Called in every tick of a pause: who is waited for has less time left."""
+        step, self._counted = min(now - self._counted, LONGEST_STEP_S), now
+        for seat in delaying(seats):
+            self._waited_s[seat.index] += step
+
+    def end(self, seats: Sequence[Seat], now: float) -> float:
+        """When a pause for players who are not ready ends at the latest."""
+        self._counted = now
+        late = delaying(seats)
+        return now + (max(0.0, *(self._left_s(seat) for seat in late)) if late else PAUSE_LIMIT_S)
+
+    def _left_s(self, seat: Seat) -> float:
+        return WAIT_LIMIT_S - self._waited_s[seat.index]
+
+
+def delaying(seats: Sequence[Seat]) -> list[Seat]:
+    """The players who are not ready while others are; nobody while somebody is absent."""
+    people = [seat for seat in seats if seat.taken_by_client]
+    if _absent(seats) or not any(seat.is_ready for seat in people):
+        return []
+    return [seat for seat in people if not seat.is_ready]
 
 
 class RoundPause(NamedTuple):
@@ -24,7 +69,7 @@ class RoundPause(NamedTuple):
         return cls(notice, now + HOLD_LIMIT_S)
 
     @classmethod
-    def waiting_for(cls, seats: list[Seat], resume_s: float, now: float) -> "RoundPause":
+    def waiting_for(cls, seats: list[Seat], resume_s: float, budget: PauseBudget, now: float) -> "RoundPause":
         """For absent players, `resume_s` from the first one's departure; then for those not ready."""
         absent = _absent(seats)
         if absent:
@@ -32,7 +77,15 @@ class RoundPause(NamedTuple):
             return cls(notice, min(seat.absent_since for seat in absent) + resume_s)
         waiting = [seat for seat in seats if not seat.is_ready]
         notice = about("paused", waiting, "paused the game.") if waiting else Notice("all_back", "Everybody is back.")
-        return cls(notice, now + PAUSE_LIMIT_S)
+        return cls(notice, budget.end(seats, now))
+
+
+def play_on(seats: Sequence[Seat]) -> bool:
+    """The pause was too long for those who are ready: the others count as ready too. False where nobody waits."""
+    late = delaying(seats)
+    for seat in late:
+        seat.ready = True
+    return bool(late)
 
 
 def give_up(seats: list[Seat]) -> tuple[Outcome, Notice]:
@@ -45,5 +98,5 @@ def give_up(seats: list[Seat]) -> tuple[Outcome, Notice]:
     return "stopped", Notice("paused_too_long", "The game was paused for too long.")
 
 
-def _absent(seats: list[Seat]) -> list[Seat]:
+def _absent(seats: Sequence[Seat]) -> list[Seat]:
     return [seat for seat in seats if not seat.present]

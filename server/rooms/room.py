@@ -15,7 +15,7 @@ from movingout.server.frames import Beat, Input
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms import room_notices as notices
 from movingout.server.rooms import time_limits as limits
-from movingout.server.rooms.pause import RoundPause, give_up
+from movingout.server.rooms.pause import RoundPause, give_up, play_on
 from movingout.server.rooms.phases import BETWEEN_ROUNDS, IN_ROUND, PhaseEvent, next_phase, possible
 from movingout.server.rooms.round import TickTiming
 from movingout.server.rooms.round_series import AT_THE_START, RoomProgress, RoundSeries
@@ -67,9 +67,8 @@ class Room:
             old.dismiss(m.CLOSE_REPLACED, notices.REPLACED)
         welcome = self.seating.welcome(request.mode, taken, self.config)
         client.tell(welcome)
-        for message in self.series.messages(self.round):
+        for message in (*self.series.messages(self.round), self.full_state()):
             client.tell(message)
-        client.tell(self.full_state())
         if self.series.results and self.phase in BETWEEN_ROUNDS:
             client.tell(self.series.results[-1])
         for grant in taken:
@@ -146,8 +145,12 @@ class Room:
                 client.beat(frame)
 
     def _expire(self, now: float) -> None:
-        if self.phase == "paused" and now >= self.until:
-            self._finish(*give_up(self.seats))
+        if self.phase == "paused":
+            self.round.pauses.count([] if self.held else self.seats, now)
+            if now >= self.until and not self.held and play_on(self.seats):
+                self._try_start(now)
+            elif now >= self.until:
+                self._finish(*give_up(self.seats))
         elif self.phase in ("lobby", "round_over"):
             for seat in self.seats:
                 if seat.token is not None and not seat.present and now - seat.absent_since >= self.config.resume_s:
@@ -210,16 +213,13 @@ class Room:
     def _next_round(self, now: float) -> bool:
         """Prepare the map that follows, or the same one when somebody asked for it; False to wait."""
         people = [seat for seat in self.seats if seat.taken_by_client]
-        if not people and now - self._over_since < limits.SHOW_RESULT_S:
-            return False
         again = any(seat.wants_again for seat in people)
         if self.phase == "series_over" and not again:
             return False
-        self.series.index += not again
-        for seat in self.seats:
-            seat.wants_again = False
+        if not people and now - self._over_since < limits.SHOW_RESULT_S:
+            return False
         try:
-            self.round = self.series.prepare()
+            self.round = self.series.follow(again)
         except MovingOutError as error:  # no worker has time for the agent any more
             self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
             return False
@@ -229,9 +229,8 @@ class Room:
 
     def _may_play(self, due: float) -> bool:
         """Whether the countdown is over and no agent is still loading (waits at most AGENT_PATIENCE_S for one)."""
-        if due < self.until - limits.EARLY_S:
-            return False
-        return due >= self.until + limits.AGENT_PATIENCE_S or all(seat.is_ready for seat in self.seats)
+        late = due >= self.until + limits.AGENT_PATIENCE_S
+        return late or (due >= self.until - limits.EARLY_S and all(seat.is_ready for seat in self.seats))
 
     def _play(self) -> None:
         if self.round.started:
@@ -272,11 +271,10 @@ class Room:
     # ---- people come, go and ask ----------------------------------------------------------------------------
 
     def _returned(self, seat: Seat, now: float) -> None:
-        if self.phase != "paused":
-            return
-        self.round.note("return", seat.index)
-        self._enter_pause(now)
-        self._try_start(now)
+        if self.phase == "paused":
+            self.round.note("return", seat.index)
+            self._enter_pause(now)
+            self._try_start(now)
 
     def _dropped(self, seat: Seat, now: float) -> None:
         if self.phase in ("lobby", "round_over", "series_over"):
@@ -290,18 +288,20 @@ class Room:
 
     def _enter_pause(self, now: float) -> None:
         """Pause, or stay paused, until everybody is present and ready."""
-        waiting = RoundPause.waiting_for(self.seats, self.config.resume_s, now)
+        waiting = RoundPause.waiting_for(self.seats, self.config.resume_s, self.round.pauses, now)
         pause = RoundPause.held(self.held, now) if self.held else waiting
         self._enter(PhaseEvent.INTERRUPTED, pause.notice, pause.until)
 
     def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
-        """A player is ready, or no longer ready, to play on."""
+        """A player is ready, or no longer ready, to play on. Raises WrongRequest for one pause too many."""
+        stops = self.phase == "countdown" and not ready
+        if stops and self.round.started:
+            self.round.pauses.ask(seat, self.seats)
         seat.ready, seat.wants_again = ready, False
-        if self.phase == "countdown" and not ready:
-            if self.round.started:
-                self._enter_pause(now)
-            else:
-                self._enter(PhaseEvent.CALLED_OFF, NOTHING)
+        if stops and not self.round.started:
+            self._enter(PhaseEvent.CALLED_OFF, NOTHING)
+        elif stops or self.phase == "paused":
+            self._enter_pause(now)
         self._announce(now)
         self._try_start(now)
 
@@ -312,7 +312,8 @@ class Room:
         self._try_start(now)
 
     def pause(self, seat: Seat, now: float) -> None:
-        """A player pauses the round until ready again."""
+        """A player pauses the round until ready again. Raises WrongRequest for one pause too many."""
+        self.round.pauses.ask(seat, self.seats)
         seat.ready = False
         self.round.note("pause", seat.index)
         self._enter_pause(now)
@@ -392,8 +393,7 @@ class Room:
         return self.round.is_recorded if self.round.started else self.config.recorded
 
     def full_state(self) -> m.FullState:
-        shown_until = self._due + TICK_SECONDS if self.phase == "playing" else self._due
-        return self.round.full_state(shown_until * 1e3)
+        return self.round.full_state((self._due + TICK_SECONDS * (self.phase == "playing")) * 1e3)
 
     def _announce(self, now: float) -> None:
         self._announced = now

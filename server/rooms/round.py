@@ -27,6 +27,7 @@ from movingout.server.frames import Bundle, BundleEvent, Input
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms.deliverers import Deliverers
 from movingout.server.rooms.input_buffer import NEUTRAL, TickInput
+from movingout.server.rooms.pause import PauseBudget
 from movingout.server.rooms.pings import RoundPings
 from movingout.server.rooms.quality import RoundQuality
 from movingout.server.rooms.room_notices import recording_problem
@@ -87,6 +88,7 @@ class LiveRound:
         self._pending: list[BundleEvent] = []  # to be shown with the next tick
         self._learned = False  # in the last tick: a step of the tutorial, or a player's part in it
         self.pings = RoundPings()
+        self.pauses = PauseBudget()
 
     def begin(self, writer: EpisodeWriter | None, problem: Notice = NOTHING) -> None:
         """The countdown is over; `problem` is why the round is not recorded though it should be."""

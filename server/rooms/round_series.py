@@ -57,6 +57,13 @@ class RoundSeries:
         """Whether another map follows."""
         return self.index + 1 < len(self._config.maps)
 
+    def follow(self, again: bool) -> LiveRound:
+        """The round of the map that follows, or of the same one again. Raises MapError and AgentError."""
+        self.index += not again
+        for seat in self._seats:
+            seat.wants_again = False
+        return self.prepare()
+
     def prepare(self) -> LiveRound:
         """The next round, with its agents loading. Raises MapError and AgentError."""
         self.epoch += 1

@@ -22,6 +22,11 @@ Result = TypeVar("Result")
 MOST_WAITING = 500  # queries: two seconds' worth (220 answers a second, measured); whoever comes then tries again
 
 
+_WHAT_HELPS = (
+    "Move it back, or bring back the last backup: movingout study restore. To begin anew, choose another --data folder"
+)
+
+
 class StoreBusy(StoreError):
     """More queries wait already than are answered while somebody waits."""
 
@@ -29,12 +34,13 @@ class StoreBusy(StoreError):
 class StudyDatabases:
     """Opened once per run, which freezes the study.
 
-    Raises StoreError, and StudyError if the study has changed or its database was lost.
+    Raises StoreError, and StudyError if the study has changed or one of its databases was lost.
     """
 
     def __init__(self, folder: StudyFolder, file_text: str, alerts: Alerts, simulated: bool) -> None:
         self.store: Store = folder.open()
         try:
+            self._refuse_unknown(folder)
             self.identities: IdentityStore = folder.open_identities()
             try:
                 self._refuse_lost(folder)
@@ -66,8 +72,21 @@ class StudyDatabases:
             address = shown(self.store.database.address)
             raise StudyError(
                 f"the database {address} of study {folder.study.id} is empty, but the identities of participants are "
-                f"there ({known}): it was moved or lost. Move it back, or bring back the last backup: movingout study "
-                "restore. To begin anew, choose another --data folder"
+                f"there ({known}): it was moved or lost. {_WHAT_HELPS}"
+            )
+
+    def _refuse_unknown(self, folder: StudyFolder) -> None:
+        """Raises StudyError where people have taken part whose identities are not there any more, and makes none anew.
+
+        A file without rows is another case: identities are deleted when the study no longer needs them.
+        """
+        file = folder.identity_file
+        if file is None or (file.is_file() and file.stat().st_size):
+            return
+        if number := len(self.store.everybody()):
+            raise StudyError(
+                f"{file} of study {folder.study.id}, which says who is who, is not there, but people have taken part "
+                f"({number}): it was moved, lost or deleted. Those who come back would begin once more. {_WHAT_HELPS}"
             )
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:

@@ -53,6 +53,11 @@ class StudyFolder:
     def open_identities(self, now: Callable[[], int] = now_ms) -> IdentityStore:
         return IdentityStore(self.identities or self.own / "identity.sqlite", now, self.fence)
 
+    @property
+    def identity_file(self) -> Path | None:
+        """Where identities are kept; None in PostgreSQL."""
+        return None if self.identities else self.own / "identity.sqlite"
+
     @contextmanager
     def exclusive(self) -> Iterator[None]:
         """Hold the study for this process: nobody else serves it or deletes from it.

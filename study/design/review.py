@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import get_args
 
-from movingout.agents.catalogue import agent_card
 from movingout.agents.errors import AgentError
+from movingout.agents.live_options import check_live_agent
 from movingout.maps import load_map
 from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.consent_text import contradictions, unfilled
@@ -119,7 +119,7 @@ def agent_ids(study: Study) -> tuple[str, ...]:
 def _missing(study: Study) -> Iterator[str]:
     for name in agent_ids(study):
         try:
-            agent_card(name)
+            check_live_agent(name)
         except AgentError as error:
             yield str(error)
 

@@ -40,6 +40,27 @@ def test_4_a_frame_that_announces_a_terabyte_is_refused_at_its_head(live: Live) 
     assert close_code(person.connection) == 1009
 
 
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        b"POST /ws HTTP/1.1\r\n",
+        b"GET /ws HTTP/1.1\r\nContent-Length: 4\r\n",
+        b"GET /ws HTTP/1.1\r\nTransfer-Encoding: chunked\r\n",
+        b"GET /ws HTTP/1.1\r\nX: " + b"a" * 9000 + b"\r\n",
+        b"GET /ws HTTP/1.1\r\n" + b"X: a\r\n" * 200,
+    ],
+    ids=["post", "body", "chunks", "long line", "many lines"],
+)
+def test_4_a_handshake_that_can_never_be_one_is_answered_and_closed(live: Live, wrong: bytes) -> None:
+    """It was held for ever outside of every limit, with all that came after it: 600 of one address, 30 MB of one."""
+    head = b"Host: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+    with raw_socket(live) as client:
+        client.sendall(wrong + head + b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n")
+        answer = b"".join(iter(lambda: client.recv(10_000), b""))
+    assert answer.startswith(b"HTTP/1.1 400"), answer
+    assert b"not the handshake of a websocket" in answer
+
+
 def test_4_many_fragments_do_not_add_up(live: Live) -> None:
     person = player(live)
     with contextlib.suppress(OSError):

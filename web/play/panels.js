@@ -6,7 +6,7 @@ import { grabName } from "./hud.js";
 import { invitation } from "./invitation.js";
 import { say } from "../text/catalogue.js";
 import { colourName, colourWord, mapDescription } from "../text/names.js";
-import { reasonText, waitingForText } from "./seat_phrases.js";
+import { pauseLimitText, reasonText, waitingForText } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../input/seats.js").SeatCard} SeatCard */
@@ -193,30 +193,29 @@ export class Panels {
    */
   #updatePause(game, seconds, { deaf, hint }, cards, mapping) {
     const seats = game.room?.seats ?? [];
-    const absent = seats.some((seat) => !seat.present);
-    const shown = absent ? seconds : -1;
+    const limit = pauseLimitText(game.room, seconds);
     const asks = cards.filter((card) => card.device !== "touch" && !seats[card.seat]?.ready);
     const presses = asks.map((card) => {
       const who = cards.length > 1 ? `${colourName(card.seat)}: ` : "";
       return who + say("play.pause.goOn", { key: grabName(card, mapping) });
     });
     const unready = cards.map(({ seat }) => seat).filter((seat) => !seats[seat]?.ready);
-    const key = JSON.stringify([game.room?.reason, shown, this.#stopping, unready, hint, presses, deaf]);
+    const key = JSON.stringify([game.room?.reason, limit, this.#stopping, unready, hint, presses, deaf]);
     this.#say(key, () => {
       const focused = this.#overlay.contains(document.activeElement);
-      const pause = () => this.#pause(game, shown, { hint, deaf }, presses, unready);
+      const pause = () => this.#pause(game, limit, { hint, deaf }, presses, unready);
       this.#show("pause", this.#stopping ? this.#sure(game) : pause());
       if (focused) this.focusAction();
     });
   }
 
   /**
-   * @param {Game} game @param {number} seconds @param {Pick<News, "hint" | "deaf">} news
+   * @param {Game} game @param {string} limit @param {Pick<News, "hint" | "deaf">} news
    * @param {readonly string[]} presses @param {readonly number[]} unready seats of this page
    */
-  #pause(game, seconds, { hint, deaf }, presses, unready) {
+  #pause(game, limit, { hint, deaf }, presses, unready) {
     const parts = [hint ? el("p", { role: "alert" }, hint) : el("p", {}, reasonText(game.room, game.own))];
-    if (seconds >= 0) parts.push(el("p", { class: "muted" }, say("play.pause.back", { count: seconds })));
+    if (limit) parts.push(el("p", { class: "muted" }, limit));
     const quiet = deaf ? "muted invisible" : "muted"; // has its place from the start, so that no button moves
     for (const press of presses) parts.push(el("p", { class: quiet }, press));
     const buttons = [];

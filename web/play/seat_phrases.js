@@ -104,6 +104,19 @@ export function reasonText(room, own = []) {
   return has(`reason.${code}`) ? say(`reason.${code}`, withNames(values)) : reason;
 }
 
+/**
+ * How long a pause lasts at most, where somebody waits: for who has to come back, and for who has paused a game of two
+ * people.
+ * @param {Pick<import("../messages.js").RoomState, "reason_code" | "seats"> | null} room @param {number} seconds
+ */
+export function pauseLimitText(room, seconds) {
+  if (room === null) return "";
+  if (room.seats.some((seat) => !seat.present)) return say("play.pause.back", { count: seconds });
+  const people = room.seats.filter(({ kind }) => kind === "human" || kind === "remote");
+  const someWait = room.reason_code === "paused" && people.length > 1 && people.some(({ ready }) => ready);
+  return someWait ? say("play.pause.most", { count: seconds }) : "";
+}
+
 /** A refusal over the socket. @param {{code: string, message: string, values: Record<string, any>}} refusal */
 export function refusalText({ code, message, values }) {
   return has(`error.${code}`) ? say(`error.${code}`, withNames(values)) : message;

@@ -7,12 +7,14 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
+from movingout.agents.live_options import check_live_agent
 from movingout.server.cluster.capacity import FIGURES, plan, read_figures
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.lease_store import ClusterView, LeaseStore
 from movingout.server.cluster.proxy_config import TEMPLATES, ProxyConfig, ProxyLimits, command_line, nodes_of
 from movingout.server.cluster.report import waiting_rooms
 from movingout.server.cluster.shards import SHARDS, STUDY
+from movingout.server.settings import at_once
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -61,10 +63,14 @@ def _add_config(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--redirect-from", default=":80", metavar="ADDRESS", help="send http from here to https (:80)")
     parser.add_argument("--admin-socket", default="", metavar="FILE", help="HAProxy's own socket for its operator")
     parser.add_argument(
-        "--max-connections", type=int, default=limits.connections, metavar="N", help="connections in all (%(default)s)"
+        "--max-connections",
+        type=at_once,
+        default=limits.connections,
+        metavar="N",
+        help="connections in all (%(default)s)",
     )
     parser.add_argument(
-        "--max-per-address", type=int, default=limits.per_address, metavar="N",
+        "--max-per-address", type=at_once, default=limits.per_address, metavar="N",
         help="connections of one address, or /64 network (%(default)s); with more, it may also send more requests",
     )  # fmt: skip
     parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="write it here instead of printing it")
@@ -81,6 +87,8 @@ def _add_plan(parser: argparse.ArgumentParser) -> None:
 
 
 def _plan(args: argparse.Namespace) -> int:
+    if args.agent:
+        check_live_agent(args.agent)
     figures = read_figures(args.figures)
     found = plan(args.participants, args.agent, figures)
     cost = {} if args.core_hour_price is None else {"cost_per_hour": round(found.cores * args.core_hour_price, 2)}

@@ -10,7 +10,8 @@ from movingout.agents.base import ActionChunk, EpisodeInfo
 from movingout.agents.catalogue import agent_cards, load_agent
 from movingout.agents.conformance import check_agent
 from movingout.agents.errors import AgentError
-from movingout.agents.generative.agent import LatentAgent, latent_text, parsed_latent
+from movingout.agents.generative.agent import LatentAgent
+from movingout.agents.generative.latent_option import latent_text, parsed_latent
 from movingout.agents.inference.policy_agent import PolicyAgent
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map

@@ -109,3 +109,26 @@ def test_the_scripted_one_plays_on_a_map_that_the_trained_one_does_not_see(live:
     status, answer = live.call("/api/rooms", {"map": five_goals(), "seats": LEFT_OPEN})
     room = next(room for room in live.rooms if room.id == answer["room"])
     assert (status, room.seats[1].agent_id) == (200, "scripted")
+
+
+@pytest.mark.parametrize(
+    ("agent", "why"),
+    [
+        ("scripted:seed=" + "9" * 5000, "up to 400 letters"),
+        ("bass@any:partner=x", "partner=policy or"),
+        ("scripted:speed=3", "no habit 'speed'"),
+        ("dp@any:a", "key=value"),
+    ],
+)
+def test_options_that_an_agent_does_not_take_open_no_room(live: Live, agent: str, why: str) -> None:
+    """They opened one, in which people waited for a countdown that ended with the refusal."""
+    before = len(live.rooms)
+    seats = [{"kind": "link"}, {"kind": "agent", "agent": agent}]
+    status, answer = live.call("/api/rooms", {"maps": ["Simple"], "seats": seats})
+    assert (status, answer["error"]["code"], answer["error"]["values"]) == (
+        422,
+        "agent_options",
+        {"agent": agent if len(agent) < 50 else f"{agent[:40]}…"},
+    )
+    assert why in answer["error"]["message"]
+    assert len(live.rooms) == before

@@ -49,6 +49,18 @@ def test_a_room_has_tokens_for_the_seats_at_this_screen_only(live: Live) -> None
     assert [seat["colour"] for seat in view["seats"]] == ["blue", "red"]
 
 
+def test_a_limit_that_cannot_be_is_refused_for_practice_too(live: Live) -> None:
+    """It was kept as it came, whatever it was."""
+    wanted = {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "link"}], "practice": True}
+    before = len(live.rooms)
+    for limit in (-1, 9, 10**9, 10**30):
+        status, answer = live.call("/api/rooms", wanted | {"limit_ticks": limit})
+        assert (status, answer["error"]["code"]) in ((422, "limit_ticks"), (422, "bad_request")), limit
+    assert len(live.rooms) == before
+    for limit in (0, 500):
+        assert live.call("/api/rooms", wanted | {"limit_ticks": limit})[0] == 200
+
+
 def test_a_room_plays_a_map_mirrored_or_turned(live: Live) -> None:
     seats = [{"kind": "here"}, {"kind": "link"}]
     status, room = live.call("/api/rooms", {"maps": ["HandOff:mirror:rot90"], "seats": seats})

@@ -57,3 +57,36 @@ def test_a_field_can_be_left_out() -> None:
     add_options(made, Settings, without=("partner",))
     with pytest.raises(SystemExit):
         made.parse_args(["--partner", "scripted"])
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ("--host=", "write 127.0.0.1 (this machine only) or 0.0.0.0 (the network too)"),
+        ("--data=", "name a folder; the current one is ."),
+        ("--max-rooms 0", "a whole number from 1 to 1,000,000 is possible, not 0"),
+        ("--max-sockets -2", "a whole number from 1 to 1,000,000 is possible, not -2"),
+        ("--proxy caddy", "a proxy is named by its address, such as 10.0.0.9 or 10.0.0.0/24, not 'caddy'"),
+        ("--proxy 10.0.0.5/8", "not '10.0.0.5/8'"),
+        ("--allow-host https://study.example.org", "without https:// and without a port"),
+        ("--allow-host study.example.org:443", "without https:// and without a port"),
+        ("--origin study.example.org", "an origin looks like https://study.example.org"),
+        ("--origin https://study.example.org/lab", "an origin looks like https://study.example.org"),
+        ("--origin http://[bad", "an origin looks like https://study.example.org"),
+    ],
+)
+def test_what_no_request_could_match_is_refused(capsys: pytest.CaptureFixture[str], words: str, why: str) -> None:
+    """An unset variable as --host served all networks, and the server said that only this machine can connect."""
+    with pytest.raises(SystemExit):
+        parser().parse_args(words.split())
+    assert why in capsys.readouterr().err
+
+
+def test_names_and_origins_are_compared_as_browsers_write_them() -> None:
+    words = (
+        "--allow-host Study.Example.org. --origin https://Study.example.org/ --proxy ::1 --proxy 10.0.0.0/24 --proxy *"
+    )
+    given = Settings(**values_of(parser().parse_args(words.split()), Settings))
+    assert given.allowed_hosts == ("study.example.org",)
+    assert given.origins == ("https://study.example.org",)
+    assert given.trusted_proxies == ("::1", "10.0.0.0/24", "*")

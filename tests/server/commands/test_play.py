@@ -14,6 +14,7 @@ from movingout.server.settings import Settings
     [
         (Settings(), "Only this machine can connect. For others in the network: movingout play --host 0.0.0.0 --tls"),
         (Settings(host="0.0.0.0"), "On other machines gamepads need https: add --tls."),
+        (Settings(host="192.168.1.5"), "On other machines gamepads need https: add --tls."),
         (Settings(tls=True), "The certificate is self-signed: the browser asks once whether to trust it."),
         (Settings(trusted_proxies=("127.0.0.1",)), "These addresses lie behind the proxy; give people the proxy's."),
         (
@@ -39,3 +40,30 @@ def test_a_partner_that_cannot_be_made_is_refused_at_the_start(
 ) -> None:
     assert main(["play", "--partner", partner, "--port", "0", "--data", str(tmp_path)]) == 2
     assert sentence in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("inside", ["recordings", "rooms", "answers"])
+def test_a_file_where_a_folder_should_be_is_named_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], inside: str
+) -> None:
+    """It ended in a traceback."""
+    (tmp_path / inside).write_text("x")
+    assert main(["play", "--data", str(tmp_path), "--port", "0", "--processes", "1"]) == 2
+    said = capsys.readouterr().err
+    assert f"cannot write to {tmp_path / inside} (File exists); move it away" in said and "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    ("partner", "why"),
+    [
+        ("bass@any:partner=x", "partner=policy or"),
+        ("scripted:speed=3", "no habit 'speed'"),
+        ("bass@all:simulator=oracle", "matches without people"),
+    ],
+)
+def test_a_partner_with_options_that_cannot_be_is_refused_at_the_start(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], partner: str, why: str
+) -> None:
+    assert main(["play", "--data", str(tmp_path / "data"), "--port", "0", "--partner", partner]) == 2
+    assert why in capsys.readouterr().err
+    assert not (tmp_path / "data").exists()

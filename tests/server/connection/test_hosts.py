@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.server import messages as m
 from movingout.server.connection.hosts import host_allowed
 from movingout.server.settings import Settings
 from tests.server.live import Live, raw_socket, serve
@@ -49,6 +50,23 @@ def test_a_page_whose_name_was_pointed_here_opens_no_room_and_no_socket(live: Li
             client.sendall(request)
             assert client.recv(3000).startswith(b"HTTP/1.1 421"), request[:20]
     assert len(live.rooms) == before
+
+
+def test_a_request_with_several_hosts_is_refused_wherever_its_host_is_used(live: Live) -> None:
+    """A proxy that goes by the last one would let the first one through."""
+    upgrade = b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+    upgrade += b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: " + m.SUBPROTOCOL.encode() + b"\r\n"
+    for second in (b"evil.example", b"127.0.0.1", b""):
+        hosts = b"Host: 127.0.0.1\r\nhost: " + second + b"\r\n"
+        for line, more in (
+            (b"GET / ", b"\r\n"),
+            (b"POST /api/rooms ", b"Content-Length: 2\r\n\r\n{}"),
+            (b"GET /ws ", upgrade + b"\r\n"),
+        ):
+            with raw_socket(live) as client:
+                client.sendall(line + b"HTTP/1.1\r\n" + hosts + more)
+                answer = b"".join(iter(lambda: client.recv(10_000), b""))
+            assert answer.startswith(b"HTTP/1.1 400") and b"several Host headers" in answer, answer
 
 
 @pytest.mark.slow

@@ -90,6 +90,12 @@ def test_a_file_that_the_disk_does_not_give_waits_for_the_next_start(
     assert [path.stem for path in host.settings.rooms.iterdir()] == [room.id], "what is not understood is removed"
 
 
+def test_a_pipe_among_the_rooms_holds_no_start(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    os.mkfifo(tmp_path / "abcdefghijk0.json")
+    assert list(RoomStore(tmp_path).load()) == []
+    assert "is no plain file and is left out" in caplog.text
+
+
 def test_a_room_is_known_to_nobody_before_a_restart_would_bring_it_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -181,6 +181,38 @@ def test_a_study_whose_database_was_lost_is_not_begun_again_with_the_people_who_
             StudyDatabases(study.folder, SOLO, Alerts(), simulated=False)
 
 
+@pytest.mark.parametrize("left", ["nothing", "an empty file"])
+def test_a_study_whose_identities_were_lost_makes_none_anew_and_says_so(tmp_path: Path, left: str) -> None:
+    """Whoever came back was somebody new, and could take part and be paid twice."""
+    with served(tmp_path) as study:
+        study.visitor(PROLIFIC_PID="5f3c").agree()
+        identities = study.folder.own / "identity.sqlite"
+    identities.unlink()
+    if left != "nothing":
+        identities.touch()
+    for _ in range(2):
+        with pytest.raises(StudyError, match=r"identity.sqlite .* people have taken part \(1\): .* study restore"):
+            StudyDatabases(study.folder, SOLO, Alerts(), simulated=False)
+    assert not identities.is_file() or identities.stat().st_size == 0
+
+
+def test_a_study_that_nobody_has_come_to_begins_without_identities(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        identities = study.folder.own / "identity.sqlite"
+    identities.unlink()
+    with served(tmp_path) as study:
+        assert study.visitor(PROLIFIC_PID="5f3c").kind == "consent"
+
+
+def test_a_study_goes_on_when_identities_are_deleted_because_they_are_no_longer_needed(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        visitor = study.visitor(PROLIFIC_PID="5f3c")
+        visitor.agree()
+        study.running.databases.identities.drop([visitor.pid])
+    with served(tmp_path) as study:
+        assert study.visitor(PROLIFIC_PID="new").kind == "consent"
+
+
 def test_a_damaged_database_says_what_helps(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         study.visitor(PROLIFIC_PID="5f3c").agree()

@@ -111,6 +111,16 @@ def test_a_missing_model_is_named_and_the_check_fails(tmp_path: Path, capsys: py
     assert "missing: unknown agent 'nobody@all'" in page and "not ready: 1 agent missing" in page
 
 
+def test_an_agent_with_options_that_cannot_be_is_named_before_any_participant_meets_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(template_text("agent_survey").replace("agent: scripted}\n\nb", "agent: 'bass@any:partner=x'}\n\nb"))
+    assert main(["study", "check", str(file)]) == 1
+    page = capsys.readouterr().out
+    assert "missing: bass@any: simulator=" in page and "not engine, x" in page and "not ready: 1 agent missing" in page
+
+
 def test_faults_are_listed_with_their_lines_and_the_exit_code_is_two(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -6,6 +6,7 @@ import { outline, radiusOf } from "../../shapes.js";
 import {
   connectionWords,
   lostText,
+  pauseLimitText,
   playingWords,
   reasonText,
   seatName,
@@ -48,6 +49,17 @@ const map = (...items) => ({
 
 /** @param {[number, number]} held */
 const view = (held) => ({ poses: [], held, delivered: [] });
+
+test("a pause says how long it lasts at most where somebody waits", () => {
+  /** @param {import("../../messages.js").SeatState[]} seats @param {string} [code] */
+  const limit = (seats, code = "paused") => pauseLimitText({ reason_code: code, seats }, 40);
+  assert.equal(limit([seat({ ready: true }), seat()]), "The game goes on in 40 seconds at the latest");
+  assert.equal(limit([seat({ ready: true }), seat({ present: false })], "waiting"), "40 seconds left to come back");
+  assert.equal(limit([seat(), seat()]), "");
+  assert.equal(limit([seat(), seat({ kind: "agent", ready: true })]), "");
+  assert.equal(limit([seat({ ready: true }), seat()], "study_paused"), "");
+  assert.equal(pauseLimitText(null, 40), "");
+});
 
 test("what a seat does is said in words", () => {
   const items = map(item("square", "small"), item("star", "large"), item("circle", "middle"));

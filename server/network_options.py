@@ -1,0 +1,58 @@
+"""Options that name addresses, as operators write them: what no request could match is refused before the start."""
+
+import argparse
+import ipaddress
+import re
+from urllib.parse import urlsplit
+
+ANY = "*"
+_NAME = re.compile(r"[A-Za-z0-9]([A-Za-z0-9._\-]{0,250}[A-Za-z0-9])?")
+
+
+def served_address(text: str) -> str:
+    """Where to listen. An empty one, as of an unset variable, would be all networks."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("write 127.0.0.1 (this machine only) or 0.0.0.0 (the network too)")
+    return text
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only programs of this machine reach a server that listens there."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def proxy_address(text: str) -> str:
+    """A trusted proxy. A name would match no connection, and all people would share one address and its limits."""
+    if text == ANY:
+        return text
+    try:
+        (ipaddress.ip_network if "/" in text else ipaddress.ip_address)(text)
+    except ValueError:
+        problem = f"a proxy is named by its address, such as 10.0.0.9 or 10.0.0.0/24, not {text!r}"
+        raise argparse.ArgumentTypeError(problem) from None
+    return text
+
+
+def host_name(text: str) -> str:
+    """The name of a site as requests have it: without https://, port and final dot, in small letters."""
+    name = text.rstrip(".").lower()
+    if not _NAME.fullmatch(name):
+        problem = f"a name looks like study.example.org, without https:// and without a port, not {text!r}"
+        raise argparse.ArgumentTypeError(problem)
+    return name
+
+
+def page_origin(text: str) -> str:
+    """The origin of other pages as browsers send it: scheme, host and port, and nothing behind them."""
+    try:
+        parts = urlsplit(text)
+        is_origin = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
+    except ValueError:
+        is_origin = False
+    if not is_origin or parts.path.strip("/") or parts.query or parts.fragment or "@" in parts.netloc:
+        problem = f"an origin looks like https://study.example.org or http://localhost:5173, not {text!r}"
+        raise argparse.ArgumentTypeError(problem)
+    return f"{parts.scheme}://{parts.netloc}".lower()

@@ -1,0 +1,135 @@
+"""How long and how often one player may have the other wait in a round, by time stepped by hand."""
+
+import pytest
+
+from movingout.server import messages as m
+from movingout.server.notices import Notice
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import WrongRequest
+from movingout.server.rooms.time_limits import PAUSE_LIMIT_S, PAUSES, WAIT_LIMIT_S
+from movingout.world.constants import TICK_SECONDS
+from tests.server.support import Ear, Table
+
+
+def played_on(table: Table) -> None:
+    for _ in range(60):
+        if table.phase == "playing":
+            return
+        table.step()
+    raise AssertionError(table.phase)
+
+
+def paused_for(table: Table, ear: Ear, seat: int, seconds: float) -> None:
+    table.say(ear, m.Pause(seat))
+    table.seconds(seconds)
+    table.say(ear, m.Ready(seat))
+    played_on(table)
+
+
+def test_a_player_pauses_three_times_in_a_round_and_the_game_goes_on_after_that() -> None:
+    table = Table("Simple", "HandOff")
+    blue, red = table.play()
+    for _ in range(PAUSES):
+        paused_for(table, red, 1, 1)
+    ticks = len(blue.bundles)
+    with pytest.raises(WrongRequest, match="up to 3 times and for 120 s in all; the game goes on") as refused:
+        table.say(red, m.Pause(1))
+    assert refused.value.code == "pauses_used"
+    table.step(5)
+    assert (table.phase, len(blue.bundles)) == ("playing", ticks + 5)
+    paused_for(table, blue, 0, 1)  # the other one has pauses of their own
+
+
+def test_calling_off_the_countdown_after_a_pause_is_a_pause_too() -> None:
+    table = Table()
+    _, red = table.play()
+    table.say(red, m.Pause(1))
+    for _ in range(PAUSES - 1):
+        table.say(red, m.Ready(1))
+        table.say(red, m.Ready(1, False))
+        assert table.phase == "paused"
+    table.say(red, m.Ready(1))
+    with pytest.raises(WrongRequest):
+        table.say(red, m.Ready(1, False))
+    assert table.phase == "countdown"
+    played_on(table)
+
+
+def test_pauses_of_a_player_last_two_minutes_in_all_and_then_the_game_goes_on_without_them() -> None:
+    table = Table()
+    blue, red = table.play()
+    paused_for(table, red, 1, 100)
+    table.say(red, m.Pause(1))
+    state = blue.last(m.RoomState)
+    assert isinstance(state, m.RoomState)
+    assert state.until_ms == pytest.approx((table.now + WAIT_LIMIT_S - 100) * 1e3, abs=1500)  # blue reads it
+    table.seconds(WAIT_LIMIT_S - 100 - 2)
+    assert table.phase == "paused"
+    table.seconds(2.2)
+    assert table.phase == "countdown"
+    played_on(table)
+    table.push(blue, 0)
+    table.step(2)
+    assert blue.bundles[-1].seqs[0] > 0 and table.room.seats[1].present
+    with pytest.raises(WrongRequest):
+        table.say(red, m.Pause(1))
+    table.say(blue, m.Leave(0))
+    assert table.phase == "series_over"
+
+
+def test_the_next_round_has_pauses_of_its_own() -> None:
+    table = Table("Simple", "HandOff", limit_ticks=10)
+    blue, red = table.play()
+    for _ in range(PAUSES):
+        paused_for(table, red, 1, 0.5)
+    table.step(12)
+    assert table.phase == "round_over"
+    table.ready(blue, red)
+    played_on(table)
+    paused_for(table, red, 1, 1)
+
+
+def test_who_plays_with_an_agent_keeps_nobody_waiting() -> None:
+    table = Table(seats=[Seat(0, "human", shared=True), Seat(1, "agent", "scripted")], practice=True)
+    blue = table.join(claim=1)
+    table.ready(blue)
+    played_on(table)
+    for _ in range(2 * PAUSES):
+        paused_for(table, blue, 0, 30)
+    table.say(blue, m.Pause(0))
+    table.seconds(PAUSE_LIMIT_S - 1)
+    assert table.phase == "paused"
+    table.seconds(2)
+    assert (table.phase, table.room.notice.code) == ("series_over", "paused_too_long")
+
+
+def test_players_who_both_pause_wait_for_nobody_and_an_absent_one_is_no_pause() -> None:
+    table = Table()
+    blue, red = table.play()
+    table.say(red, m.Pause(1))
+    table.say(blue, m.Ready(0, False))
+    table.seconds(WAIT_LIMIT_S + 60)
+    assert table.phase == "paused"
+    table.say(blue, m.Ready(0))
+    table.seconds(WAIT_LIMIT_S - 5)  # counted from now on
+    table.room.depart(blue, table.now)
+    table.seconds(20)
+    back = table.join(tokens=blue.tokens)
+    table.say(back, m.Ready(0))
+    assert table.phase == "paused"
+    table.seconds(4)
+    assert table.phase == "paused"
+    table.seconds(1 + 2 * TICK_SECONDS)
+    assert table.phase == "countdown"
+
+
+def test_a_pause_of_the_experimenter_takes_no_time_from_anybody() -> None:
+    table = Table()
+    _, red = table.play()
+    table.say(red, m.Pause(1))
+    table.room.hold(Notice("study_paused", "Wait."), table.now)
+    table.seconds(2 * WAIT_LIMIT_S)
+    table.room.release(table.now)
+    assert table.phase == "paused"
+    table.seconds(WAIT_LIMIT_S - 2)
+    assert table.phase == "paused"
