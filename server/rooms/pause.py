@@ -26,7 +26,7 @@ class PauseBudget:
 
     def ask(self, seat: Seat, seats: Sequence[Seat]) -> None:
         """Count a pause of `seat`. Raises WrongRequest when the other player has waited enough for this one."""
-        if not any(other.taken_by_client and other.present for other in seats if other is not seat):
+        if not any(other.taken_by_client and other.present for other in seats if other.client is not seat.client):
             return
         if self._pauses[seat.index] >= PAUSES or self._left_s(seat) <= 0.0:
             text = f"a player pauses a round up to {PAUSES} times and for {WAIT_LIMIT_S:.0f} s in all; the game goes on"
@@ -50,11 +50,12 @@ class PauseBudget:
 
 
 def delaying(seats: Sequence[Seat]) -> list[Seat]:
-    """The players who are not ready while others are; nobody while somebody is absent."""
+    """The players who are not ready while others elsewhere are; nobody while somebody is absent."""
     people = [seat for seat in seats if seat.taken_by_client]
-    if _absent(seats) or not any(seat.is_ready for seat in people):
+    ready = {seat.client for seat in people if seat.is_ready}
+    if _absent(seats):
         return []
-    return [seat for seat in people if not seat.is_ready]
+    return [seat for seat in people if not seat.is_ready and ready - {seat.client}]
 
 
 class RoundPause(NamedTuple):

@@ -103,6 +103,19 @@ def test_who_plays_with_an_agent_keeps_nobody_waiting() -> None:
     assert (table.phase, table.room.notice.code) == ("series_over", "paused_too_long")
 
 
+def test_two_at_one_screen_keep_nobody_waiting_who_is_elsewhere() -> None:
+    table = Table()
+    both = table.join(claim=2)
+    for seat in (0, 1):
+        table.say(both, m.Ready(seat))
+    played_on(table)
+    for _ in range(2 * PAUSES):
+        paused_for(table, both, 1, 30)
+    table.say(both, m.Pause(1))
+    table.seconds(PAUSE_LIMIT_S - 1)
+    assert table.phase == "paused"
+
+
 def test_players_who_both_pause_wait_for_nobody_and_an_absent_one_is_no_pause() -> None:
     table = Table()
     blue, red = table.play()
