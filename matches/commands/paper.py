@@ -17,18 +17,18 @@ from movingout.maps.suggestion import counted
 from movingout.matches.commands.dry_run import dry_run
 from movingout.matches.commands.progress import bar
 from movingout.matches.errors import MatchError
-from movingout.matches.paper.bar_chart import bar_chart
 from movingout.matches.paper.beginning import begin, begun, grown
 from movingout.matches.paper.budgets import BUDGETS, GROWING, budget_of
 from movingout.matches.paper.costs import span
-from movingout.matches.paper.drawing import save_drawing
 from movingout.matches.paper.entry import PaperEntry
-from movingout.matches.paper.layout import laid_out
 from movingout.matches.paper.page.reproduction_page import write_page
+from movingout.matches.paper.presentation.bar_chart import bar_chart
+from movingout.matches.paper.presentation.drawing import save_drawing
+from movingout.matches.paper.presentation.layout import laid_out
+from movingout.matches.paper.presentation.writers import WRITERS
 from movingout.matches.paper.registry import ENTRIES, chosen_entries
 from movingout.matches.paper.steps import PaperStep, paper_steps
 from movingout.matches.paper.workspace import Evaluation, Grouping, Workspace
-from movingout.matches.paper.writers import WRITERS
 from movingout.matches.results.results_folder import write_whole
 from movingout.matches.run import OnProgress, no_op
 from movingout.recordings.styles import given_styles

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 from movingout.matches.paper.cells import EmptyCell, MeasuredCell, Measurement, PaperCell, PlayedCell, PooledCell
-from movingout.matches.paper.drawing import Drawing, figure_file
+from movingout.matches.paper.presentation.drawing import Drawing, figure_file
 from movingout.matches.paper.published import Figure, PublishedColumn, PublishedRow, PublishedTable, published_tables
 
 Kind = Literal["table", "figure", "sentence", "illustration"]

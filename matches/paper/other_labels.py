@@ -1,10 +1,16 @@
 """Labels of the paper that are no tables of agents: sentences, pictures, and what needs people or is not made here."""
 
 from movingout.agents.overcooked.kitchen import MISSING
-from movingout.matches.paper.drawing import Drawing
 from movingout.matches.paper.entry import PaperEntry
 from movingout.matches.paper.other_games.overcooked import overcooked_change
-from movingout.matches.paper.pictures import positions, randomized, recombination_example, rollouts, tcl_distances
+from movingout.matches.paper.presentation.drawing import Drawing
+from movingout.matches.paper.presentation.pictures import (
+    positions,
+    randomized,
+    recombination_example,
+    rollouts,
+    tcl_distances,
+)
 from movingout.matches.paper.rows.definitions import MAPPO_ROWS, REWARD_ROWS
 from movingout.matches.paper.rows.measurements import decision_time
 from movingout.matches.paper.rows.reinforced import behaviour

@@ -11,8 +11,8 @@ from movingout.matches.errors import MatchError
 from movingout.matches.paper.cells import EmptyCell, Found
 from movingout.matches.paper.costs import span
 from movingout.matches.paper.entry import EntryCell, PaperEntry, played_cells
-from movingout.matches.paper.layout import column_head, laid_out, number_text, paper_text
 from movingout.matches.paper.page.page_labels import DRAWN, HEADS, IN_PART, MEASURED, PageLabel, line, written_labels
+from movingout.matches.paper.presentation.layout import column_head, laid_out, number_text, paper_text
 from movingout.matches.paper.published import PublishedColumn
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.workspace import Workspace

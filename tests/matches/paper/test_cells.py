@@ -9,9 +9,9 @@ from movingout.matches.match import Match, MatchResult
 from movingout.matches.paper import workspace
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell, Measurement, Play, PlayedCell
-from movingout.matches.paper.layout import _change, laid_out, number_text
 from movingout.matches.paper.methods import trained_id
 from movingout.matches.paper.other_games.overcooked import overcooked_change
+from movingout.matches.paper.presentation.layout import _change, laid_out, number_text
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.workspace import Workspace

@@ -10,8 +10,8 @@ from movingout.matches.errors import MatchError
 from movingout.matches.experiment.paper_reference import paper_figures, paper_tables
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import EmptyCell
-from movingout.matches.paper.layout import laid_out, paper_text
 from movingout.matches.paper.methods import METHODS, trained_before, trained_id, with_seed
+from movingout.matches.paper.presentation.layout import laid_out, paper_text
 from movingout.matches.paper.published import figure, published_tables
 from movingout.matches.paper.registry import ENTRIES, chosen_entries
 from movingout.matches.paper.workspace import Workspace

@@ -9,18 +9,18 @@ import pytest
 from movingout.maps import load_map, map_names
 from movingout.matches.commands import paper
 from movingout.matches.errors import MatchError
-from movingout.matches.paper.bar_chart import bar_chart
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.data_sets import list_episodes, map_remedy
 from movingout.matches.paper.entry import played_cells
-from movingout.matches.paper.latex_table import latex
-from movingout.matches.paper.layout import laid_out
 from movingout.matches.paper.other_games import overcooked
+from movingout.matches.paper.presentation.bar_chart import bar_chart
+from movingout.matches.paper.presentation.latex_table import latex
+from movingout.matches.paper.presentation.layout import laid_out
+from movingout.matches.paper.presentation.writers import html, markdown
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows import measurements
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.workspace import Workspace
-from movingout.matches.paper.writers import html, markdown
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import read_groups
 from movingout.server.cli import main

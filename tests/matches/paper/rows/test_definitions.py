@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from movingout.matches.paper.cells import DefinedCell
-from movingout.matches.paper.layout import plain
+from movingout.matches.paper.presentation.layout import plain
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows.definitions import pose_shift
 from movingout.server.cli import main

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import map_names
-from movingout.matches.paper.bar_chart import bar_chart
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell, Measurement, PlayedCell, PooledCell
 from movingout.matches.paper.costs import training_seconds
 from movingout.matches.paper.entry import PaperEntry, played_cells
 from movingout.matches.paper.methods import METHODS, trained_id
+from movingout.matches.paper.presentation.bar_chart import bar_chart
 from movingout.matches.paper.published import PublishedColumn
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows import reinforced

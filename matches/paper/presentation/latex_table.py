@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import accumulate, groupby, pairwise
 
 from movingout.matches.experiment.paper_reference import PAPER_METRICS
-from movingout.matches.paper.layout import CellText, LaidOutTable, column_head
+from movingout.matches.paper.presentation.layout import CellText, LaidOutTable, column_head
 from movingout.matches.paper.published import PublishedColumn
 from movingout.recordings.diversity.comparison import MEASURES as DIVERSITY
 

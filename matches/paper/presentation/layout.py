@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from movingout.matches.paper.cells import EmptyCell, Found
 from movingout.matches.paper.entry import EntryCell, PaperEntry, RowGrouping
-from movingout.matches.paper.given_note import given_notes
+from movingout.matches.paper.presentation.given_note import given_notes
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
 

@@ -7,8 +7,8 @@ import pytest
 
 from movingout.maps import load_map
 from movingout.matches.paper.budgets import BUDGETS
-from movingout.matches.paper.given_note import given_notes
-from movingout.matches.paper.layout import laid_out
+from movingout.matches.paper.presentation.given_note import given_notes
+from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups

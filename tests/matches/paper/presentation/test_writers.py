@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from movingout.matches.paper.budgets import BUDGETS
-from movingout.matches.paper.latex_table import latex
-from movingout.matches.paper.layout import laid_out
+from movingout.matches.paper.presentation.latex_table import latex
+from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.workspace import Workspace
 from movingout.world.estimates import Estimate

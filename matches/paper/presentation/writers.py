@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from html import escape
 
-from movingout.matches.paper.latex_table import latex
-from movingout.matches.paper.layout import LaidOutTable
+from movingout.matches.paper.presentation.latex_table import latex
+from movingout.matches.paper.presentation.layout import LaidOutTable
 
 
 def markdown(table: LaidOutTable) -> str:

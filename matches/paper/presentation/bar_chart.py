@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from html import escape
 
 from movingout.matches.paper.entry import EntryCell, PaperEntry
-from movingout.matches.paper.layout import HEADINGS
+from movingout.matches.paper.presentation.layout import HEADINGS
 from movingout.matches.paper.workspace import Workspace
 
 GAP, TOP, HEIGHT, BAR, PITCH = 30, 60, 200, 18, 58
