@@ -44,6 +44,7 @@ def test_the_table_and_the_cards_scores_come_from_the_same_outcomes() -> None:
     assert (card.mean, card.stderr, card.n) == (0.5, 0.25, 2)
 
 
+@pytest.mark.slow
 def test_a_lost_match_is_no_score(tmp_path: Path) -> None:
     log, runs = tmp_path / "log.jsonl", [Run(who, "idle", "HandOff", 0, 1, 6) for who in ("idle", f"{HERE}:Crashing")]
     with pytest.raises(

@@ -35,6 +35,7 @@ def test_the_token_is_asked_for_once_and_a_wrong_one_is_refused_with_a_sentence(
         expect(page.locator("#filters")).to_be_visible()
 
 
+@pytest.mark.slow
 def test_a_new_room_appears_without_a_reload_and_closing_needs_a_yes(server: Server, open_page: OpenPage) -> None:
     page = open_page("/admin", script=unlocked(server))
     expect(page.locator("#facts")).to_be_visible()
@@ -73,6 +74,7 @@ def test_the_keyboard_keeps_its_place_while_the_figures_change(server: Server, o
     expect(close).to_be_focused()
 
 
+@pytest.mark.slow
 def test_a_lost_server_is_said_the_last_figures_stay_and_its_return_is_noticed(
     browser: Browser, server: Server
 ) -> None:

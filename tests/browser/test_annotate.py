@@ -69,6 +69,7 @@ def test_all_findings_are_judged_with_the_keyboard_and_an_answer_can_be_changed(
     expect(page.locator("#progress")).to_have_text("2 of 2 judged", timeout=30_000)
 
 
+@pytest.mark.slow
 def test_the_excerpt_plays_around_the_finding_and_can_be_watched_again(
     open_page: OpenPage, server: Server, folder: Path
 ) -> None:

@@ -34,6 +34,7 @@ def test_a_player_who_drops_out_comes_back_to_the_same_seat_and_the_partner_is_t
     assert blue.evaluate("window.__movingout.seats") == [0]
 
 
+@pytest.mark.slow
 def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("HandOff", blue="link", red="scripted")
     page = open_page(room["join_path"])
@@ -86,6 +87,7 @@ def test_who_leaves_before_the_game_is_back_at_the_start_page_and_the_seat_is_fr
     expect(blue.locator("#ready")).to_contain_text("Waiting for your partner")
 
 
+@pytest.mark.slow
 def test_a_spectator_sees_the_game_and_has_nothing_to_press(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     player = open_page(room["join_path"], room)

@@ -98,6 +98,7 @@ def test_touch_drives_with_one_thumb_and_grabs_with_the_other(
     assert grab["y"] < PHONE["height"], "the grab button is on the first screen"
 
 
+@pytest.mark.slow
 def test_two_people_at_one_screen_have_their_own_keys(server: Server, open_page: OpenPage) -> None:
     room = server.practice(red="here")
     page = open_page(room["join_path"], room)
@@ -115,6 +116,7 @@ def test_two_people_at_one_screen_have_their_own_keys(server: Server, open_page:
     page.keyboard.up("ArrowLeft")
 
 
+@pytest.mark.slow
 def test_a_window_that_loses_the_focus_lets_go_of_the_keys(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)
@@ -168,6 +170,7 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
     wait_for(page, "game.phase === 'playing'")
 
 
+@pytest.mark.slow
 def test_a_key_that_is_in_use_is_exchanged_only_when_asked(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)

@@ -88,6 +88,7 @@ def test_a_map_is_drawn_checked_solved_and_played(open_page: OpenPage, pictures:
     wait_for(page, "game.tick > 1")
 
 
+@pytest.mark.slow
 def test_undo_redo_delete_and_duplicate_and_a_reload_loses_nothing(open_page: OpenPage) -> None:
     page = ready(open_page("/editor"))
     tool(page, "Green area").click()
@@ -219,6 +220,7 @@ def test_all_tools_stand_in_one_line_in_german(open_page: OpenPage) -> None:
     assert len(page.evaluate(TOOL_LINES)) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_is_german_where_the_reader_is(open_page: OpenPage, pictures: Path, scheme: str) -> None:
     page = open_page("/editor?lang=de", viewport={"width": 1280, "height": 800}, color_scheme=scheme)

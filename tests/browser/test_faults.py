@@ -21,6 +21,7 @@ from tests.browser.support import (
 OpenPage = Callable[..., Page]
 
 
+@pytest.mark.slow
 def test_a_line_that_goes_dumb_stops_the_picture_with_a_sign_and_catches_up(
     server: Server, open_page: OpenPage
 ) -> None:

@@ -125,6 +125,7 @@ def begin(page: Page, touch: bool) -> None:
     wait_for(page, "game.phase === 'playing'")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window", WINDOWS, ids=str)
 def test_a_round_fits_the_window_and_nothing_moves_when_it_starts(
     server: Server, open_page: OpenPage, pictures: Path, window: Window
@@ -196,6 +197,7 @@ def test_the_name_of_the_partner_whom_the_lobby_proposes_covers_nothing(
         assert_inside(page, "#controls button")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "window",
     [Window(900, 640, False, 600, "de-DE"), Window(375, 553, True, 350), Window(844, 390, True, 360)],
@@ -220,6 +222,7 @@ def test_whoever_watches_sees_the_whole_arena(
     page.screenshot(path=pictures / f"layout-{window}-watch.png")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window", [Window(375, 553, True, 200, "de-DE"), Window(390, 664, False, 250)], ids=str)
 def test_on_a_phone_what_agents_consider_has_a_place_of_its_own(
     server: Server, open_page: OpenPage, window: Window

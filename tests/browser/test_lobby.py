@@ -198,6 +198,7 @@ def test_a_refusal_is_shown_by_its_code_else_as_the_servers_sentence(
         expect(page.locator("#play")).to_be_enabled()
 
 
+@pytest.mark.slow
 def test_a_slow_server_is_said_to_be_opening_the_game_and_a_second_press_opens_no_second_room(
     open_page: OpenPage,
 ) -> None:

@@ -45,6 +45,7 @@ def test_own_maps_stand_in_the_lobby_and_are_played(browser: Browser, garage: Se
         assert page.evaluate("window.__movingout.entities().items.length") == len(GARAGE["items"])
 
 
+@pytest.mark.slow
 def test_they_fit_a_phone_in_german(browser: Browser, garage: Server, pictures: Path) -> None:
     phone = {"width": 375, "height": 553}
     with complaining_page(browser, garage, "/?lang=de", viewport=phone) as page:

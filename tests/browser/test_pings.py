@@ -65,6 +65,7 @@ def test_a_key_and_a_tap_ask_for_help_and_both_pages_show_it_for_two_seconds(
     assert violations(blue) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dark", [False, True])
 def test_on_a_phone_a_small_button_and_a_tap_on_an_item_do_it(
     server: Server, open_page: OpenPage, pictures: Path, dark: bool
@@ -88,6 +89,7 @@ def test_on_a_phone_a_small_button_and_a_tap_on_an_item_do_it(
     page.screenshot(path=pictures / f"pings-phone-{'dark' if dark else 'light'}.png")
 
 
+@pytest.mark.slow
 def test_where_pings_are_off_there_is_no_button_no_word_and_no_ping(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("TopBottomPriority", red="idle", pings=False)
     page = open_page(room["join_path"], room, **in_window(PHONE))
@@ -104,6 +106,7 @@ def test_where_pings_are_off_there_is_no_button_no_word_and_no_ping(server: Serv
     expect(page.locator("#controls")).not_to_contain_text("help here")
 
 
+@pytest.mark.slow
 def test_with_reduced_motion_the_marker_stands_still(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("TopBottomPriority", red="idle")
     page = open_page(room["join_path"], room, reduced_motion="reduce")

@@ -84,6 +84,7 @@ def test_every_page_of_questions_and_its_complaint_is_accessible_in_both_themes(
     assert violations(page) == []  # the free text
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_announced_and_gets_the_focus(server: Server, open_page: OpenPage) -> None:
     room = short_room(server)
     page = play_to_the_questions(open_page(room["join_path"], room))

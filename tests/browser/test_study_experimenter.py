@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from movingout.server.api.middleware import content_security_policy
@@ -119,6 +120,7 @@ def test_the_title_of_the_study_is_said_in_the_experimenters_language(open_page:
     expect(page).to_have_title(re.compile("Mit Partnern spielen"))
 
 
+@pytest.mark.slow
 def test_news_come_without_a_reload_and_the_keyboard_keeps_its_place(open_page: OpenPage) -> None:
     study = FakeDashboard()
     page = open_page("/healthz", script=UNLOCKED)

@@ -74,6 +74,7 @@ def test_the_switch_stays_under_the_pointer_when_the_round_begins(
     expect(page.get_by_role("button", name="Show options")).to_be_visible()
 
 
+@pytest.mark.slow
 def test_where_no_agent_weighs_nothing_is_offered(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("SingleRotation", blue="idle", red="scripted")
     page = open_page(room["watch_path"])

@@ -127,6 +127,7 @@ def test_a_newcomer_finishes_the_tutorial_of_a_study_by_touch(
     expect(page.get_by_role("heading", level=1, name="Hand Off")).to_be_visible()
 
 
+@pytest.mark.slow
 def test_the_words_name_the_keys_and_skip_is_recorded(server: Server, open_page: OpenPage, pictures: Path) -> None:
     room = server.post("/api/rooms", {"tutorial": True})
     page = open_page(room["join_path"], room, locale="de-DE")

@@ -4,6 +4,8 @@ import json
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from tests.server.live import Live
 from tests.support import ROOT
 
@@ -63,6 +65,7 @@ def test_the_declarations_for_typescript_are_those_of_the_module(tmp_path: Path)
     assert (tmp_path / "client.d.ts").read_text() == CLIENT.with_suffix(".d.ts").read_text()
 
 
+@pytest.mark.slow
 def test_a_round_is_played_from_node(live: Live) -> None:
     room = live.open_room("idle", "remote", limit_ticks=30)["room"]
     told = node(f"http://{live.address}", room)

@@ -47,6 +47,7 @@ def test_it_plays_while_its_model_thinks_and_the_recording_tells_what_was_said(
     assert sum(one.missed for one in decisions) < len(decisions) / 2
 
 
+@pytest.mark.slow
 def test_a_server_is_not_started_with_a_partner_that_nobody_answers_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

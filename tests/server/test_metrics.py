@@ -35,6 +35,7 @@ def test_the_metrics_need_the_token_as_the_status_does(live: Live) -> None:
     assert live.call("/metrics", token="x" * 22)[0] == 403
 
 
+@pytest.mark.slow
 def test_the_metrics_count_what_happened(tmp_path: Path) -> None:
     with serve(tmp_path, limits(rooms=2)) as live:
         room = live.open_room("here", "idle", limit_ticks=10)

@@ -73,6 +73,7 @@ def test_10_the_proxy_is_not_counted_as_an_address() -> None:
     assert not is_trusted("10.0.0.1", ("nonsense/x",))
 
 
+@pytest.mark.slow
 def test_10_a_download_that_nobody_reads_is_dropped(tmp_path: Path) -> None:
     with serve(tmp_path, limits(unread_s=0.5)) as live:
         (live.host.settings.recordings / "large.mcap").write_bytes(b"0" * 20_000_000)

@@ -52,6 +52,7 @@ def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str, r
     assert served.shape == (5, 3, 58) and np.allclose(served, expected, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["vae", "gru", "qvae"])
 def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: DynamicsKind, tmp_path: Path) -> None:
     trajectories = [walked("DistancePriority", ticks=60, seed=seed) for seed in range(11)]

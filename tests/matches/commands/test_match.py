@@ -156,6 +156,7 @@ def test_an_agent_that_raises_is_told_file_and_line_without_a_traceback(capsys: 
     assert re.search(r"act raised ValueError: .* \(tests/agents/support.py, line \d+\)\n$", told)
 
 
+@pytest.mark.slow
 def test_copies_of_an_episode_are_counted_apart(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     common = ["--red", "idle", "--map", "DistancePriority", "--ticks", "12", "--episodes", "4", "--workers", "1"]
     assert main(["match", "--blue", "scripted", *common]) == 0

@@ -86,7 +86,7 @@ def test_what_a_shipped_grid_says_about_getting_its_agents_is_a_command(name: st
             continue
         assert words[:3] == ["movingout", "paper", "tables"] and models.startswith("MOVINGOUT_MODELS=data/paper/"), name
         wanted = configured("paper")[1].parse_args(words[2:])
-        (entry,) = chosen_entries(wanted.label)
+        (entry,) = chosen_entries(wanted.labels)
         space = Workspace(budget=BUDGETS["smoke"], evaluation=wanted.evaluation)
         trained = {step.about.split()[1] for step in paper_steps([entry], space) if step.about.startswith("train ")}
         assert one.agent.partition(":")[0] in trained, one.agent

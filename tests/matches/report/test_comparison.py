@@ -181,7 +181,7 @@ def test_protocols_without_learned_agents_need_nothing_that_is_not_here(name: st
 
 def test_a_protocol_whose_agents_are_not_here_says_how_to_get_them() -> None:
     (sentence,) = [one for one in missing_agents(read_grid(grid_path(Path("challenge-2")))) if "mlp@c2" in one]
-    assert sentence.endswith("(to get it: movingout train mlp on Challenge 2 demonstrations)")
+    assert "(to get it: movingout paper tables tab:full_results_in_t2 --evaluation held-out; then " in sentence
 
 
 def test_a_run_shows_itself_as_one_line() -> None:

@@ -117,6 +117,7 @@ def test_a_lost_lease_ends_the_rooms_here_and_a_connection_hears_where_they_are(
         assert shard_of(other) != shard_of(room)
 
 
+@pytest.mark.slow
 def test_a_node_without_its_database_says_so_and_not_that_it_restarts(
     tmp_path: Path, database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

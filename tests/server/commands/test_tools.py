@@ -42,6 +42,7 @@ def test_doctor_finds_an_agent_that_cannot_be_loaded(tmp_path: Path, monkeypatch
     assert (damaged.grade, damaged.sentence) == ("fault", "the checkpoint dp@mine is damaged")
 
 
+@pytest.mark.slow
 def test_doctor_says_in_one_line_when_the_physics_are_not_exact(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -59,6 +60,7 @@ def test_the_probes_end_where_the_tested_engine_ends(probe: Probe) -> None:
     assert inexact_engine() is not None or deviation(probe) == 0.0
 
 
+@pytest.mark.slow
 def test_doctor_says_what_is_wrong(tmp_path: Path) -> None:
     with listen("127.0.0.1", 0) as taken:
         answers = {answer.question: answer for answer in examine(taken.getsockname()[1], Path("/proc/nowhere"))}
@@ -108,6 +110,7 @@ def test_the_load_test_waits_for_a_server_that_is_busy_for_a_moment(
         _measured(RunningServer(f"http://{live.address}", ADMIN), rooms=1, clients=2, seconds=0.5)
 
 
+@pytest.mark.slow
 def test_the_load_test_needs_the_admin_token_of_a_foreign_server(live: Live) -> None:
     with pytest.raises(LoadTestError, match="403"):
         _measured(RunningServer(f"http://{live.address}", "wrong"), rooms=1, clients=1, seconds=1)
@@ -121,6 +124,7 @@ def test_the_load_test_says_in_a_sentence_why_no_room_is_opened(live: Live) -> N
         measure(target, rooms=1, clients=1, seconds=1, partner="scriptet")
 
 
+@pytest.mark.slow
 def test_the_load_test_starts_a_server_for_an_agent_of_ones_own(capsys: pytest.CaptureFixture[str]) -> None:
     command = "loadtest --rooms 1 --clients 1 --seconds 0.5 --json --partner tests.agents.support:Forward"
     assert main(command.split()) == 0

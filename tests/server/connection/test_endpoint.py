@@ -156,6 +156,7 @@ def test_a_partner_from_the_catalogue_plays(live: Live) -> None:
     assert moved > 0.05, "red has moved"
 
 
+@pytest.mark.slow
 def test_a_stop_says_goodbye_and_keeps_the_round_to_go_on_with(tmp_path: Path) -> None:
     with serve(tmp_path) as live:
         _, blue, red = two_people(live)

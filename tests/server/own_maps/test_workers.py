@@ -59,6 +59,7 @@ def test_checks_that_pile_up_are_refused(monkeypatch: pytest.MonkeyPatch) -> Non
     run(work())
 
 
+@pytest.mark.slow
 def test_a_process_that_died_is_replaced(tmp_path: Path) -> None:
     async def work() -> None:
         pool = MapWorkers()

@@ -149,6 +149,7 @@ def _finalise_slowly(journal: Path) -> Path:
     return finalise(journal)
 
 
+@pytest.mark.slow
 def test_a_server_that_ends_does_not_wait_for_a_long_queue_and_the_next_one_finishes_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

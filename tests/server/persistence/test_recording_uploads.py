@@ -129,6 +129,7 @@ def test_who_is_forgotten_is_forgotten_there_too(store: S3Server, tmp_path: Path
     assert store.buckets["lab"] == {} and not path.exists()
 
 
+@pytest.mark.slow
 def test_a_server_sends_and_measures_it(store: S3Server, tmp_path: Path) -> None:
     left = journal(tmp_path)
     with serve(tmp_path, s3=ADDRESS) as live:

@@ -200,6 +200,7 @@ def test_the_links_are_printed_and_work(tmp_path: Path) -> None:
         assert running.live.call("/api/admin/state", token=running.admin_token)[0] == 200
 
 
+@pytest.mark.slow
 def test_tls_serves_pages_and_sockets_with_the_kept_certificate(tmp_path: Path) -> None:
     port = free_port()
     with program(tmp_path, port, "--tls") as running:
@@ -251,6 +252,7 @@ def test_a_port_in_use_is_told_with_what_would_work(tmp_path: Path) -> None:
         assert f"--port {port + 1}" in refused("--port", str(port), "--data", str(tmp_path))
 
 
+@pytest.mark.slow
 def test_an_address_that_is_not_ours_is_told(tmp_path: Path) -> None:
     assert "127.0.0.1" in refused("--host", "192.0.2.7", "--port", "0", "--data", str(tmp_path))
     assert "cannot listen" in refused("--port", "99999", "--data", str(tmp_path))
@@ -264,6 +266,7 @@ def test_a_data_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     assert "--data DIR" in refused("--data", "/proc/nowhere")
 
 
+@pytest.mark.slow
 def test_an_unknown_partner_is_told_with_the_known_ones(tmp_path: Path) -> None:
     assert "known: scripted" in refused("--partner", "skripted", "--data", str(tmp_path))
 

@@ -80,6 +80,7 @@ def test_an_agent_service_that_cannot_be_started_is_a_fault_until_it_can(
     until(lambda: not faults(live))
 
 
+@pytest.mark.slow
 def test_what_does_not_work_in_the_agent_service_is_told_by_the_front(live: Live) -> None:
     front = cast(Front, live.host)
 

@@ -80,6 +80,7 @@ def test_rooms_are_shared_out_and_their_ids_say_where_they_live(live: Live) -> N
     assert all(room in home(live, room).rooms for room in rooms)
 
 
+@pytest.mark.slow
 def test_a_program_of_the_client_finds_the_process_of_its_room(live: Live) -> None:
     async def seat(room: str) -> int:
         async with Client(f"http://{live.address}", room) as client:

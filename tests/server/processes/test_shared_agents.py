@@ -91,6 +91,7 @@ def test_after_the_death_of_the_service_its_agents_play_on(live: Live) -> None:
     close(live, room)
 
 
+@pytest.mark.slow
 def test_the_seats_of_a_killed_process_are_free_and_taken_again(live: Live) -> None:
     room, person = play(live, 0)
     token = person.tokens[0]

@@ -70,6 +70,7 @@ def test_an_address_has_its_sockets_in_all_processes_together(live: Live, rooms:
     counted(live, 1)
 
 
+@pytest.mark.slow
 def test_the_sockets_of_a_killed_process_are_no_longer_counted(live: Live, rooms: list[str]) -> None:
     counted(live, 0)
     live.person(rooms[0], mode="watch")

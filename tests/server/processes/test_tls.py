@@ -64,6 +64,7 @@ def test_rooms_are_played_over_tls_in_whichever_process(served: tuple[Live, ssl.
         assert person.play_out()["ticks"] == 20
 
 
+@pytest.mark.slow
 def test_a_request_that_comes_to_a_process_with_rooms_is_sent_to_the_front(
     served: tuple[Live, ssl.SSLContext],
 ) -> None:

@@ -34,6 +34,7 @@ def asked(live: Live, *seats: dict[str, str], **room: object) -> tuple[int, Any]
     return live.call("/api/rooms", {"maps": [], "seats": list(seats), "limit_ticks": TICKS, **room})
 
 
+@pytest.mark.slow
 def test_a_person_plays_with_the_recorded_red(live: Live, kept: str, recording: Path) -> None:
     status, room = asked(live, {"kind": "here"}, {"kind": "ghost", "recording": kept})
     assert status == 200, room

@@ -221,6 +221,7 @@ def test_notes_stay(solo: Served) -> None:
     assert solo.live.call("/api/experimenter/note", {"text": " "}, ADMIN)[0] == 409
 
 
+@pytest.mark.slow
 def test_the_next_participant_gets_a_link_with_a_picture(solo: Served) -> None:
     told = solo.ask("open-next")
     assert told["path"] == f"/study?code={told['code']}"

@@ -78,6 +78,7 @@ def test_a_thousand_changes_of_a_text_leave_two_hundred_rows_and_the_last_text(s
     assert (shown["comment"]["text"], shown["teamwork"]["value"]) == (f"text {MOST_CHANGES + 39}", 5)
 
 
+@pytest.mark.slow
 def test_who_knows_the_link_reads_no_text_that_was_written_on_another_device(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         victim = study.visitor(PROLIFIC_PID="victim").go_to("questionnaire")

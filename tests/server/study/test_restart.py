@@ -127,6 +127,7 @@ def test_a_round_whose_end_was_not_written_down_is_taken_from_its_recording(tmp_
         )
 
 
+@pytest.mark.slow
 def test_a_round_that_never_had_a_tick_is_played_again(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         visitor = study.visitor().go_to("round")
@@ -157,6 +158,7 @@ def test_a_server_that_is_stopped_in_a_round_goes_on_with_it(tmp_path: Path) -> 
     assert len(list_recordings(tmp_path / "recordings")[0]) == 1
 
 
+@pytest.mark.slow
 def test_who_has_a_code_keeps_it(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         done = study.visitor()
@@ -196,6 +198,7 @@ def test_a_study_whose_identities_were_lost_makes_none_anew_and_says_so(tmp_path
     assert not identities.is_file() or identities.stat().st_size == 0
 
 
+@pytest.mark.slow
 def test_a_study_that_nobody_has_come_to_begins_without_identities(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         identities = study.folder.own / "identity.sqlite"
@@ -204,6 +207,7 @@ def test_a_study_that_nobody_has_come_to_begins_without_identities(tmp_path: Pat
         assert study.visitor(PROLIFIC_PID="5f3c").kind == "consent"
 
 
+@pytest.mark.slow
 def test_a_study_goes_on_when_identities_are_deleted_because_they_are_no_longer_needed(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         visitor = study.visitor(PROLIFIC_PID="5f3c")

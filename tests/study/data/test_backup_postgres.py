@@ -61,6 +61,7 @@ def test_a_study_restored_into_postgresql_goes_on(
         assert len(store.rows(rounds)) == 4
 
 
+@pytest.mark.slow
 def test_both_databases_of_a_cluster_go_into_a_new_one_and_into_files(
     backed_up: tuple[Path, str, str], postgres: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
