@@ -4,6 +4,7 @@ import json
 import os
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from movingout.maps.errors import MapError
 from movingout.maps.files.input_file import read_input
@@ -121,14 +122,31 @@ def map_from_text(text: str | bytes, path: Path | str) -> MapSpec:
 
     Raises MapError with the JSON path of the fault.
     """
-    try:
-        document = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise MapError(f"{path} is not JSON: {error}") from error
+    document = map_document(text, path)
     try:
         return map_from_official(document, Path(path).stem) if is_official(document) else map_from_json(document)
     except MapError as error:
         raise MapError(f"{path}: {error}") from error
+
+
+def map_document(text: str | bytes, path: Path | str) -> Any:
+    """The JSON document of a map file. Raises MapError where it is none, or a name stands twice in one object."""
+    try:
+        return json.loads(text, object_pairs_hook=_each_once)
+    except MapError as error:
+        raise MapError(f"{path}: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise MapError(f"{path} is not JSON: {error}") from error
+
+
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The object of these pairs, of which JSON would keep the last of those with one name."""
+    document: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in document:
+            raise MapError(f"{name} stands twice in one object")
+        document[name] = value
+    return document
 
 
 def _read(path: Path) -> MapSpec:

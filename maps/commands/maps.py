@@ -18,7 +18,7 @@ from movingout.maps.commands.parser import add_out
 from movingout.maps.document_check import check_document
 from movingout.maps.errors import MapError
 from movingout.maps.json_format import map_to_json
-from movingout.maps.library import load_map, loadable_map_names
+from movingout.maps.library import load_map, loadable_map_names, map_document
 from movingout.maps.official import is_official
 from movingout.maps.picture import paint_scene
 from movingout.maps.randomize import SPLITS, randomize
@@ -219,8 +219,8 @@ def _faults(name_or_path: str) -> tuple[MapFault, ...]:
 def _document(path: Path) -> object:
     """The JSON document of a file, None when there is none."""
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
+        return map_document(path.read_bytes(), path)
+    except (OSError, MapError):
         return None
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import MapError, MapSpec, library, load_map, map_names, map_to_json, shipped_map_names
+from movingout.server.cli import main
 from tests.support import reference
 
 MODES = ("coordination", "awareness", "action consistency")
@@ -92,6 +93,16 @@ def test_a_file_that_is_no_json_is_refused(tmp_path: Path, text: str) -> None:
     path.write_text(text)
     with pytest.raises(MapError, match=r"broken.json is not JSON"):
         load_map(path)
+
+
+def test_a_name_that_stands_twice_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = json.dumps(map_to_json(load_map("Simple")))
+    path = tmp_path / "mine.json"
+    path.write_text(text.replace('"goals":', '"walls": [], "goals":', 1))
+    with pytest.raises(MapError, match=r"mine.json: walls stands twice in one object"):
+        load_map(path)
+    assert main(["maps", "check", str(path)]) == 2
+    assert "mine.json: walls stands twice in one object" in capsys.readouterr().err
 
 
 def test_a_folder_or_binary_file_is_refused(tmp_path: Path) -> None:
