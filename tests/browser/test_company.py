@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, Route, expect
 
+from movingout.server.rooms.time_limits import PAUSES
 from tests.browser.pages import violations
 from tests.browser.support import Server, start, wait_for
 
@@ -74,6 +75,29 @@ def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server,
     expect(blue.locator("#result")).to_be_visible()
     blue.wait_for_timeout(700)  # time for a wrong input and the complaint about it
     expect(blue.locator("#problem")).to_be_hidden()
+
+
+@pytest.mark.slow
+def test_who_has_no_pauses_left_can_still_stop(server: Server, open_page: OpenPage, pictures: Path) -> None:
+    """Stopping is behind the pause: without one nobody could end the game but by closing the page."""
+    room = server.practice(red="link")
+    blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
+    start(blue, red)
+    for _ in range(PAUSES):
+        red.keyboard.press("Escape")
+        wait_for(red, "game.phase === 'paused'")
+        red.get_by_role("button", name="Continue").click()
+        wait_for(red, "game.phase === 'playing'")
+    red.keyboard.press("Escape")
+    expect(red.get_by_role("heading", name="Stop the game for both of you?")).to_be_visible()
+    expect(red.locator("#problem")).to_contain_text("You have used up your pauses of this round.")
+    red.screenshot(path=pictures / "no-pauses-left.png")
+    assert red.evaluate("window.__movingout.phase") == "playing"
+    red.get_by_role("button", name="No, keep playing").click()
+    expect(red.locator("#overlay")).to_be_hidden()
+    red.get_by_role("button", name="Pause or stop…").click()
+    red.get_by_role("button", name="Yes, stop").click()
+    wait_for(blue, "game.phase === 'series_over'")
 
 
 def test_who_leaves_before_the_game_is_back_at_the_start_page_and_the_seat_is_free(

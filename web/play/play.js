@@ -113,6 +113,7 @@ class Play {
   #hudAtMs = 0;
   #padLost = false; // the pause that is on began with a gamepad that is gone
   #padsWanted = 0; // how many gamepads there were before that
+  #asksPause = false; // the last pause was asked for by its button or key
 
   start() {
     byId("stop", HTMLButtonElement).addEventListener("click", () => this.#pauseOrStop());
@@ -149,7 +150,11 @@ class Play {
   /** @param {import("../messages.js").ServerMessage} message @param {number} atMs */
   onMessage(message, atMs) {
     this.#game.receive(message, atMs);
-    if (message.type === "error") this.#hud.showProblem(refusalText(message), atMs);
+    if (message.type === "error") {
+      this.#hud.showProblem(refusalText(message), atMs);
+      // Without a pause there is no panel with the button that stops: whoever asked for one is asked at once.
+      if (message.code === "pauses_used" && this.#asksPause) this.#panels.askStop();
+    }
     if (message.type === "ping") this.#pings.receive(message, atMs);
     if (message.type !== "welcome") return;
     this.#seats.hold(this.#game.own);
@@ -282,12 +287,12 @@ class Play {
       if (this.#status === "open" && !document.hidden)
         this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
     }
-    if (this.#seats.pauses > 0) this.#togglePause();
+    if (this.#seats.pauses > 0) this.#togglePause(true);
     if (this.#seats.padsLost > 0 && ["countdown", "playing"].includes(this.#game.phase))
       this.#padsWanted = this.#seats.padsPresent + this.#seats.padsLost;
     if (!playing || this.#padLost || !this.#misses()) return;
     this.#padLost = true;
-    this.#togglePause();
+    this.#togglePause(false);
   }
 
   /** Whether a gamepad is gone that somebody played with. */
@@ -359,7 +364,7 @@ class Play {
 
   #pauseOrStop() {
     if (mode === "watch") location.assign("/");
-    else if (this.#game.phase === "playing") this.#togglePause();
+    else if (this.#game.phase === "playing") this.#togglePause(true);
     else this.#panels.askStop();
   }
 
@@ -367,10 +372,12 @@ class Play {
   #pauseKey(event) {
     const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement;
     if (PAUSE_KEYS.includes(event.code) && !event.repeat && !typing && !this.#settings.isOpen && !this.#study?.isAsking)
-      this.#togglePause();
+      this.#togglePause(true);
   }
 
-  #togglePause() {
+  /** @param {boolean} asked by the button or key for it, which also lead to stopping */
+  #togglePause(asked) {
+    this.#asksPause = asked;
     const [seat] = this.#game.own;
     if (seat === undefined) return;
     if (this.#game.phase === "playing") this.#connection.send({ type: "pause", seat });
@@ -378,7 +385,7 @@ class Play {
   }
 
   #openSettings() {
-    if (this.#game.phase === "playing") this.#togglePause();
+    if (this.#game.phase === "playing") this.#togglePause(false);
     this.#settings.open();
   }
 }
