@@ -5,6 +5,7 @@ milliseconds old at most. Of tokens it holds hashes only.
 """
 
 import asyncio
+import contextlib
 import logging
 import os
 from collections.abc import Callable, Iterator
@@ -20,6 +21,7 @@ from movingout.server.rooms.services import RoomConfig
 log = logging.getLogger(__name__)
 
 VERSION = 1
+NOT_UNDERSTOOD = ".not-understood"  # behind the name of a file that is kept and not read again
 
 
 class SeatFile(msgspec.Struct, forbid_unknown_fields=True):
@@ -83,7 +85,7 @@ class RoomStore:
         self._thread.shutdown()
 
     def load(self, mine: Callable[[str], bool] = lambda room_id: True) -> Iterator[RoomFile]:
-        """The rooms of the last run whose id is `mine`, however old; files that are not understood are removed.
+        """The rooms of the last run whose id is `mine`, however old; files that are not understood are set aside.
 
         An old room waits for its players like after a short restart, and closes when nobody comes. One that the disk
         does not give is left for the next start.
@@ -126,7 +128,7 @@ class RoomStore:
 
 
 def _read(path: Path) -> RoomFile | None:
-    """The room; None for a file that is not understood, which is removed, or that the disk does not give."""
+    """The room; None for a file that is not understood, which is set aside, or that the disk does not give."""
     try:
         if not path.is_file():  # a pipe would never be read to its end
             log.error("%s is no plain file and is left out", path)
@@ -139,6 +141,8 @@ def _read(path: Path) -> RoomFile | None:
         return None
     except msgspec.MsgspecError:
         pass
-    log.warning("the room file %s is not understood and is left out", path.name)
-    path.unlink(missing_ok=True)
+    aside = path.with_name(path.name + NOT_UNDERSTOOD)
+    with contextlib.suppress(OSError):
+        path.replace(aside)
+    log.warning("the room file %s is damaged or of another version: left out, and kept as %s", path.name, aside.name)
     return None

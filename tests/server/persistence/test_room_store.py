@@ -87,7 +87,9 @@ def test_a_file_that_the_disk_does_not_give_waits_for_the_next_start(
         assert list(host.store.load()) == []
     assert "cannot be read: Too many open files" in caplog.text
     assert [file.id for file in host.store.load()] == [room.id]
-    assert [path.stem for path in host.settings.rooms.iterdir()] == [room.id], "what is not understood is removed"
+    kept = sorted(path.name for path in host.settings.rooms.iterdir())
+    assert kept == sorted([f"{room.id}.json", "damaged.json.not-understood"]), "what is not understood is set aside"
+    assert "damaged or of another version: left out, and kept as damaged.json.not-understood" in caplog.text
 
 
 def test_a_pipe_among_the_rooms_holds_no_start(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
