@@ -38,6 +38,11 @@ class PageLabel:
             return self.table.count(_MISSING) < other.table.count(_MISSING)
         return self._cells[3].count("; ") > other._cells[3].count("; ")
 
+    def has_numbers_of(self, other: "PageLabel") -> bool:
+        """Whether nothing but the day and the time it took is different."""
+        mine, theirs = ([*one._cells[:2], one.budget, *one._cells[3:5], one.table] for one in (self, other))
+        return mine == theirs
+
     @property
     def _cells(self) -> list[str]:
         return [cell.strip() for cell in self.row.strip("|").split(" | ")]

@@ -1,7 +1,8 @@
 """The measured part of docs/reproduction.md: a row for every label of the paper, and below them all tables in full.
 
 Written between two comments of the page; what stands around them is kept. Of a label that the page has with a bigger
-budget, or with more numbers, than the folder, what stands there is kept, too.
+budget, or with more numbers, than the folder, what stands there is kept, too, and so is the day of numbers that have
+not changed.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -41,11 +42,17 @@ def _measured(entries: list[PaperEntry], space: Workspace, day: str, earlier: Ma
     labels = []
     for entry in shown:
         now = PageLabel(line(_row(entry, space, day)), tables.get(entry.label, ""))
-        then = earlier.get(entry.label)
-        labels.append(then if then is not None and then.is_better_than(now) else now)
+        labels.append(_kept(earlier.get(entry.label), now))
     head = "`movingout paper tables LABEL --budget` and the budget of the row; for figures `paper figures LABEL`."
     rows = [line(HEADS), line(["---"] * len(HEADS)), *(one.row for one in labels)]
     return "\n".join([head, "", *rows, "", "## All numbers", "", *(one.table for one in labels if one.table), ""])
+
+
+def _kept(then: PageLabel | None, now: PageLabel) -> PageLabel:
+    """What is better, or of the day on which it was measured: numbers that have not changed keep theirs."""
+    if then is None or not then.has_numbers:
+        return now
+    return then if then.is_better_than(now) or (now.has_numbers and then.has_numbers_of(now)) else now
 
 
 def _row(entry: PaperEntry, space: Workspace, day: str) -> tuple[str, ...]:

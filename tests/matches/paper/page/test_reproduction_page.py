@@ -78,13 +78,13 @@ def test_a_page_keeps_what_it_has_with_a_bigger_budget_or_with_more_numbers(here
     page, label = here / "page.md", "tab:pose_noise_ablation"
     page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
 
-    def written(budget: str, day: str, *levels: str) -> list[str]:
+    def written(budget: str, day: str, *levels: str, share: float = 0.5) -> list[str]:
         folder = here / day
         folder.mkdir()
         with contextlib.chdir(folder):
             space = Workspace(budget=BUDGETS[budget])
             for level in levels:
-                space.keep(f"noise-{level}", {"valid_share": Estimate(0.5, 0.1, 20)})
+                space.keep(f"noise-{level}", {"valid_share": Estimate(share, 0.1, 20)})
             write_page(page, ENTRIES.values(), space, day)
         return _row(page, label)
 
@@ -93,7 +93,10 @@ def test_a_page_keeps_what_it_has_with_a_bigger_budget_or_with_more_numbers(here
     assert written("smoke", "Wednesday")[2] == "smoke, Monday"
     assert written("small", "Thursday", "0.2")[2] == "small, Thursday", "a bigger budget"
     assert written("smoke", "Friday", "0.2", "0.02")[2] == "small, Thursday"
-    assert written("small", "Saturday", "0.2")[2] == "small, Saturday", "as many, and newer"
+    assert written("small", "Saturday", "0.2")[2] == "small, Thursday", (
+        "the same numbers are of the day they were measured"
+    )
+    assert written("small", "Sunday", "0.2", share=0.4)[2] == "small, Sunday", "as many, and newer"
     assert page.read_text(encoding="utf-8").count("### Ablation of different pose-noise levels") == 1
 
 
