@@ -86,6 +86,10 @@ class NodeProcess:
         self.process.send_signal(signal.SIGCONT)
         return self.process.wait(WAIT_S)
 
+    @property
+    def has_ended(self) -> bool:
+        return self.process is not None and self.process.poll() is not None
+
     def is_ready(self) -> bool:
         assert self.process is not None
         assert self.process.poll() is None, self.log.read_text()

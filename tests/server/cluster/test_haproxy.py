@@ -45,6 +45,8 @@ def nodes(tmp_path_factory: pytest.TempPathFactory, database_server: PostgresSer
 @pytest.fixture
 def live(nodes: list[NodeProcess], tmp_path: Path) -> Iterator[Live]:
     for node in nodes:
+        if node.has_ended:  # a test that failed left it so
+            node.start()
         wait_until(node.is_ready, f"node {node.name} is ready")
     with haproxy(tmp_path, nodes) as live:
         wait_until(lambda: status(live.port, "/") == 200, "the proxy finds a node")
