@@ -29,9 +29,19 @@ class PageLabel:
         return list(BUDGETS).index(self._cells[2].partition(",")[0])
 
     def is_better_than(self, other: "PageLabel") -> bool:
-        """Whether it has a bigger budget, or more numbers with the same."""
-        if not self.has_numbers or not other.has_numbers or self.budget != other.budget:
-            return self.has_numbers and (not other.has_numbers or self.budget > other.budget)
+        """Whether it has a bigger budget, or more numbers with the same.
+
+        A bigger budget with fewer numbers is no better, but than the smallest, whose numbers mean nothing.
+        """
+        if not self.has_numbers or not other.has_numbers:
+            return self.has_numbers
+        if self.budget == other.budget:
+            return self._has_more_than(other)
+        smaller, bigger = sorted((self, other), key=lambda one: one.budget)
+        better = smaller if smaller.budget > 0 and smaller._has_more_than(bigger) else bigger
+        return better is self
+
+    def _has_more_than(self, other: "PageLabel") -> bool:
         if self._cells[1] != other._cells[1] and IN_PART in (self._cells[1], other._cells[1]):
             return other._cells[1] == IN_PART
         if self.table and other.table:

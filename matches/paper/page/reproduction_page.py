@@ -1,8 +1,7 @@
 """The measured part of docs/reproduction.md: a row for every label of the paper, and below them all tables in full.
 
-Written between two comments of the page; what stands around them is kept. Of a label that the page has with a bigger
-budget, or with more numbers, than the folder, what stands there is kept, too, and so is the day of numbers that have
-not changed.
+Written between two comments of the page; what stands around them is kept. So is a label that the page has with a bigger
+budget, or with more numbers, than the folder (`PageLabel.is_better_than`), and the day of numbers that stay the same.
 """
 
 from collections.abc import Iterable, Iterator, Mapping

@@ -97,6 +97,10 @@ def test_a_page_keeps_what_it_has_with_a_bigger_budget_or_with_more_numbers(here
         "the same numbers are of the day they were measured"
     )
     assert written("small", "Sunday", "0.2", share=0.4)[2] == "small, Sunday", "as many, and newer"
+    assert written("small", "next Monday", "0.2", "0.02")[2] == "small, next Monday"
+    assert written("paper-size", "next Tuesday", "0.2")[2] == "small, next Monday", "fewer numbers"
+    assert written("paper-size", "next Wednesday", "0.2", "0.02")[2] == "paper-size, next Wednesday"
+    assert written("small", "next Thursday", "0.2", "0.02")[2] == "paper-size, next Wednesday"
     assert page.read_text(encoding="utf-8").count("### Ablation of different pose-noise levels") == 1
 
 
