@@ -267,3 +267,11 @@ export function grabName(card, mapping) {
   if (card.device === "touch") return say("play.touch.grab");
   return card.keySets.map((set) => keyName(mapping.keys[set].grab)).join(say("play.or"));
 }
+
+/** The parts of the page that touch uses, labelled. */
+export function touchControls() {
+  const [grab, backward] = [byId("touch-grab", HTMLElement), byId("touch-backward", HTMLElement)];
+  grab.textContent = say("play.touch.grab");
+  backward.textContent = say("play.touch.backward");
+  return { zone: byId("stick", HTMLElement), knob: byId("knob", HTMLElement), grab, backward };
+}

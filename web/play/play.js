@@ -4,7 +4,7 @@ import { Announcer } from "./announcer.js";
 import { Connection } from "../wire/connection.js";
 import { byId } from "../core/dom.js";
 import { Game } from "./game.js";
-import { Hud } from "./hud.js";
+import { Hud, touchControls } from "./hud.js";
 import { Gamepads } from "../input/gamepad.js";
 import { Keyboard } from "../input/keyboard.js";
 import { loadMapping, PAUSE_KEYS } from "../input/mapping.js";
@@ -388,14 +388,6 @@ class Play {
     if (this.#game.phase === "playing") this.#togglePause(false);
     this.#settings.open();
   }
-}
-
-/** The parts of the page that touch uses, labelled. */
-function touchControls() {
-  const [grab, backward] = [byId("touch-grab", HTMLElement), byId("touch-backward", HTMLElement)];
-  grab.textContent = say("play.touch.grab");
-  backward.textContent = say("play.touch.backward");
-  return { zone: byId("stick", HTMLElement), knob: byId("knob", HTMLElement), grab, backward };
 }
 
 if (studyMark?.map) nameMap(studyMark.map.name, studyMark.map.title);
