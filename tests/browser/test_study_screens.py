@@ -1,6 +1,5 @@
 """Every screen of a study, one at a time: readable by everybody, by keyboard alone, after reloads."""
 
-import itertools
 import re
 from pathlib import Path
 
@@ -282,30 +281,6 @@ def test_who_came_by_a_link_of_their_own_is_not_asked_for_the_next_person_and_an
     heading(page, "The study was stopped")
     expect(page.get_by_role("button", name="Next person at this screen")).to_have_count(0)
     expect(page.get_by_text("to be paid")).to_have_count(0)
-
-
-def test_a_finger_on_the_handle_of_the_nasa_tlx_line_chooses_where_it_stands(open_page: OpenPage) -> None:
-    study = FakeStudy.at(fake.questions(NASA_TLX))
-    page = open_page("/healthz", viewport=PHONE, has_touch=True, is_mobile=True)
-    study.open(page)
-    heading(page, "How demanding it was")
-    page.locator(".tlx").first.tap()
-    expect(page.locator(".tlx").first).to_have_attribute("data-chosen", "true")
-    expect(page.locator(".questionnaire-status")).to_have_attribute("data-waiting", "0")
-    assert study.answers() == {"mental": (10, "")}
-
-
-def test_the_marks_of_the_nasa_tlx_line_lie_evenly_at_every_width(open_page: OpenPage) -> None:
-    study = FakeStudy.at(fake.questions(NASA_TLX))
-    page = open_page("/healthz")
-    study.open(page)
-    heading(page, "How demanding it was")
-    for width in (360, 375, 701, 1280):
-        page.set_viewport_size({"width": width, "height": 800})
-        marks = page.locator(".tlx-ticks").first.locator("span")
-        places: list[float] = marks.evaluate_all("marks => marks.map(one => one.getBoundingClientRect().x)")
-        gaps = {round(after - before, 3) for before, after in itertools.pairwise(places)}
-        assert len(places) == 21 and len(gaps) == 1 and gaps.pop() % 1 == 0, width
 
 
 def test_the_language_can_be_changed_on_every_screen(open_page: OpenPage, pictures: Path) -> None:
