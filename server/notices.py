@@ -34,8 +34,8 @@ ErrorCode = Literal[
     "slow", "gamepad", "keep", "step", "unanswered", "too_many_arrivals", "link_expired", "other_device",
 ]  # fmt: skip
 ReasonCode = Literal[
-    "restarted", "restarted_anew", "lost", "waiting", "paused", "all_back", "not_back", "paused_too_long", "left",
-    "seat_free", "simulation_failed", "agent_failed", "agent_unseen", "cannot_start", "study_paused",
+    "restarted", "restarted_anew", "lost", "waiting", "paused", "all_back", "not_back", "unsteady", "paused_too_long",
+    "left", "seat_free", "simulation_failed", "agent_failed", "agent_unseen", "cannot_start", "study_paused",
     "restart_soon",
 ]  # fmt: skip
 RefusalCode = Literal["restarting", "rooms_in_use", "busy", "disk_full"]  # why no room can be opened now

@@ -150,7 +150,7 @@ class Room:
             if now >= self.until and not self.held and play_on(self.seats):
                 self._try_start(now)
             elif now >= self.until:
-                self._finish(*give_up(self.seats))
+                self._finish(*give_up(self.seats, self.config.resume_s, self.round.pauses))
         elif self.phase in ("lobby", "round_over"):
             for seat in self.seats:
                 if seat.token is not None and not seat.present and now - seat.absent_since >= self.config.resume_s:
@@ -254,8 +254,7 @@ class Room:
         self.hold_next(self._held_next)
 
     def _end_round(self, outcome: Outcome) -> None:
-        result = self.series.end(self.round, outcome)
-        self.seating.tell(result)
+        self.seating.tell(result := self.series.end(self.round, outcome))
         self._services.ended(self.id, self.round.episode_id, result)
 
     def _move(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
@@ -280,8 +279,9 @@ class Room:
         if self.phase in ("lobby", "round_over", "series_over"):
             seat.ready = False
         elif self.round.started:
-            self.round.note("drop", seat.index)
+            self.round.note_drop(seat, self.seats)
             self._enter_pause(now)
+            self._expire(now)
         else:
             seat.ready = False
             self._enter(PhaseEvent.CALLED_OFF, notices.about("lost", [seat], "lost the connection."))

@@ -115,6 +115,11 @@ class LiveRound:
         if kind in m.EVENT:
             self._show(kind, seat, item, pose)
 
+    def note_drop(self, seat: Seat, seats: Sequence[Seat]) -> None:
+        """A player's connection is lost: recorded, and counted where others wait, who do not wait again and again."""
+        self.note("drop", seat.index)
+        self.pauses.drop(seat, seats)
+
     def note_skip(self, seat: int) -> None:
         """Record that a player ends the tutorial here, and at which step."""
         if self.tutorial is not None:

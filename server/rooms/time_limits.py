@@ -11,5 +11,7 @@ UNJOINED_S = 60.0  # so does one that waits for nobody but the page that opened 
 PAUSE_LIMIT_S = 600.0  # for players who paused while nobody waits for them
 PAUSES = 3  # of one player in a round, while somebody else plays along
 WAIT_LIMIT_S = 120.0  # for one player in a round, in all its pauses together, while somebody else is ready
+RETURNS = 4.0  # the absences of one player in a round are together as long as so many that are waited for
+DROP_S = 3.0  # what every lost connection counts at least: the countdown afterwards
 HOLD_LIMIT_S = 24 * 3600.0  # for an experimenter who paused the room
 RESTART_RESUME_S = 120.0  # for people to come back after the server was started again

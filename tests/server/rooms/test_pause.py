@@ -5,8 +5,8 @@ import pytest
 from movingout.server import messages as m
 from movingout.server.notices import Notice
 from movingout.server.rooms.seat import Seat
-from movingout.server.rooms.services import WrongRequest
-from movingout.server.rooms.time_limits import PAUSE_LIMIT_S, PAUSES, WAIT_LIMIT_S
+from movingout.server.rooms.services import RESUME_S, WrongRequest
+from movingout.server.rooms.time_limits import PAUSE_LIMIT_S, PAUSES, RETURNS, WAIT_LIMIT_S
 from movingout.world.constants import TICK_SECONDS
 from tests.server.support import Ear, Table
 
@@ -146,3 +146,55 @@ def test_a_pause_of_the_experimenter_takes_no_time_from_anybody() -> None:
     assert table.phase == "paused"
     table.seconds(WAIT_LIMIT_S - 2)
     assert table.phase == "paused"
+
+
+def dropped_for(table: Table, ear: Ear, seat: int, seconds: float) -> Ear:
+    """A connection is lost and comes back after `seconds`, unless that was too much."""
+    table.room.depart(ear, table.now)
+    table.seconds(seconds)
+    if table.phase == "series_over":
+        return ear
+    back = table.join(tokens=ear.tokens)
+    table.say(back, m.Ready(seat))
+    return back
+
+
+@pytest.mark.parametrize("absence_s", [0.0, 20.0])
+def test_who_drops_again_and_again_holds_the_other_for_two_minutes_of_a_round_in_all(absence_s: float) -> None:
+    table = Table()
+    blue, red = table.play()
+    began, waited = table.now, 0.0
+    for _ in range(60):
+        paused_at = table.now
+        red = dropped_for(table, red, 1, absence_s)
+        if table.phase == "series_over":
+            break
+        played_on(table)
+        waited += table.now - paused_at
+    assert (table.phase, table.room.notice.code) == ("series_over", "unsteady")
+    assert 0.5 * RETURNS * RESUME_S < waited <= RETURNS * RESUME_S + RESUME_S and table.now > began
+    assert blue.last(m.RoomState).reason_code == "unsteady"  # type: ignore[union-attr]
+
+
+def test_absences_of_one_who_is_waited_for_by_nobody_are_not_counted() -> None:
+    table = Table(seats=[Seat(0, "human", shared=True), Seat(1, "agent", "scripted")], practice=True)
+    blue = table.join(claim=1)
+    table.ready(blue)
+    played_on(table)
+    for _ in range(8):
+        blue = dropped_for(table, blue, 0, 25)
+        played_on(table)
+    assert table.phase == "playing"
+
+
+def test_an_absence_is_counted_once_though_others_come_and_go_meanwhile() -> None:
+    table = Table()
+    blue, red = table.play()
+    table.room.depart(red, table.now)
+    for _ in range(5):
+        table.seconds(3)
+        table.say(blue, m.Ready(0, False))
+        table.say(blue, m.Ready(0))
+    state = blue.last(m.RoomState)
+    assert isinstance(state, m.RoomState) and table.phase == "paused"
+    assert state.until_ms == pytest.approx((table.now + RESUME_S - 15) * 1e3, abs=1000)
