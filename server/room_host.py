@@ -208,7 +208,8 @@ class RoomHost:
         """Make what was recorded survive a power failure; in a thread, because disks are slow."""
         if _folder_id(self.settings.recordings) != self._recordings_id:
             raise FileNotFoundError(f"the folder {self.settings.recordings} was moved away or replaced")
-        writers = [room.round.writer for room in self.registry.rooms.values() if room.round.writer is not None]
+        recorders = [room.round.recorder for room in self.registry.rooms.values()]
+        writers = [recorder.writer for recorder in recorders if recorder.writer is not None]
         if writers:
             await asyncio.to_thread(sync_recordings, self.settings.recordings, writers)
 

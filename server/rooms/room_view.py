@@ -86,7 +86,7 @@ def room_view(room: Room) -> RoomView:
         late_ms=the_round.quality.late_p99_ms() if the_round.started else None,
         missed=room.missed_ticks,
         recording=room.recording,
-        recording_problem=the_round.recording_problem.message,
+        recording_problem=the_round.recorder.problem.message,
     )
 
 

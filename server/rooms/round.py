@@ -1,9 +1,8 @@
-"""One round: a world that is stepped ten times a second, its events, and its recording.
+"""One round: a world that is stepped ten times a second, and its events.
 
 Knows no clock and no phase: the room says when to step.
 """
 
-import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -11,16 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from movingout.maps import MapSpec, map_to_json
-from movingout.recordings import (
-    AgentDecision,
-    EpisodeHeader,
-    EpisodeWriter,
-    Event,
-    InputSample,
-    RecordingError,
-    SeatInfo,
-    TickRecord,
-)
+from movingout.recordings import EpisodeHeader, EpisodeWriter, Event, SeatInfo
 from movingout.recordings.episode import Episode, EventKind, Outcome
 from movingout.server import messages as m
 from movingout.server.frames import Bundle, BundleEvent, Input
@@ -30,7 +20,7 @@ from movingout.server.rooms.input_buffer import NEUTRAL, TickInput
 from movingout.server.rooms.pause import PauseBudget
 from movingout.server.rooms.pings import RoundPings
 from movingout.server.rooms.quality import RoundQuality
-from movingout.server.rooms.room_notices import recording_problem
+from movingout.server.rooms.round_recorder import RoundRecorder
 from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.server.rooms.tutorial import TutorialProgress
 from movingout.world import World
@@ -38,8 +28,6 @@ from movingout.world.metrics import EpisodeMetrics, to_numbers
 from movingout.world.ping import PING_TICKS
 from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
-
-log = logging.getLogger(__name__)
 
 GRASP_POSE = (0, 2)  # blue's hand moves before the first sub-step, red's after half of them
 LAST_POSE = m.POSES_PER_TICK - 1
@@ -56,8 +44,7 @@ class TickTiming(NamedTuple):
 class LiveRound:
     """A map being played for at most `limit_ticks` (0: for ever).
 
-    A full disk or a lost folder ends the recording, never the round: `writer` becomes None, `recording_problem` says
-    why, and everybody in the room sees "not recording".
+    A full disk or a lost folder ends the recording, never the round; then everybody in the room sees "not recording".
     """
 
     def __init__(
@@ -75,8 +62,7 @@ class LiveRound:
         self.epoch = epoch
         self.episode_id = episode_id
         self.seed = seed
-        self.writer: EpisodeWriter | None = None  # while the round is recorded
-        self.recording_problem = NOTHING
+        self.recorder = RoundRecorder()
         self.started = False
         self.deadline_misses = 0
         self.quality = RoundQuality()
@@ -92,10 +78,10 @@ class LiveRound:
 
     def begin(self, writer: EpisodeWriter | None, problem: Notice = NOTHING) -> None:
         """The countdown is over; `problem` is why the round is not recorded though it should be."""
-        self._record_to(writer)
-        self.recording_problem = problem
+        self.recorder.begin(writer)
+        self.recorder.problem = problem
         self.started = True
-        self._write_event(Event(0, "start"))
+        self.recorder.event(Event(0, "start"))
 
     def resume(self, episode: Episode, writer: EpisodeWriter) -> None:
         """Restore the state at the end of an interrupted recording, and go on recording."""
@@ -104,12 +90,12 @@ class LiveRound:
             self._advance(actions)
         for tick in episode.ticks:
             self.quality.tick(tick.actions, tick.rtt_ms, tick.late_ms)
-        self._record_to(writer)
+        self.recorder.begin(writer)
         self.started = True
 
     def note(self, kind: EventKind, seat: int = -1, item: int = -1, detail: str = "", pose: int = 0) -> None:
         """Record an event of the coming tick; events that players see go out with its bundle."""
-        self._write_event(Event(tick=self.state.tick + 1, kind=kind, seat=seat, item=item, detail=detail))
+        self.recorder.event(Event(tick=self.state.tick + 1, kind=kind, seat=seat, item=item, detail=detail))
         if kind == "focus":
             self.quality.focus(seat, detail == "visible")
         if kind in m.EVENT:
@@ -127,25 +113,12 @@ class LiveRound:
 
     def record_input(self, frame: Input, rtt_ms: float) -> None:
         """Record a raw input for the coming tick."""
-        if self.writer is None:
-            return
-        sample = InputSample(
-            tick=self.state.tick + 1,
-            seat=frame.seat,
-            seq=frame.seq,
-            client_ms=frame.client_ms,
-            move=frame.move,
-            heading=frame.heading,
-            grabs=frame.grabs,
-            device=m.DEVICES[frame.device],
-            rtt_ms=rtt_ms,
-        )
-        self.writer.input(sample)
+        self.recorder.input(frame, self.state.tick + 1, rtt_ms)
 
     def ping(self, seat: int, item: int, now: float) -> m.ShownPing:
         """Record "help here" and show it to the agents. Raises WrongRequest for no item, or too many pings."""
         ping = self.pings.say(self.state, seat, item, now)
-        self._write_event(Event(ping.tick, "ping", seat, item))
+        self.recorder.event(Event(ping.tick, "ping", seat, item))
         return m.ShownPing(epoch=self.epoch, ticks=PING_TICKS, **ping._asdict())
 
     def step(self, seats: Sequence[Seat], now: float, timing: TickTiming) -> bytes:
@@ -164,10 +137,10 @@ class LiveRound:
         self._note_deliveries(delivered, poses)
         if self.tutorial is not None and self._learned:
             detail = "finished" if self.tutorial.finished else self.tutorial.step
-            self._write_event(Event(self.state.tick, "tutorial_step", detail=detail))
+            self.recorder.event(Event(self.state.tick, "tutorial_step", detail=detail))
         rtt_ms = seats[0].rtt_ms, seats[1].rtt_ms
         self.quality.tick(actions, rtt_ms, timing.late_ms)
-        self._record(actions, inputs, seats, timing)
+        self.recorder.tick(actions, inputs, seats, self.state, self.delivered, timing.late_ms)
         return self._bundle(poses, inputs, timing)
 
     def ask_agents(self, seats: Sequence[Seat], deadline: float) -> None:
@@ -184,25 +157,19 @@ class LiveRound:
 
     def suspend(self) -> None:
         """Leave the recording as it is, to be resumed."""
-        if self.writer is not None:
-            self.writer.abandon()
-            self.writer = None
+        self.recorder.suspend()
 
     def finish(self, outcome: Outcome) -> Path | None:
         """Record the end; returns the journal to finalise, None without a recording."""
         for seat, number in self.pings.refused.items():
-            self._write_event(Event(self.state.tick, "pings_refused", seat, detail=str(number)))
-        self._write_event(Event(self.state.tick, "end", detail=outcome))
-        if self.writer is None:
-            return None
-        journal = self.writer.close(outcome)
-        is_whole, self.writer = self.is_recorded, None
-        return journal if is_whole else None
+            self.recorder.event(Event(self.state.tick, "pings_refused", seat, detail=str(number)))
+        self.recorder.event(Event(self.state.tick, "end", detail=outcome))
+        return self.recorder.finish(outcome)
 
     @property
     def is_recorded(self) -> bool:
         """Whether a recording is being written."""
-        return self.writer is not None
+        return self.recorder.is_recording
 
     def result(self, index: int, outcome: Outcome) -> m.Result:
         """The result to announce; call before `finish`."""
@@ -265,19 +232,6 @@ class LiveRound:
             delivered=list(self.delivered),
         )
 
-    def _record_to(self, writer: EpisodeWriter | None) -> None:
-        self.writer = writer
-        if writer is not None:
-            writer.tolerate_errors(self._stop_recording)
-
-    def _stop_recording(self, error: RecordingError) -> None:
-        log.error("recording stopped: %s", error)
-        self.writer, self.recording_problem = None, recording_problem(error)
-
-    def _write_event(self, event: Event) -> None:
-        if self.writer is not None:
-            self.writer.event(event)
-
     def _tick_input(self, seat: Seat, now: float) -> TickInput:
         """What `seat` does in the tick that starts at `now`: the newest input of a client, the answer of an agent."""
         if seat.player is not None:
@@ -286,15 +240,7 @@ class LiveRound:
 
     def _agent_input(self, seat: int, player: AgentPlayer) -> TickInput:
         answer = player.answer(self.state.tick)
-        if self.writer is not None and (answer.missed or answer.latency_ms >= 0):
-            decision = AgentDecision(
-                tick=self.state.tick + 1,
-                seat=seat,
-                latency_ms=answer.latency_ms,
-                missed=answer.missed,
-                detail=answer.detail,
-            )
-            self.writer.agent(decision)
+        self.recorder.decision(answer, self.state.tick + 1, seat)
         if answer.missed:
             self.deadline_misses += 1
             self.note("deadline_missed", seat)
@@ -323,7 +269,7 @@ class LiveRound:
                 kind = "grab_failed"
             else:
                 continue
-            self._write_event(Event(tick, kind, seat, item))
+            self.recorder.event(Event(tick, kind, seat, item))
             self._show(kind, seat, item, GRASP_POSE[seat])
 
     def _note_deliveries(self, before: tuple[bool, ...], poses: Floats) -> None:
@@ -335,34 +281,12 @@ class LiveRound:
                 continue
             kind: EventKind = "delivered" if now else "undelivered"
             pose = next((index for index, flag in enumerate(flags) if bool(flag[item]) == now), LAST_POSE)
-            self._write_event(Event(self.state.tick, kind, -1, item))
+            self.recorder.event(Event(self.state.tick, kind, -1, item))
             self._show(kind, -1, item, pose)
 
     def _show(self, kind: EventKind, seat: int, item: int, pose: int) -> None:
         """Add an event to the next bundle."""
         self._pending.append(BundleEvent(code=m.EVENT[kind], seat=seat, item=item, pose=pose))
-
-    def _record(
-        self,
-        actions: Floats,
-        inputs: Sequence[TickInput],
-        seats: Sequence[Seat],
-        timing: TickTiming,
-    ) -> None:
-        if self.writer is None:
-            return
-        (blue, red), (blue_seat, red_seat) = inputs, seats
-        record = TickRecord(
-            actions=actions,
-            sources=(blue_seat.source(blue), red_seat.source(red)),
-            input_seqs=(blue.seq, red.seq),
-            state=self.state,
-            delivered=self.delivered,
-            late_ms=timing.late_ms,
-            slack_ms=(blue.slack_ms, red.slack_ms),
-            rtt_ms=(blue_seat.rtt_ms, red_seat.rtt_ms),
-        )
-        self.writer.tick(record)
 
     def _bundle(self, poses: Floats, inputs: Sequence[TickInput], timing: TickTiming) -> bytes:
         blue, red = inputs

@@ -111,7 +111,7 @@ def test_a_full_disk_stops_the_recording_and_not_the_game(tmp_path: Path, monkey
     monkeypatch.undo()
     table.step(2)
     assert [bundle.flags & m.FLAG_NOT_RECORDING for bundle in blue.bundles[-4:]] == [1, 1, 1, 1]
-    problem = table.room.round.recording_problem
+    problem = table.room.round.recorder.problem
     assert problem.code == "disk_full" and "No space left" in problem.message
     state = blue.last(m.RoomState)
     assert isinstance(state, m.RoomState)
@@ -156,7 +156,7 @@ def test_a_disk_that_is_full_at_the_start_or_at_the_end_leaves_a_round_without_a
     blue, _ = full.play()
     full.step(2)
     assert full.phase == "playing" and not full.room.recording
-    assert "No space left" in full.room.round.recording_problem.message
+    assert "No space left" in full.room.round.recorder.problem.message
     monkeypatch.undo()
 
     late = Table(services=FakeServices(folder=tmp_path / "end"), limit_ticks=5)
@@ -167,4 +167,4 @@ def test_a_disk_that_is_full_at_the_start_or_at_the_end_leaves_a_round_without_a
     late.step(3)
     assert isinstance(blue.last(m.Result), m.Result)
     assert late.services.archived == []
-    assert "No space left" in late.room.round.recording_problem.message
+    assert "No space left" in late.room.round.recorder.problem.message
