@@ -27,6 +27,7 @@ import { roundText } from "./seat_phrases.js";
  * @property {readonly string[]} names of the seats
  * @property {boolean} [plays] somebody on this page played
  * @property {boolean} [stoppedHere] somebody on this page stopped the round
+ * @property {string} [reason] what the room says about the end
  * @property {import("./best_rounds.js").Score | null} [best] so far in this browser; none for a first round
  * @property {readonly HTMLElement[]} [sharing] what shares or shows the round again
  * @property {HTMLElement} [problem] says why a way on is closed
@@ -55,13 +56,13 @@ export function showResult(container, options) {
 }
 
 /** @param {HTMLElement} heading @param {Options} options */
-function headWords(heading, { result, round, stoppedHere = false, best = null, plays = false }) {
+function headWords(heading, { result, round, stoppedHere = false, reason, best = null, plays = false }) {
   const title = mapTitle(round.map);
   const remembered = plays ? bestText(result, best) : "";
   return [
     el("p", { class: "muted" }, round.total > 1 ? `${roundText(round)} · ${title}` : title),
     heading,
-    el("p", {}, howItEnded(result, stoppedHere)),
+    el("p", {}, howItEnded(result, stoppedHere, reason)),
     remembered ? el("p", { class: "result-best" }, remembered) : "",
   ];
 }

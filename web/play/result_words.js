@@ -38,9 +38,11 @@ export function outcomeText({ outcome }, byYou = false) {
  * Why a round ended, and how long it took where everything was delivered, as a sentence.
  * @param {{outcome: string, ticks: number}} result
  * @param {boolean} [byYou] the reader stopped the round
+ * @param {string} [reason] what the room says about it: who left, or did not come back
  */
-export function howItEnded(result, byYou = false) {
+export function howItEnded(result, byYou = false, reason = "") {
   if (result.outcome === "delivered") return say("play.result.took", { time: duration(result.ticks) });
+  if (reason && !byYou && result.outcome !== "time") return reason;
   return `${outcomeText(result, byYou)}.`;
 }
 

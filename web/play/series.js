@@ -9,7 +9,7 @@ import { say, sayError } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
 import { countRound } from "./best_rounds.js";
 import { goOn, sameSeats } from "./next_game.js";
-import { seatName } from "./seat_phrases.js";
+import { reasonText, seatName } from "./seat_phrases.js";
 import { shareButtons } from "./share_round.js";
 
 /** @typedef {import("./game.js").Game} Game */
@@ -70,6 +70,7 @@ export class Series {
       names: seatNames(game),
       plays: own.length > 0,
       stoppedHere: this.#stoppedHere,
+      reason: reasonText(game.room, own),
       best: counts ? countRound(round, result) : null,
       ways: this.#ways(game, result.outcome),
       sharing: this.#sharing(game, result.recording),

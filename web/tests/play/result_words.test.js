@@ -32,6 +32,10 @@ test("the result says what was delivered, to whoever played and to whoever watch
   assert.equal(howItEnded({ outcome: "delivered", ticks: 312 }), "It took 31.2 s.");
   assert.equal(howItEnded({ outcome: "time", ticks: 500 }), "Time is up.");
   assert.equal(howItEnded({ outcome: "left", ticks: 5 }, true), "You stopped the round.");
+  assert.equal(howItEnded({ outcome: "left", ticks: 5 }), "The round ended because a player left.");
+  assert.equal(howItEnded({ outcome: "left", ticks: 5 }, false, "Red did not come back."), "Red did not come back.");
+  assert.equal(howItEnded({ outcome: "left", ticks: 5 }, true, "Blue left the game."), "You stopped the round.");
+  assert.equal(howItEnded({ outcome: "time", ticks: 500 }, false, "Everybody is back."), "Time is up.");
 });
 
 test("a result is compared with the best before it", () => {
