@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from typing import IO
+from typing import IO, Protocol
 
 import msgspec
 
@@ -32,6 +32,31 @@ HANG_S = {
 WATCH_EVERY_S = 0.25
 QUICK_DEATH_S = 1.0  # a worker that died younger than this is not replaced at once
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
+class Worker(Protocol):
+    """Where seats are decided for: a worker process, or a service that has several."""
+
+    pid: int
+
+    @property
+    def restarts(self) -> int: ...
+
+    @property
+    def overruns(self) -> int:
+        """How often an agent's threads had to be ended with the worker."""
+
+    @property
+    def connected(self) -> bool: ...
+
+    def start(self) -> None: ...
+
+    def send(self, message: ToWorker) -> None:
+        """Dropped while it is not connected."""
+
+    def faults(self) -> Iterator[str]: ...
+
+    async def close(self) -> None: ...
 
 
 class AgentProcess:

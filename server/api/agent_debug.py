@@ -14,7 +14,7 @@ from fastapi.responses import StreamingResponse
 from starlette.types import Receive, Scope, Send
 
 from movingout.agents.decision_trace import shown_part
-from movingout.server.agent_workers.pool import AgentSeat
+from movingout.server.agent_workers.agent_seat import AgentSeat
 from movingout.server.api.authentication import address_of, bearer, in_room
 from movingout.server.api.errors import ApiError
 from movingout.server.connection.admission import address_group

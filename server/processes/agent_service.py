@@ -31,7 +31,8 @@ from movingout.agents.worker.messages import (
     read_to_worker,
 )
 from movingout.server.agent_workers.capacity import AgentCosts
-from movingout.server.agent_workers.pool import AgentPool, Worker
+from movingout.server.agent_workers.pool import AgentPool
+from movingout.server.agent_workers.process import Worker
 from movingout.server.background import BackgroundWork
 from movingout.server.logs import log_to
 from movingout.server.processes.agent_messages import Free, Lost

@@ -11,7 +11,8 @@ import msgspec
 
 from movingout.agents.errors import AgentsBusyError
 from movingout.agents.worker.messages import Close, FrameBuffer, ToWorker, frame
-from movingout.server.agent_workers.pool import AgentPool, Worker
+from movingout.server.agent_workers.pool import AgentPool
+from movingout.server.agent_workers.process import Worker
 from movingout.server.processes.agent_messages import Free, Lost, read_from_service
 
 log = logging.getLogger(__name__)

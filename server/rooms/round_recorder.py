@@ -10,7 +10,7 @@ from pathlib import Path
 from movingout.recordings import AgentDecision, EpisodeWriter, Event, InputSample, RecordingError, TickRecord
 from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
-from movingout.server.agent_workers.pool import AgentAnswer
+from movingout.server.agent_workers.agent_seat import AgentAnswer
 from movingout.server.frames import Input
 from movingout.server.notices import NOTHING
 from movingout.server.rooms.input_buffer import TickInput

@@ -15,7 +15,7 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import SeatInfo
 from movingout.recordings.episode import ActionSource
 from movingout.recordings.recorded_seat import ghost_name
-from movingout.server.agent_workers.pool import AgentAnswer
+from movingout.server.agent_workers.agent_seat import AgentAnswer
 from movingout.server.messages import Kind, SeatState, ServerMessage
 from movingout.server.notices import Notice
 from movingout.server.rooms.input_buffer import InputBuffer, TickInput
@@ -47,7 +47,7 @@ class ClientHandle(Protocol):
 
 
 class AgentPlayer(Protocol):
-    """An agent in a seat for one episode (server.agent_workers.pool.AgentSeat)."""
+    """An agent in a seat for one episode (server.agent_workers.agent_seat.AgentSeat)."""
 
     ready: bool
     failed: str

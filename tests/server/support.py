@@ -11,7 +11,7 @@ from movingout.maps import MapSpec
 from movingout.maps.randomize import Split
 from movingout.recordings import EpisodeHeader, EpisodeWriter, RecordingError
 from movingout.server import messages as m
-from movingout.server.agent_workers.pool import AgentAnswer
+from movingout.server.agent_workers.agent_seat import AgentAnswer
 from movingout.server.connection import control_messages
 from movingout.server.frame_layout import Form, Packed
 from movingout.server.frames import Bundle, Input

@@ -17,7 +17,8 @@ from movingout.agents.worker.messages import Answer, Open, Opened
 from movingout.agents.worker.thread_budget import MOST_CORES
 from movingout.maps import load_map
 from movingout.server.agent_workers import process, process_restarts
-from movingout.server.agent_workers.pool import AgentAnswer, AgentPool, AgentSeat
+from movingout.server.agent_workers.agent_seat import AgentAnswer, AgentSeat
+from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.agent_workers.process import AgentProcess
 from movingout.server.agent_workers.process_restarts import MANY, ProcessRestarts
 from movingout.world.state import WorldState

@@ -11,7 +11,8 @@ from typing import Any, cast
 from movingout.agents.decision_trace import MAX_PLAN
 from movingout.agents.worker.messages import Answer, Open
 from movingout.maps import load_map
-from movingout.server.agent_workers.pool import AgentPool, AgentSeat
+from movingout.server.agent_workers.agent_seat import AgentSeat
+from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.api.agent_debug import STREAMS_OF_ADDRESS, newest, weighs
 from movingout.server.rooms.room import Room
 from tests.server.live import ADMIN, WAIT_S, Live, serve

@@ -14,7 +14,7 @@ from movingout.recordings import read_episode
 from movingout.recordings.storage.finished import recover_journal
 from movingout.recordings.verification import verify
 from movingout.server import messages as m
-from movingout.server.agent_workers.pool import AgentAnswer
+from movingout.server.agent_workers.agent_seat import AgentAnswer
 from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.server.rooms.services import WrongRequest
 from movingout.server.rooms.tutorial import STEPS, partner_seat, tutorial_map
