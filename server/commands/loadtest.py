@@ -8,11 +8,9 @@ import argparse
 import asyncio
 import json
 import re
-import signal
 import subprocess
 import sys
 import tempfile
-import threading
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Coroutine, Iterator
@@ -23,6 +21,7 @@ from urllib.parse import urlsplit
 
 from movingout.maps import MovingOutError, map_names
 from movingout.server.commands.load_client import LoadClient, LoadCounts
+from movingout.server.commands.orderly_end import ended_by_sigterm
 from movingout.server.rooms.lateness import Lateness
 from movingout.world.constants import MAX_TICKS
 
@@ -168,23 +167,6 @@ def running_server(rooms: int, clients: int, processes: int = 1, partner: str = 
             finally:
                 process.terminate()
                 process.wait(60)
-
-
-@contextmanager
-def ended_by_sigterm() -> Iterator[None]:
-    """SIGTERM, as of `timeout` or a job's end, leaves the block in order: at once, it would leave the server running."""
-
-    def end(number: int, _frame: object) -> None:
-        raise SystemExit(128 + number)
-
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _wait_until_ready(process: "subprocess.Popen[str]") -> RunningServer:

@@ -149,10 +149,10 @@ def test_the_load_test_refuses_what_it_cannot_measure(capsys: pytest.CaptureFixt
     assert why in capsys.readouterr().err
 
 
-def test_sigterm_leaves_no_server_of_a_load_test_behind() -> None:
+def test_sigterm_leaves_no_server_behind_that_a_command_has_started() -> None:
     program = """
 import os, signal
-from movingout.server.commands.loadtest import ended_by_sigterm
+from movingout.server.commands.orderly_end import ended_by_sigterm
 try:
     with ended_by_sigterm():
         os.kill(os.getpid(), signal.SIGTERM)
