@@ -152,7 +152,7 @@ def _status(args: argparse.Namespace) -> int:
     async def look() -> ClusterView:
         store = LeaseStore(args.cluster)
         try:
-            await store.prepare()
+            await store.refuse_without_nodes()
             return await store.view()
         finally:
             await store.close()
