@@ -9,7 +9,7 @@ from movingout.recordings.commands.arguments import add_json, add_paths, expande
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.ray_cluster import map_on_ray
-from movingout.recordings.storage.verified import not_verified, note_verified
+from movingout.recordings.storage.verified import never_verified, not_verified, note_verified
 from movingout.recordings.terminal import printable
 from movingout.recordings.verification import Verification, verify
 
@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def perform(args: argparse.Namespace) -> int:
     paths = expanded(args.paths)
-    if not paths:
+    if not paths and not (args.new and all(map(never_verified, args.paths))):
         raise RecordingError("no recordings to verify there; name .mcap files or a folder with some")
     if args.new and not (paths := not_verified(paths)):
         print_json({"files": []}) if args.json else print("nothing new to verify")
