@@ -66,4 +66,6 @@ def _add(parser: argparse.ArgumentParser, declared: "Field[Any]", given: Option)
         parser.add_argument(flag, dest=declared.name, action="store_true", help=given.help)
         return
     how: dict[str, Any] = {"action": "append", "default": []} if given.repeatable else {"default": given.default}
+    if given.default == "":  # or argparse would parse it, and refuse an empty value that nobody has given
+        how["default"] = argparse.SUPPRESS
     parser.add_argument(flag, dest=declared.name, type=given.parse, metavar=given.metavar, help=given.help, **how)

@@ -7,11 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from movingout.agents.worker.thread_budget import MOST_CORES
+from movingout.maps.commands.parser import filled, folder
 from movingout.server.network_options import host_name, page_origin, proxy_address, served_address
 from movingout.server.options import option
 from movingout.world.constants import TICK_SECONDS
 
 MOST_WORKERS = 64
+LEAST_CORES = 0.05  # with 0, every worker was ended at once, again and again
 # Default of the commands. Twenty BASS seats that decide in the same tick keep one process busy for most of it.
 AGENT_WORKERS = min(2, os.cpu_count() or 1)
 MOST_COUNTDOWN_S = 60.0
@@ -44,13 +46,6 @@ def at_once(text: str) -> int:
     return int(text)
 
 
-def folder(text: str) -> Path:
-    """A folder. An empty one, as of an unset variable, would be whichever the command was started in."""
-    if not text.strip():
-        raise argparse.ArgumentTypeError("name a folder; the current one is .")
-    return Path(text)
-
-
 def _number(text: str) -> float:
     try:
         return float(text)
@@ -61,8 +56,8 @@ def _number(text: str) -> float:
 def cores(text: str) -> float:
     """A number of cores, or a share of one."""
     number = _number(text)
-    if not 0.0 <= number <= MOST_WORKERS:
-        raise argparse.ArgumentTypeError(f"from 0 to {MOST_WORKERS} cores are possible, not {text}")
+    if not LEAST_CORES <= number <= MOST_WORKERS:
+        raise argparse.ArgumentTypeError(f"from {LEAST_CORES:g} to {MOST_WORKERS} cores are possible, not {text}")
     return number
 
 
@@ -72,6 +67,13 @@ def countdown(text: str) -> float:
     if not 0.0 <= seconds <= MOST_COUNTDOWN_S:
         raise argparse.ArgumentTypeError(f"from 0 to {MOST_COUNTDOWN_S:g} seconds are possible, not {text}")
     return seconds
+
+
+def port(text: str) -> int:
+    """The number of a TCP port."""
+    if not text.isdecimal() or not 0 <= int(text) <= 65535:
+        raise argparse.ArgumentTypeError(f"a port is a number from 0 to 65535, not {text}")
+    return int(text)
 
 
 def log_form(text: str) -> str:
@@ -91,7 +93,7 @@ def lease(text: str) -> float:
 
 def node_name(text: str) -> str:
     """The name of a node of a cluster: it is part of the names of files and of the proxy's configuration."""
-    if text and not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9-]{0,30}", text):
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9-]{0,30}", text):
         raise argparse.ArgumentTypeError(f"a name has up to 31 letters, digits and '-', not {text!r}")
     return text
 
@@ -140,7 +142,7 @@ class Settings:
     """How one server runs. Times in seconds."""
 
     host: str = option("127.0.0.1", "address to serve (%(default)s); 0.0.0.0 for all networks", parse=served_address)
-    port: int = option(8000, "port to serve (%(default)s); 0 for any free one", parse=int)
+    port: int = option(8000, "port to serve (%(default)s); 0 for any free one", parse=port)
     partner: str = option(PARTNER, "the partner that the lobby proposes (%(default)s)", metavar="AGENT")
     data: Path = option(  # noqa: RUF009 (it makes a field)
         DATA, "the data folder (%(default)s)", metavar="DIR", parse=folder
@@ -184,7 +186,10 @@ class Settings:
         1, "processes for rooms (%(default)s here: one per core but one)", metavar="N", parse=process_count,
         offered=PROCESSES,
     )  # fmt: skip
-    cluster: str = option("", "be a node of the cluster in this PostgreSQL database (docs/deploy.md)", metavar="URL")
+    cluster: str = option(
+        "", "be a node of the cluster in this PostgreSQL database (docs/deploy.md)", metavar="URL",
+        parse=filled,
+    )  # fmt: skip
     node: str = option("", "the name of this node", metavar="NAME", parse=node_name)
     lease_s: float = option(
         5.0, "seconds of silence after which other nodes take over this one's rooms (%(default)s)", flag="--lease",
@@ -192,6 +197,7 @@ class Settings:
     )  # fmt: skip
     s3: str = option(
         "", "also send finished recordings to this bucket, s3://BUCKET/FOLDER (docs/deploy.md)", metavar="URL",
+        parse=filled,
     )  # fmt: skip
     log_format: str = option("text", "form of the log: text or json", metavar="FORM", parse=log_form)
     admin_token: str = ""  # made at start when empty

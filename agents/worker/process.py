@@ -284,7 +284,12 @@ def serve(link: socket.socket, heartbeat: WorkerHeartbeat, budget: ThreadBudget)
 
 def main(arguments: list[str]) -> None:
     """Serve on the inherited descriptors."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's affair; it closes the socket
+    for number in (
+        signal.SIGINT,
+        signal.SIGTERM,
+        signal.SIGUSR1,
+    ):  # the server's affair: it closes the socket, or kills
+        signal.signal(number, signal.SIG_IGN)
     os.dup2(2, 1)  # an agent that prints must not disturb the server's standard output
     os.nice(10)  # people's ticks come first
     limit_memory()

@@ -107,6 +107,20 @@ class _Commands(SubParsersAction):
             self.choices[values[0]].error(f"unrecognized arguments: {' '.join(unknown)}")
 
 
+def filled(text: str) -> str:
+    """A value that is not empty, as an unset variable is: with it, the option would mean nothing without a word."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the value is empty; give one, or leave the option out")
+    return text
+
+
+def folder(text: str) -> Path:
+    """A folder. An empty one, as of an unset variable, would be whichever the command was started in."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("name a folder; the current one is .")
+    return Path(text)
+
+
 def add_out(parser: argparse.ArgumentParser, metavar: str, help: str, **options: Any) -> None:
     """Where a command writes: -o or --out. `--output`, as some commands called it once, is understood."""
     parser.add_argument("-o", "--out", type=Path, metavar=metavar, help=help, **options)

@@ -48,6 +48,17 @@ def expanded(paths: Iterable[Path]) -> list[Path]:
     return list(dict.fromkeys(files))
 
 
+def positive(text: str) -> int:
+    """The value of an option that counts something."""
+    try:
+        value = int(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from error
+    if value < 1:
+        raise argparse.ArgumentTypeError("it must be at least 1")
+    return value
+
+
 def share(text: str) -> float:
     """The value of an option that takes a part of everything."""
     try:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.suggestion import counted
-from movingout.recordings.commands.arguments import add_challenge, add_json, add_styles, print_json
+from movingout.recordings.commands.arguments import add_challenge, add_json, add_styles, positive, print_json
 from movingout.recordings.diversity.comparison import (
     COUNTS,
     MapDiversity,
@@ -57,12 +57,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--counts", choices=COUNTS, default="equal", help="equal (default): as many episodes as the smallest has"
     )
-    parser.add_argument("--draws", type=_positive, default=10, help="subsamples to average over (default: 10)")
+    parser.add_argument("--draws", type=positive, default=10, help="subsamples to average over (default: 10)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the subsamples")
-    parser.add_argument(
-        "--points", type=_positive, default=DEFAULT.points, help=f"per path (default: {DEFAULT.points})"
-    )
-    parser.add_argument("--grid", type=_positive, default=DEFAULT.grid, help=f"cells per side ({DEFAULT.grid})")
+    parser.add_argument("--points", type=positive, default=DEFAULT.points, help=f"per path (default: {DEFAULT.points})")
+    parser.add_argument("--grid", type=positive, default=DEFAULT.grid, help=f"cells per side ({DEFAULT.grid})")
     parser.add_argument("--bandwidth", type=_width, default=DEFAULT.bandwidth, help=f"({DEFAULT.bandwidth:g})")
     parser.add_argument("--rbf-width", type=_width, default=DEFAULT.rbf_width, help=f"({DEFAULT.rbf_width:g})")
     parser.add_argument(
@@ -72,7 +70,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="what the pictures show of positions (default: dots, as the paper)",
     )
     add_out(parser, "DIR", "also write tables and a picture of positions per map into this new folder")
-    parser.add_argument("--workers", type=_positive, default=os.cpu_count() or 1, help="processes (default: all cores)")
+    parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1, help="processes (default: all cores)")
     add_json(parser)
     parser.set_defaults(perform=perform)
 
@@ -163,16 +161,6 @@ def _left_out_words(reading: Reading) -> list[str]:
     said = {"uncounted": "not counted by their study"}
     return [counted(number, what.removesuffix("s")) if what == "tutorials" else f"{number} {said.get(what, what)}"
             for what, number in _left_out(reading).items() if number]  # fmt: skip
-
-
-def _positive(text: str) -> int:
-    try:
-        value = int(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from error
-    if value < 1:
-        raise argparse.ArgumentTypeError("it must be at least 1")
-    return value
 
 
 def _width(text: str) -> float:

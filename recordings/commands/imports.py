@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import get_args
 
 from movingout.maps.commands.parser import add_out
-from movingout.recordings.commands.arguments import add_data, add_json, print_json
+from movingout.recordings.commands.arguments import add_data, add_json, positive, print_json
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.imports.convert import ImportReport, PlayerKind, import_source
 from movingout.recordings.imports.known_plays import known_plays
@@ -44,7 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="FILE.csv",
         help="who played, where the files do not say it: trajectory_id,blue,red",
     )
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
+    parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1, help="processes (default: all cores)")
     add_json(parser)
     parser.set_defaults(perform=perform)
 

@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 from movingout.maps.commands.parser import add_out
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import counted
+from movingout.recordings.commands.arguments import positive
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.html_page import check_name, write_html
 from movingout.recordings.progress import map_in_processes
@@ -34,7 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--server", default=SERVER, metavar="URL", help=f"where replays open (default: {SERVER})")
     parser.add_argument("--language", choices=LANGUAGES, default=DEFAULT, help=f"language of the page ({DEFAULT})")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
+    parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1, help="processes (default: all cores)")
     parser.add_argument("--json", action="store_true", help="also print the figures as one JSON document")
     parser.set_defaults(perform=report)
 

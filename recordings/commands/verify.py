@@ -5,11 +5,11 @@ import os
 from pathlib import Path
 from typing import Any
 
-from movingout.recordings.commands.arguments import add_json, add_paths, expanded, print_json
+from movingout.recordings.commands.arguments import add_json, add_paths, expanded, positive, print_json
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.ray_cluster import map_on_ray
-from movingout.recordings.storage.verified import not_verified, note_verified
+from movingout.recordings.storage.verified import never_verified, not_verified, note_verified
 from movingout.recordings.terminal import printable
 from movingout.recordings.verification import Verification, verify
 
@@ -17,7 +17,7 @@ from movingout.recordings.verification import Verification, verify
 def configure(parser: argparse.ArgumentParser) -> None:
     add_paths(parser)
     parser.add_argument("--new", action="store_true", help="only those that were not found identical before")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
+    parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1, help="processes (default: all cores)")
     parser.add_argument("--ray", metavar="auto|ADDRESS", help="work on a Ray cluster instead (extra `cluster`)")
     add_json(parser)
     parser.set_defaults(perform=perform)
@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def perform(args: argparse.Namespace) -> int:
     paths = expanded(args.paths)
-    if not paths:
+    if not paths and not (args.new and all(map(never_verified, args.paths))):
         raise RecordingError("no recordings to verify there; name .mcap files or a folder with some")
     if args.new and not (paths := not_verified(paths)):
         print_json({"files": []}) if args.json else print("nothing new to verify")

@@ -8,15 +8,21 @@ LIST = ".verified.json"  # in the folder of the recordings
 
 
 def not_verified(paths: Iterable[Path]) -> list[Path]:
-    """Those that are not in the list of their folder as they are now."""
+    """Those that are not in the list of their folder as they are now; what is not there is among them."""
     known: dict[Path, dict[str, list[int]]] = {}
     found = []
     for path in paths:
         if path.parent not in known:
             known[path.parent] = _read(path.parent)
-        if known[path.parent].get(path.name) != _stamp(path):
+        stamp = _stamp(path)
+        if stamp is None or known[path.parent].get(path.name) != stamp:
             found.append(path)
     return found
+
+
+def never_verified(path: Path) -> bool:
+    """Whether it is a folder in which nothing was ever verified. An empty one then had no recordings yet."""
+    return path.is_dir() and next(path.rglob(LIST), None) is None
 
 
 def note_verified(paths: Iterable[Path]) -> None:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import msgspec
 import yaml
@@ -13,13 +14,16 @@ from movingout.server.settings import Limits
 from movingout.world.constants import TICK_SECONDS
 
 FIGURES = Path(__file__).with_name("figures.yaml")
+MOST_PARTICIPANTS = 1_000_000  # what was measured on one machine says nothing of more
+Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e9)]  # no infinite one, and none that is no number
+NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=1e9)]
 MOST_NODES = len(SHARDS) * 3 // 4  # so that the shards of nodes that have ended find a place
 
 
 class MeasuredFigure(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One measured number; `source` says how, on what and when."""
 
-    value: float
+    value: Positive
     unit: str
     source: str
 
@@ -27,7 +31,7 @@ class MeasuredFigure(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class FigurePerAgent(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A number for each kind of agent, by the beginning of its id."""
 
-    value: dict[str, float]
+    value: dict[str, NotNegative]
     unit: str
     source: str
 
@@ -80,10 +84,12 @@ def read_figures(path: Path) -> Figures:
 
 def plan(participants: int, agent: str, figures: Figures) -> Plan:
     """Each participant plays with an agent, or without one (empty) with another participant. Raises ClusterError."""
-    if participants < 1:
-        raise ClusterError(f"a plan is for one participant or more, not {participants}")
+    if not 1 <= participants <= MOST_PARTICIPANTS:
+        raise ClusterError(f"a plan is for 1 to {MOST_PARTICIPANTS:,} participants, not {participants}")
     rooms = participants if agent else math.ceil(participants / 2)
     per_node = min(int(figures.core_for_rooms.value / figures.core_per_room.value), Limits().rooms)
+    if per_node < 1:
+        raise ClusterError("by these figures a core has no room: core_per_room is more than core_for_rooms")
     nodes = math.ceil(rooms / per_node)
     share, measured = figures.of_agent(agent) if agent else (0.0, True)
     agents_per_node = math.ceil(rooms / nodes) * share

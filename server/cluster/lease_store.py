@@ -94,6 +94,13 @@ class ClusterView:
 class LeaseStore(ClusterDatabase):
     """Each call raises DatabaseAway."""
 
+    async def refuse_without_nodes(self) -> None:
+        """Raise ClusterError where no node has ever been started. For whoever only looks: no tables are made."""
+        tables = "SELECT to_regclass('movingout_cluster.lease') IS NOT NULL"
+        [[are_there]] = await self._call(lambda connection: self._rows(connection, tables, {}), CONNECT_S + 8.0)
+        if not are_there:
+            raise ClusterError(f"no node was ever started with the database {self.shown}; check its address")
+
     async def prepare(self) -> None:
         """Make the tables where there are none. Raises ClusterError when they are of a newer version."""
         found = await self._call(self._prepare, CONNECT_S + 8.0)

@@ -21,6 +21,7 @@ Proxy = Literal["haproxy", "caddy"]
 TEMPLATES: Mapping[Proxy, str] = {"haproxy": "haproxy.cfg", "caddy": "Caddyfile"}
 
 _ADDRESS = re.compile(r"(\[[0-9A-Fa-f:]+\]|[A-Za-z0-9.\-]+):(\d{1,5})")
+_LISTENS = re.compile(r"(https?://)?([A-Za-z0-9.*\-]*|\[[0-9A-Fa-f:]+\]):(\d{1,5})")
 _DOMAIN = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.\-]{0,250}[A-Za-z0-9])?")
 _PLAIN = re.compile(r"[A-Za-z0-9_./:*@\[\]\-]+")  # nothing that a configuration file would read otherwise
 
@@ -68,9 +69,17 @@ class ProxyConfig:
         for text in (self.certificate, self.listen, self.redirect_from, self.admin_socket):
             if text and not _PLAIN.fullmatch(text):
                 raise ClusterError(f"{text!r} cannot stand in the configuration of a proxy: it has special characters")
+        for text in (self.listen, self.redirect_from):
+            found = _LISTENS.fullmatch(text)
+            if text and (found is None or not 0 < int(found[3]) < 65536):
+                raise ClusterError(f"{text!r} is nowhere to listen; it looks like :443 or 10.0.0.9:443")
+        if len(self.nodes) > len(SHARDS):
+            raise ClusterError(f"a cluster has up to {len(SHARDS)} nodes, not {len(self.nodes)}; make two clusters")
 
     def text(self, proxy: Proxy) -> str:
-        """The whole file."""
+        """The whole file. Raises ClusterError."""
+        if proxy == "haproxy" and "://" in self.listen + self.redirect_from:
+            raise ClusterError("HAProxy listens at :443 or 10.0.0.9:443, without http://")
         folder = Path(__file__).parent / "templates"
         environment = Environment(
             loader=FileSystemLoader(folder), undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False

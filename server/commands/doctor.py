@@ -18,8 +18,9 @@ from movingout.agents.baseline.timed_agent import TimedAgent
 from movingout.agents.catalogue import agent_cards, damaged_cards, load_agent
 from movingout.agents.data.rollout import rollout
 from movingout.maps import MovingOutError, load_map
+from movingout.maps.commands.parser import folder
 from movingout.server.commands.exactness_probe import PROBES, deviation
-from movingout.server.settings import Settings
+from movingout.server.settings import Settings, port
 from movingout.server.uvicorn_server import CannotListen, listen
 from movingout.world import World
 from movingout.world.constants import TICK_MS
@@ -42,8 +43,8 @@ class DoctorFinding(NamedTuple):
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--port", type=int, default=DEFAULTS.port, help="port to try (%(default)s)")
-    parser.add_argument("--data", type=Path, default=DEFAULTS.data, metavar="DIR", help="data folder to try")
+    parser.add_argument("--port", type=port, default=DEFAULTS.port, help="port to try (%(default)s)")
+    parser.add_argument("--data", type=folder, default=DEFAULTS.data, metavar="DIR", help="data folder to try")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
 
 

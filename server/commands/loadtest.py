@@ -21,6 +21,7 @@ from urllib.parse import urlsplit
 
 from movingout.maps import MovingOutError, map_names
 from movingout.server.commands.load_client import LoadClient, LoadCounts
+from movingout.server.commands.orderly_end import ended_by_sigterm
 from movingout.server.rooms.lateness import Lateness
 from movingout.world.constants import MAX_TICKS
 
@@ -32,6 +33,7 @@ else:
 WARM_UP_S = 2.0
 INPUTS_PER_S = 10.0  # of each client; a held key sends as many, a moving gamepad 20
 START_LIMIT_S = 60.0
+MOST = 100_000  # rooms, clients, seconds, inputs a second
 BUSY_LIMIT_S = 20.0  # that a server may be busy before a room is opened
 
 
@@ -60,26 +62,66 @@ Beside = Callable[[RunningServer], Coroutine[Any, Any, None]]
 
 def configure(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
-    add("--rooms", type=int, default=100, metavar="N", help="rooms at the same time (%(default)s)")
-    add("--clients", type=int, default=2, metavar="N", help="clients per room; beyond two they watch (%(default)s)")
-    add("--seconds", type=float, default=30.0, metavar="S", help="how long to measure (%(default)s)")
-    add("--inputs", type=float, default=INPUTS_PER_S, metavar="HZ", help="inputs a second of each client (%(default)s)")
+    add("--rooms", type=number_of, default=100, metavar="N", help="rooms at the same time (%(default)s)")
+    add(
+        "--clients",
+        type=number_of,
+        default=2,
+        metavar="N",
+        help="clients per room; beyond two they watch (%(default)s)",
+    )
+    add("--seconds", type=above_0, default=30.0, metavar="S", help="how long to measure (%(default)s)")
+    add(
+        "--inputs",
+        type=above_0,
+        default=INPUTS_PER_S,
+        metavar="HZ",
+        help="inputs a second of each client (%(default)s)",
+    )
     add(
         "--partner",
         default="idle",
         metavar="ID",
         help="agent in the other seat when a room has one client (%(default)s)",
     )
-    add("--url", default="", help="a running server; without it one is started for the test")
+    add("--url", type=base_address, help="a running server; without it one is started for the test")
     add("--admin-token", default="", metavar="TOKEN", help="admin token of the server at --url")
     add("--json", action="store_true", help="print one JSON document")
 
 
+def number_of(text: str) -> int:
+    """How many rooms, or clients in each."""
+    if not text.isdecimal() or not 1 <= int(text) <= MOST:
+        raise argparse.ArgumentTypeError(f"a whole number from 1 to {MOST:,} is possible, not {text}")
+    return int(text)
+
+
+def above_0(text: str) -> float:
+    """A time in seconds, or a rate per second."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0.0 < number <= MOST:
+        raise argparse.ArgumentTypeError(f"a number above 0 and up to {MOST:,} is possible, not {text}")
+    return number
+
+
+def base_address(text: str) -> str:
+    """The address of a server, without a path."""
+    try:
+        parts = urlsplit(text)
+        is_address = parts.scheme == "http" and bool(parts.hostname) and parts.port != 0
+    except ValueError:
+        is_address = False
+    if not is_address or parts.path.strip("/") or parts.query or parts.fragment:
+        raise argparse.ArgumentTypeError(f"a server's address looks like http://127.0.0.1:8000, not {text!r}")
+    return text.rstrip("/")
+
+
 def run(args: argparse.Namespace) -> int:
-    if args.rooms < 1 or args.clients < 1 or args.seconds <= 0:
-        raise LoadTestError("at least one room, one client and some seconds are needed")
     if args.url:
-        target = RunningServer(args.url.rstrip("/"), args.admin_token)
+        target = RunningServer(args.url, args.admin_token)
         result = measure(target, args.rooms, args.clients, args.seconds, args.inputs, partner=args.partner)
     else:
         with running_server(args.rooms, args.clients, partner=args.partner) as target:
@@ -119,7 +161,7 @@ def running_server(rooms: int, clients: int, processes: int = 1, partner: str = 
         command = [sys.executable, "-P", "-m", "movingout.server.cli", "play", "--port", "0", "--data", folder]
         command += ["--max-rooms", str(rooms + 10), "--max-sockets", sockets, "--processes", str(processes)]
         command += ["--partner", partner] if partner else []
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        with ended_by_sigterm(), subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             try:
                 yield _wait_until_ready(process)
             finally:

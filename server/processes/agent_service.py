@@ -258,7 +258,8 @@ def _take_links(handover: socket.socket, service: AgentService) -> None:
 
 def main(arguments: list[str]) -> None:
     """Serve until the front ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the front's affair
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1):  # the front's affair
+        signal.signal(number, signal.SIG_IGN)
     control, handover = (socket.socket(fileno=int(each)) for each in itertools.islice(arguments, 2))
     start = first_message(control, StartAgents)
     log_to(form="json" if start.log_format == "json" else "text")

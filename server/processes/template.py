@@ -73,7 +73,8 @@ def main(arguments: list[str]) -> None:
     warm_up()
     gc.collect()
     gc.freeze()
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # it ends with the front, after the copies
+    for number in (signal.SIGTERM, signal.SIGUSR1):  # it ends with the front, after the copies
+        signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # copies that end leave nothing behind
     while True:
         message, descriptors, _, _ = socket.recv_fds(link, 64, 2)

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from movingout.maps.commands.parser import filled, folder
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
 from movingout.study.errors import StudyError
@@ -20,10 +21,11 @@ def add_place(parser: argparse.ArgumentParser) -> None:
 
 def add_databases(parser: argparse.ArgumentParser) -> None:
     """The data folder, and databases outside of it."""
-    parser.add_argument("--data", type=Path, default=DATA, metavar="DIR", help=f"default: {DATA}")
-    parser.add_argument("--database", metavar="URL", help="postgresql://...; default: a file in DIR")
-    parser.add_argument("--identities", metavar="URL", help="the database of identities; default: a file in DIR")
-    parser.add_argument("--cluster", metavar="URL", help="both databases of nodes that were served with this address")
+    add = parser.add_argument
+    add("--data", type=folder, default=DATA, metavar="DIR", help=f"default: {DATA}")
+    add("--database", type=filled, metavar="URL", help="postgresql://...; default: a file in DIR")
+    add("--identities", type=filled, metavar="URL", help="the database of identities; default: a file in DIR")
+    add("--cluster", type=filled, metavar="URL", help="both databases of nodes that were served with this address")
 
 
 def databases(args: argparse.Namespace) -> tuple[str | None, str | None]:

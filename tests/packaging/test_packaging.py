@@ -19,6 +19,16 @@ def test_a_package_of_the_namespace_is_the_folder_at_the_top(name: str) -> None:
     assert Path(str(module.__file__)).resolve() == ROOT / name / "__init__.py"
 
 
+@pytest.mark.parametrize("name", ["admin-token", "serving.lock", "data/admin-token", "own/identity.sqlite"])
+def test_what_a_server_keeps_in_its_data_folder_stays_out_of_the_repository(name: str) -> None:
+    """An admin token was in it once: `play --data .` in a checkout would have taken one that everybody knows."""
+    if not (ROOT / ".git").exists():
+        pytest.skip("this copy is no repository")
+    assert subprocess.run(["git", "check-ignore", "--quiet", "--no-index", name], cwd=ROOT).returncode == 0
+    tracked = subprocess.run(["git", "ls-files", name], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert tracked == ""
+
+
 def test_the_public_names_exist_and_are_documented() -> None:
     for name in set(movingout.__all__) - {"__version__"}:
         assert getattr(movingout, name).__doc__, name

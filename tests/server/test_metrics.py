@@ -99,7 +99,7 @@ def test_a_study_without_its_database_is_not_well(tmp_path: Path) -> None:
 # ---- the example files for operators --------------------------------------------------------------------------------
 
 
-def test_dashboard_and_alerts_use_metrics_that_exist(tmp_path: Path) -> None:
+def test_dashboard_alerts_and_documentation_use_metrics_that_exist(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         study.visitor()
         study.live.call("/metrics", token="x" * 22)
@@ -113,6 +113,9 @@ def test_dashboard_and_alerts_use_metrics_that_exist(tmp_path: Path) -> None:
     asked += [rule["expr"] for rule in rules]
     names = set(re.findall(r"\b(?:movingout|process)_\w+", " ".join(asked)))
     assert len(names) > 20 and names <= known
+    page = (DEPLOY.parents[1] / "docs" / "deploy.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`(movingout_\w+|process_\w+)`", page)) - {"movingout_cluster", "movingout_identities"}
+    assert len(named) > 2 and named <= known, "two of the names are schemas"
     assert len({panel["id"] for panel in dashboard["panels"]}) == len(dashboard["panels"]) == 19
 
 

@@ -3,6 +3,7 @@
 import argparse
 import asyncio
 import json
+import math
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -15,6 +16,8 @@ from movingout.server.cluster.proxy_config import TEMPLATES, ProxyConfig, ProxyL
 from movingout.server.cluster.report import waiting_rooms
 from movingout.server.cluster.shards import SHARDS, STUDY
 from movingout.server.settings import at_once
+
+MOST_PRICE = 1e6
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -78,12 +81,23 @@ def _add_config(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_plan(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--participants", type=int, required=True, metavar="N", help="who play at the same time")
+    parser.add_argument("--participants", type=at_once, required=True, metavar="N", help="who play at the same time")
     parser.add_argument("--agent", default="", metavar="ID", help="the partner of each; without it they play in pairs")
     parser.add_argument("--figures", type=Path, default=FIGURES, metavar="FILE", help="measured figures of your own")
-    parser.add_argument("--core-hour-price", type=float, metavar="PRICE", help="also print what the cores cost an hour")
+    parser.add_argument("--core-hour-price", type=price, metavar="PRICE", help="also print what the cores cost an hour")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.set_defaults(work=_plan)
+
+
+def price(text: str) -> float:
+    """A price in any currency."""
+    try:
+        amount = float(text)
+    except ValueError:
+        amount = math.nan
+    if not 0.0 <= amount <= MOST_PRICE:
+        raise argparse.ArgumentTypeError(f"a price from 0 to {MOST_PRICE:,.0f} is possible, not {text}")
+    return amount
 
 
 def _plan(args: argparse.Namespace) -> int:
@@ -96,7 +110,8 @@ def _plan(args: argparse.Namespace) -> int:
         print(json.dumps({**asdict(found), **cost}, indent=2))
         return 0
     partner = f"with {found.agent}" if found.agent else "in pairs"
-    print(f"{found.participants} participants at the same time, {partner}:")
+    who = "participant" if found.participants == 1 else "participants at the same time"
+    print(f"{found.participants:,} {who}, {partner}:")
     for name, value in {**asdict(found), **cost}.items():
         if isinstance(value, int | float) and name != "participants":
             print(f"  {name.replace('_', ' '):<22}{value:>10,}")
@@ -127,7 +142,7 @@ def _config(args: argparse.Namespace) -> int:
         args.out.write_text(text, encoding="utf-8")
     except OSError as error:
         raise ClusterError(f"cannot write {args.out}: {error.strerror}") from None
-    print(f"wrote {args.out} for {len(config.nodes)} nodes", file=sys.stderr)
+    print(f"wrote {args.out} for {len(config.nodes)} node{'s' * (len(config.nodes) > 1)}", file=sys.stderr)
     return 0
 
 
@@ -137,7 +152,7 @@ def _status(args: argparse.Namespace) -> int:
     async def look() -> ClusterView:
         store = LeaseStore(args.cluster)
         try:
-            await store.prepare()
+            await store.refuse_without_nodes()
             return await store.view()
         finally:
             await store.close()

@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from movingout.maps.commands.parser import folder
 from movingout.server.settings import DATA
 from movingout.server.study.arrivals.signed_links import LinkSigner
 from movingout.study.data.study_folder import StudyFolder
@@ -27,7 +28,7 @@ def configure(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     add("--ids", nargs="+", default=[], metavar="ID", help="ids of the participants: letters, digits, dots and dashes")
     add("--number", type=int, default=0, metavar="N", help="make so many links with new ids: 0001, 0002, ...")
     add("--days", type=float, default=14.0, metavar="D", help="begin within so many days (%(default)s)")
-    add("--data", type=Path, default=DATA, metavar="DIR", help="the data folder (%(default)s), which has the key")
+    add("--data", type=folder, default=DATA, metavar="DIR", help="the data folder (%(default)s), which has the key")
     parser.set_defaults(perform=run)
 
 

@@ -4,6 +4,7 @@ import argparse
 import importlib
 from pathlib import Path
 
+from movingout.maps.commands.parser import filled
 from movingout.server.options import add_options
 from movingout.server.settings import Settings
 from movingout.server.study.commands import links
@@ -23,8 +24,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add = serve.add_argument
     add("file", type=Path, metavar="FILE", help="the study file")
-    add("--database", metavar="URL", help="postgresql://...; default: a file in DIR")
-    add("--identities", metavar="URL", help="the database of identities; default: a file in DIR")
+    add("--database", type=filled, metavar="URL", help="postgresql://...; default: a file in DIR")
+    add("--identities", type=filled, metavar="URL", help="the database of identities; default: a file in DIR")
     add("--codes", action="store_true", help="admit only participants with a code from the experimenter")
     add("--signed", action="store_true", help="admit only participants with a link of `movingout study links`")
     add(

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from movingout.server.commands.orderly_end import ended_by_sigterm
 from movingout.server.options import values_of
 from movingout.server.study_bots.cohort import Cohort, progress, with_kills
 from movingout.server.study_bots.data_check import StoredData, find_losses, read_stored
@@ -54,7 +55,7 @@ def rehearse(file: Path, plan: SimulationPlan, data: Path, kills: int = 0) -> Re
     folder = StudyFolder(read_study(file), data)
     if folder.own.exists():
         raise SimulationError(f"{folder.own} exists already; a rehearsal needs a new folder: --data DIR")
-    with RehearsalServer(file, data, plan.speed) as server:
+    with ended_by_sigterm(), RehearsalServer(file, data, plan.speed) as server:
         logs = _watched(Cohort(server.address.base, plan), kills, server)
     stored = read_stored(folder)
     return RehearsalResult(logs, stored, find_losses(folder, stored, logs), data)

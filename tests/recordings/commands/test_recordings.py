@@ -280,6 +280,13 @@ def test_wrong_use_gets_a_sentence_and_exit_code_2(
     assert "Traceback" not in err
 
 
+@pytest.mark.parametrize("command", ["verify x", "report x", "import x", "diversity x"])
+def test_a_number_of_processes_that_cannot_be_is_refused(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["recordings", *command.split(), "--workers", "0"])
+    assert "--workers: it must be at least 1" in capsys.readouterr().err
+
+
 def test_an_episode_id_never_leaves_its_folder(data: Path) -> None:
     assert path_of(data / "recordings", "first").name == "first.mcap"
     assert path_of(data / "recordings", "broken-off").name == "broken-off.mcap.journal"

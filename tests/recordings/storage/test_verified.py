@@ -9,6 +9,19 @@ from movingout.server.cli import main
 from tests.recordings.support import record
 
 
+def test_every_night_before_the_first_round_is_no_error_and_a_folder_that_lost_all_is_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["recordings", "verify", str(tmp_path), "--new", "--workers", "1"]
+    assert main(command) == 0 and capsys.readouterr().out == "nothing new to verify\n"
+    assert main(["recordings", "verify", str(tmp_path)]) == 2
+    assert main(["recordings", "verify", str(tmp_path / "moved-away"), "--new"]) == 2
+    recording = finalise(record(tmp_path, ticks=12, episode_id="first")[0])
+    assert main(command) == 0
+    recording.unlink()
+    assert main(command) == 2
+
+
 def test_new_recordings_are_verified_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["recordings", "verify", str(tmp_path), "--new", "--workers", "1"]
     first = finalise(record(tmp_path, ticks=12, episode_id="first")[0])

@@ -134,6 +134,21 @@ def test_a_killed_worker_is_replaced_and_its_seats_go_on() -> None:
     with_pool(scenario)
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGUSR1])
+def test_a_signal_to_the_whole_group_leaves_the_workers_to_their_server(number: signal.Signals) -> None:
+    """SIGUSR1 lets rounds end: the agents that play in them went at once, where a service manager signals all."""
+
+    async def scenario(pool: AgentPool) -> None:
+        seat = open_seat(pool, f"{HERE}:Forward")
+        await until(lambda: seat.ready)
+        pid = pool.report()[0]["pid"]
+        os.kill(int(pid), number)
+        assert (await ask(seat, 1)).action[0] == 1.0
+        assert (pool.report()[0]["pid"], pool.report()[0]["restarts"]) == (pid, 0)
+
+    with_pool(scenario)
+
+
 @pytest.mark.parametrize("error", [OSError(24, "Too many open files"), ValueError("no such thing")])
 def test_a_worker_that_cannot_be_started_is_tried_again_and_is_a_fault_meanwhile(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, error: Exception

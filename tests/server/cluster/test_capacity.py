@@ -1,6 +1,7 @@
 """How many nodes a number of participants needs."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -59,11 +60,44 @@ def test_the_command_prints_a_table_or_json(capsys: pytest.CaptureFixture[str], 
     assert main(["cluster", "plan", "--participants", "40", "--core-hour-price", "0.05"]) == 0
     out = capsys.readouterr().out
     assert "nodes" in out and "cost per hour" in out and "2026-11-21" in out
-    assert main(["cluster", "plan", "--participants", "0"]) == 2
     file = tmp_path / "figures.yaml"
     file.write_text("core_per_room: {value: many, unit: x, source: y}")
     assert main(["cluster", "plan", "--participants", "2", "--figures", str(file)]) == 2
     assert "has no figures for a plan" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ("--participants 0", "--participants: a whole number from 1 to 1,000,000 is possible, not 0"),
+        ("--participants -5", "a whole number from 1 to 1,000,000 is possible, not -5"),
+        ("--participants 99999999999999999999999999", "a whole number from 1 to 1,000,000 is possible"),
+        ("--participants 9 --core-hour-price -1", "--core-hour-price: a price from 0 to 1,000,000 is possible, not -1"),
+        ("--participants 9 --core-hour-price nan", "a price from 0 to 1,000,000 is possible, not nan"),
+        ("--participants 9 --core-hour-price 1e400", "a price from 0 to 1,000,000 is possible, not 1e400"),
+        ("--participants 9 --core-hour-price cheap", "a price from 0 to 1,000,000 is possible, not cheap"),
+    ],
+)
+def test_numbers_that_no_plan_can_be_made_with_are_refused(
+    capsys: pytest.CaptureFixture[str], words: str, why: str
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["cluster", "plan", *words.split()])
+    assert ended.value.code == 2 and why in capsys.readouterr().err
+    for participants in (0, 1_000_001):
+        with pytest.raises(ClusterError, match="a plan is for 1 to 1,000,000 participants"):
+            planned(participants)
+
+
+@pytest.mark.parametrize("value", ["0", "-1", ".nan", ".inf", "0.6"])
+def test_figures_that_nothing_can_be_reckoned_with_are_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, value: str
+) -> None:
+    """A room that takes 0.6 of a core finds none: rooms may take half of one."""
+    file = tmp_path / "figures.yaml"
+    file.write_text(FIGURES.read_text().replace("value: 0.0072", f"value: {value}"))
+    assert main(["cluster", "plan", "--participants", "2", "--figures", str(file)]) == 2
+    assert re.search("core has no room|has no figures for a plan: .*core_per_room", capsys.readouterr().err)
 
 
 def test_a_file_that_is_not_there_is_said() -> None:

@@ -180,7 +180,13 @@ def test_who_comes_while_no_node_is_there_sees_a_calm_page(tmp_path: Path) -> No
     assert "This page comes back by itself" in text and "kommt von selbst zurück" in text and "refresh" in text
 
 
-def test_status_tells_which_rooms_wait(database: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_status_of_a_cluster_without_nodes_names_none(database: str, capsys: pytest.CaptureFixture[str]) -> None:
+    async def prepare() -> None:
+        store = LeaseStore(database)
+        await store.prepare()
+        await store.close()
+
+    asyncio.run(prepare())
     assert main(["cluster", "status", "--cluster", database, "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"nodes": [], "waiting": []}
 

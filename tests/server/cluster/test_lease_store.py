@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_state_machine_as_test
 
+from movingout.server.cli import main
 from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.errors import ClusterError, DatabaseAway
 from movingout.server.cluster.held_leases import HeldLeases
@@ -130,6 +131,23 @@ def test_the_address_must_be_one_of_postgresql() -> None:
     for wrong in ("sqlite:///x", "nonsense", "http://host/x"):
         with pytest.raises(ClusterError, match="postgresql://user@host/name"):
             LeaseStore(wrong)
+
+
+def test_who_looks_at_a_database_without_nodes_is_told_so_and_makes_no_tables(
+    database: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The status of a mistyped name was an empty table and exit code 0, and the database had two schemas more."""
+    for _ in range(2):
+        assert main(["cluster", "status", "--cluster", database]) == 2
+        assert "no node was ever started with the database postgresql://" in capsys.readouterr().err
+
+    async def prepare() -> None:
+        store = LeaseStore(database)
+        await store.prepare()
+        await store.close()
+
+    asyncio.run(prepare())
+    assert main(["cluster", "status", "--cluster", database]) == 0
 
 
 def test_a_database_that_is_away_is_a_sentence() -> None:

@@ -83,3 +83,22 @@ def test_nodes_have_names_and_addresses_of_their_own_and_nothing_is_smuggled_in(
         ProxyConfig({"a": "h:1"}, domain="a b")
     with pytest.raises(ClusterError, match="at least one node"):
         ProxyConfig({})
+    with pytest.raises(ClusterError, match="up to 32 nodes, not 33; make two clusters"):
+        ProxyConfig({f"n{number}": f"h:{number}" for number in range(1, 34)})
+
+
+@pytest.mark.parametrize("wrong", ["rubbish", "443", ":99999", ":0", "10.0.0.9", "[::1", "ftp://a:1", "a:b:1"])
+def test_a_proxy_that_could_listen_nowhere_is_refused(wrong: str) -> None:
+    with pytest.raises(ClusterError, match="is nowhere to listen; it looks like :443"):
+        ProxyConfig({"a": "h:1"}, listen=wrong)
+    with pytest.raises(ClusterError, match="is nowhere to listen; it looks like :443"):
+        ProxyConfig({"a": "h:1"}, redirect_from=wrong)
+
+
+@pytest.mark.parametrize("listen", ["", ":443", "*:443", "10.0.0.9:443", "[::]:443"])
+def test_a_proxy_listens_at_an_address_and_a_port(listen: str) -> None:
+    assert f"bind {listen or ':80'}\n" in ProxyConfig({"a": "h:1"}, listen=listen).text("haproxy")
+    own = f"http://{listen or ':80'}"
+    assert f"\n{own} {{" in ProxyConfig({"a": "h:1"}, listen=own).text("caddy")
+    with pytest.raises(ClusterError, match="without http://"):
+        ProxyConfig({"a": "h:1"}, listen=own).text("haproxy")

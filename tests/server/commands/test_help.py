@@ -88,7 +88,7 @@ def test_what_was_probably_meant_is_asked(typed: list[str], meant: str, capsys: 
         (["match", "--epsodes", "3"], "match: unknown option --epsodes; did you mean --episodes?"),
         (["match", "--seed"], "match: --seed: a value is missing"),
         (["match", "--challenge", "3"], "match: --challenge: unknown value 3; known: 1, 2"),
-        (["play", "--port", "abc"], "play: --port: 'abc' is not a whole number"),
+        (["study", "simulate", "s.yaml", "--kills", "abc"], "study simulate: --kills: 'abc' is not a whole number"),
         (["play", "--lease", "abc"], "play: --lease: 'abc' is not a number"),
         (["play", "--max-rooms", "abc"], "--max-rooms: a whole number from 1 to 1,000,000 is possible, not abc"),
         (["cluster", "config", "--node", "a=h:1", "--max-connections", "0"], "from 1 to 1,000,000 is possible, not 0"),

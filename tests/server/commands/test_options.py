@@ -64,6 +64,12 @@ def test_a_field_can_be_left_out() -> None:
     [
         ("--host=", "write 127.0.0.1 (this machine only) or 0.0.0.0 (the network too)"),
         ("--data=", "name a folder; the current one is ."),
+        ("--cluster=", "--cluster: the value is empty; give one, or leave the option out"),
+        ("--s3=", "--s3: the value is empty; give one, or leave the option out"),
+        ("--node=", "--node: a name has up to 31 letters, digits and '-', not ''"),
+        ("--port 65536", "--port: a port is a number from 0 to 65535, not 65536"),
+        ("--port -1", "a port is a number from 0 to 65535, not -1"),
+        ("--agent-threads 0", "--agent-threads: from 0.05 to 64 cores are possible, not 0"),
         ("--max-rooms 0", "a whole number from 1 to 1,000,000 is possible, not 0"),
         ("--max-sockets -2", "a whole number from 1 to 1,000,000 is possible, not -2"),
         ("--proxy caddy", "a proxy is named by its address, such as 10.0.0.9 or 10.0.0.0/24, not 'caddy'"),

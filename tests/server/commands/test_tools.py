@@ -2,6 +2,7 @@
 
 import json
 import re
+import signal
 import ssl
 import subprocess
 import sys
@@ -129,6 +130,38 @@ def test_the_load_test_starts_a_server_for_an_agent_of_ones_own(capsys: pytest.C
     command = "loadtest --rooms 1 --clients 1 --seconds 0.5 --json --partner tests.agents.support:Forward"
     assert main(command.split()) == 0
     assert json.loads(capsys.readouterr().out)["rooms"] == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ("--rooms 0", "--rooms: a whole number from 1 to 100,000 is possible, not 0"),
+        ("--clients -1", "--clients: a whole number from 1 to 100,000 is possible, not -1"),
+        ("--seconds nan", "--seconds: a number above 0 and up to 100,000 is possible, not nan"),
+        ("--inputs 0", "--inputs: a number above 0 and up to 100,000 is possible, not 0"),
+        ("--url rubbish", "--url: a server's address looks like http://127.0.0.1:8000, not 'rubbish'"),
+        ("--url http://127.0.0.1:8000/play", "a server's address looks like"),
+    ],
+)
+def test_the_load_test_refuses_what_it_cannot_measure(capsys: pytest.CaptureFixture[str], words: str, why: str) -> None:
+    with pytest.raises(SystemExit):
+        main(["loadtest", *words.split()])
+    assert why in capsys.readouterr().err
+
+
+def test_sigterm_leaves_no_server_behind_that_a_command_has_started() -> None:
+    program = """
+import os, signal
+from movingout.server.commands.orderly_end import ended_by_sigterm
+try:
+    with ended_by_sigterm():
+        os.kill(os.getpid(), signal.SIGTERM)
+        signal.pause()
+finally:
+    print("the server is ended")
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (128 + signal.SIGTERM, "the server is ended\n")
 
 
 def test_a_certificate_is_kept_covers_this_machine_and_its_key_is_private(tmp_path: Path) -> None:
