@@ -80,6 +80,8 @@ class ProxyConfig:
         """The whole file. Raises ClusterError."""
         if proxy == "haproxy" and "://" in self.listen + self.redirect_from:
             raise ClusterError("HAProxy listens at :443 or 10.0.0.9:443, without http://")
+        if proxy == "caddy" and self.domain and self.listen and not self.listen.startswith(":"):
+            raise ClusterError(f"with --domain, Caddy takes a port alone, such as --listen :8443, not {self.listen}")
         folder = Path(__file__).parent / "templates"
         environment = Environment(
             loader=FileSystemLoader(folder), undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False
@@ -89,6 +91,7 @@ class ProxyConfig:
             command=self.command,
             nodes=self.nodes,
             domain=self.domain,
+            site=self.domain + self.listen if self.domain else listen,
             certificate=self.certificate,
             listen=listen,
             redirect_from=self.redirect_from,

@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     if address.scheme not in ("http", "https") or not address.netloc:
         raise StudyError(f"--address is like https://study.example.org, not {args.address!r}")
     if not 0 <= args.number <= MOST_LINKS or not 0.0 < args.days <= MOST_DAYS:
-        raise StudyError(f"--number is at most {MOST_LINKS}, and --days at most {MOST_DAYS:g}")
+        raise StudyError(f"--number is from 1 to {MOST_LINKS}, and --days more than 0 and at most {MOST_DAYS:g}")
     ids = [*args.ids, *(f"{number:04}" for number in range(1, args.number + 1))]
     if not ids:
         raise StudyError("name the participants with --ids, or say how many there are with --number")

@@ -102,3 +102,10 @@ def test_a_proxy_listens_at_an_address_and_a_port(listen: str) -> None:
     assert f"\n{own} {{" in ProxyConfig({"a": "h:1"}, listen=own).text("caddy")
     with pytest.raises(ClusterError, match="without http://"):
         ProxyConfig({"a": "h:1"}, listen=own).text("haproxy")
+
+
+def test_caddy_listens_for_a_domain_at_another_port() -> None:
+    config = ProxyConfig({"a": "h:1"}, domain="game.example.org", listen=":8443")
+    assert "\ngame.example.org:8443 {" in config.text("caddy")
+    with pytest.raises(ClusterError, match=r"Caddy takes a port alone, such as --listen :8443, not 10\.0\.0\.9:443"):
+        ProxyConfig({"a": "h:1"}, domain="game.example.org", listen="10.0.0.9:443").text("caddy")
