@@ -136,7 +136,8 @@ def map_document(text: str | bytes, path: Path | str) -> Any:
     except MapError as error:
         raise MapError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:
-        raise MapError(f"{path} is not JSON: {error}") from error
+        yaml = "; a map is a JSON file, not YAML" if Path(path).suffix in (".yaml", ".yml") else ""
+        raise MapError(f"{path} is not JSON: {error}{yaml}") from error
 
 
 def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

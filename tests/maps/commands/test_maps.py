@@ -46,7 +46,23 @@ def test_show_sketches_the_map_where_colours_are(capsys: Output, monkeypatch: py
 
 
 def test_check_is_silent_about_a_sound_map(capsys: Output) -> None:
-    assert answer(capsys, "check", "HandOff") == {"map": "HandOff", "playable": True, "faults": []}
+    assert answer(capsys, "check", "HandOff") == {"map": "HandOff", "playable": True, "faults": [], "hints": []}
+
+
+def test_check_gives_hints_for_a_map_that_can_be_played(capsys: Output, tmp_path: Path) -> None:
+    file = tmp_path / "mine.json"
+    file.write_text(json.dumps(map_to_json(load_map("HandOff")) | {"name": "all"}))
+    result = answer(capsys, "check", str(file))
+    assert (result["playable"], [hint["path"] for hint in result["hints"]]) == (True, ["name"])
+    assert main(["maps", "check", str(file)]) == 0
+    assert capsys.readouterr().out.startswith("hint: name: all means the paper's twelve maps")
+
+
+def test_check_of_a_yaml_file_says_that_maps_are_json(capsys: Output, tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("format: 1\n")
+    assert main(["maps", "check", str(file)]) == 2
+    assert "a map is a JSON file, not YAML" in capsys.readouterr().err
 
 
 def test_check_prints_every_fault_with_its_path_and_fails(capsys: Output, tmp_path: Path) -> None:
