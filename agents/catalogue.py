@@ -25,6 +25,7 @@ from movingout.agents.checkpoint.checkpoint import (
     find_checkpoint,
     folder_name,
     model_roots,
+    named_instead,
     readable_checkpoints,
 )
 from movingout.agents.errors import AgentError, CheckpointError
@@ -235,6 +236,8 @@ def agent_card(agent_id: str) -> AgentCard:
     if reference in POLICY_FILES:
         kind, path = POLICY_FILES[reference], policy_file(agent_id)
         if path is not None:
+            if sentence := named_instead(path):
+                raise AgentError(sentence)
             existing(reference, path, folder=path.is_dir())
         return AgentCard(
             agent_id, path.name if path else kind.title, "policy", "all", f"A policy of {kind.title}: {path}."
@@ -340,6 +343,8 @@ def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
         module = ".".join(file.parts) if all(part.isidentifier() for part in file.parts) else file.name
         right = f"{module}:{attribute or 'Factory'}"
         raise AgentError(f"unknown agent {agent_id!r}; name the module instead of its file: {right}")
+    if sentence := named_instead(Path(head)):
+        raise AgentError(sentence)
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
         known = known_names(head, dict.fromkeys([*(card.id for card in agent_cards()), *POLICY_FILES, LLM]))
         raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")

@@ -109,6 +109,23 @@ def read_checkpoint(folder: Path) -> Checkpoint:
     return Checkpoint(folder, card, hashlib.sha256(data).hexdigest())
 
 
+def named_instead(path: Path) -> str:
+    """What to name instead of the folder or a file of a checkpoint, as a sentence; empty for any other path."""
+    folder = path if path.is_dir() else path.parent
+    try:
+        card = read_checkpoint(folder.resolve()).card
+    except CheckpointError:
+        return ""
+    if path != folder and path.name != CARD and path.name not in {entry.name for entry in card.files if not entry.of}:
+        return ""
+    what = "the folder" if path == folder else "a file"
+    sentence = f"{path} is {what} of the trained agent {card.id}, which is named by its id: {card.id}"
+    roots = [root.resolve() for root in model_roots()]
+    if folder.resolve().parent in roots:
+        return sentence
+    return f"{sentence} (once {MODELS_VARIABLE}={folder.resolve().parent} is set, or the folder copied to data/models)"
+
+
 def checkpoint_folders(*roots: Path) -> Iterator[Path]:
     """Folders with a card, sorted by root and name; the first of equal names. Symbolic links are skipped."""
     seen: set[str] = set()
