@@ -29,7 +29,7 @@ from movingout.agents.checkpoint.checkpoint import (
     readable_checkpoints,
 )
 from movingout.agents.errors import AgentError, CheckpointError
-from movingout.agents.factories import factory_at
+from movingout.agents.factories import check_methods, factory_at
 from movingout.agents.fault_place import located
 from movingout.agents.kinds.registry import KINDS, kind_of
 from movingout.agents.llm.model_id import LLM, model_id
@@ -301,9 +301,10 @@ def load_agent(agent_id: str) -> Agent:
     except (Exception, SystemExit) as error:
         sentence = f"agent {agent_id!r} could not be made: {type(error).__name__}: {error}"
         raise AgentError(located(sentence, error)) from error
-    for method in ("reset", "act"):
-        if not callable(getattr(agent, method, None)):
-            raise AgentError(f"agent {agent_id!r}: {reference} returns {type(agent).__name__}, which has no {method}()")
+    try:
+        check_methods(agent, reference)
+    except AgentError as error:
+        raise AgentError(f"agent {agent_id!r}: {error}") from None
     return _delayed(agent_id, cast(Agent, agent), lag) if lag != 0 else cast(Agent, agent)
 
 

@@ -1,5 +1,6 @@
 """From an id to an agent, and what is said when there is no way."""
 
+import gc
 import sys
 from pathlib import Path
 
@@ -73,6 +74,30 @@ def test_a_script_that_cannot_be_imported_is_answered_with_one_sentence(
     with pytest.raises(AgentError) as raised:
         load_agent("my_script:Policy")
     assert str(raised.value) == sentence
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("source", "sentence"),
+    [
+        (
+            "class Policy:\n    reset = print\n    async def act(self, seen): ...\n",
+            "act() of Policy is async; nobody awaits",
+        ),
+        ("class Policy:\n    async def reset(self, episode): ...\n", "reset() of Policy is async; nobody awaits"),
+        ("async def Policy(): ...\n", "my_async:Policy is async; what makes an agent is a plain function or a class"),
+    ],
+)
+def test_async_agents_are_refused_before_they_play(
+    source: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "my_async.py").write_text(source, encoding="utf-8")
+    monkeypatch.setattr("sys.path", [*sys.path, str(tmp_path)])
+    monkeypatch.delitem(sys.modules, "my_async", raising=False)
+    with pytest.raises(AgentError) as raised:
+        load_agent("my_async:Policy")
+    assert sentence in str(raised.value)
+    gc.collect()  # where Python would say that a coroutine was never awaited
 
 
 def test_a_card_of_a_users_agent_is_made_without_importing_it() -> None:
