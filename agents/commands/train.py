@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import load_agent
-from movingout.agents.checkpoint.checkpoint import check_labels, check_room
+from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, check_labels, check_room, model_roots
 from movingout.agents.errors import CheckpointError
 from movingout.agents.kinds.kind import AgentKind
 from movingout.agents.kinds.registry import KINDS
@@ -69,7 +69,12 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
         action="store_true",
         help="continue this id's training although the data or the options have changed",
     )
-    parser.add_argument("--data", type=Path, default=Path("data"), help="data folder (default ./data)")
+    parser.add_argument(
+        "--data",
+        type=Path,
+        default=Path("data"),
+        help="data folder (default ./data); of another, agents play where MOVINGOUT_MODELS=DATA/models is set",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON document about the result")
 
 
@@ -96,8 +101,12 @@ def run(args: argparse.Namespace) -> int:
         return 0
     learned = counted(training.episodes, "episode")
     print(f"{args.id}: trained on {learned}, in {checkpoint.folder}; curves: tensorboard --logdir {wanted.folder}")
-    if args.data.resolve() != Path("data").resolve():
-        print(f"to play with it, copy {checkpoint.folder} to data/models: `play`, `match` and `agents` look there")
+    models = checkpoint.folder.parent
+    if models.resolve() not in [root.resolve() for root in model_roots()]:
+        print(
+            f"to play with it, set {MODELS_VARIABLE}={models} for `play`, `match` and `agents`, or copy "
+            f"{checkpoint.folder} to data/models"
+        )
     return 0
 
 

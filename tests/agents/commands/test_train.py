@@ -312,7 +312,24 @@ def test_it_is_said_where_an_agent_is_looked_for_when_its_data_lies_elsewhere(
     assert "copy" not in capsys.readouterr().out
     assert main([*command, "--data", "elsewhere"]) == 0
     last = capsys.readouterr().out.splitlines()[-1]
-    assert last.startswith("to play with it, copy elsewhere/models/mlp-tiny to data/models")
+    models = "elsewhere/models"
+    assert last == (
+        f"to play with it, set MOVINGOUT_MODELS={models} for `play`, `match` and `agents`, or copy "
+        f"{models}/mlp-tiny to data/models"
+    )
+    monkeypatch.setenv("MOVINGOUT_MODELS", models)
+    assert main([*command, "--data", "elsewhere"]) == 0
+    assert "to play with it" not in capsys.readouterr().out
+
+
+def test_an_agent_to_start_from_is_found_where_the_variable_says(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["train", "mlp", str(recordings), "--id", "mlp@tiny", *TINY, "--data", "elsewhere"]) == 0
+    monkeypatch.setenv("MOVINGOUT_MODELS", "elsewhere/models")
+    assert main(["train", "mlp", str(recordings), "--id", "mlp@next", "--start", "mlp@tiny", *TINY, "--data", "b"]) == 0
+    assert (tmp_path / "b" / "models" / "mlp-next" / "card.json").is_file()
 
 
 def test_recordings_of_another_format_are_refused_in_a_sentence(
