@@ -11,7 +11,7 @@ from tests.agents.support import Forward
 
 
 class _Silent(Forward):
-    def act(self, observation: Observation) -> ActionChunk:  # type: ignore[return]
+    def act(self, observation: Observation) -> ActionChunk:  # type: ignore[empty-body]
         """Forgets to return."""
 
 

@@ -76,6 +76,7 @@ def test_a_room_plays_a_map_mirrored_or_turned(live: Live) -> None:
         ({"maps": ["HandOf"]}, "unknown_map", "unknown map 'HandOf'; known: HandOff"),
         ({"maps": ["../maps/HandOff.json"]}, "unknown_map", "known: HandOff"),
         ({"maps": []}, "maps", "1 to 36 maps"),
+        ({"seats": [{"kind": "robot"}]}, "bad_request", "known: agent, ghost, here, link, partner, remote"),
         ({"maps": ["Simple"] * 37}, "maps", "1 to 36 maps"),
         ({"seats": [{"kind": "here"}]}, "seats", "two seats"),
         ({"seats": [{"kind": "here"}, {"kind": "throne"}]}, "bad_request", "throne"),
