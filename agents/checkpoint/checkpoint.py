@@ -24,7 +24,7 @@ from pydantic import ValidationError
 
 from movingout.agents.adapters.policy_file import file_fingerprint
 from movingout.agents.checkpoint.card import ID_WORD, MAX_NAME, MAX_POPULATION, Card, FileEntry, FileName, Score
-from movingout.agents.checkpoint.onnx_interface import onnx_interface
+from movingout.agents.checkpoint.onnx_interface import Shapes, onnx_interface
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.errors import CheckpointError
 
@@ -62,6 +62,19 @@ class Checkpoint:
         if name.endswith(".onnx"):
             check_onnx(data)
         return data
+
+    def networks(self) -> dict[FileName, tuple[Shapes, Shapes]]:
+        """The inputs and outputs of each ONNX file with their shapes, from the card or, of older ones, from the file.
+
+        Raises CheckpointError as `read`.
+        """
+        return {
+            entry.name: onnx_interface(self.read(entry.name))
+            if entry.inputs is None or entry.outputs is None
+            else (dict(entry.inputs), dict(entry.outputs))
+            for entry in self.card.files
+            if entry.name.endswith(".onnx")
+        }
 
     def _path(self, entry: FileEntry) -> Path:
         return (self.folder.with_name(folder_name(entry.of)) if entry.of else self.folder) / entry.name
