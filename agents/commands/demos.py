@@ -26,12 +26,13 @@ from movingout.agents.scripted.populations import POPULATIONS, manifest, populat
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.commands.parser import add_out
-from movingout.maps.generated.names import PREFIX, SPLITS, test_maps_caution
+from movingout.maps.generated.names import PREFIX, SPLITS, is_generated, test_maps_caution
 from movingout.maps.randomize import SPLITS as VARIANT_SPLITS
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.selection import HELP as MAPS_HELP
 from movingout.maps.selection import selected_maps
 from movingout.maps.suggestion import counted, known_names
+from movingout.maps.symmetry import SEPARATOR, split_name
 from movingout.recordings.commands import imports
 from movingout.recordings.ray_cluster import connect, processors
 from movingout.world.constants import LIMIT_TICKS
@@ -215,8 +216,8 @@ def _label(args: argparse.Namespace) -> int:
         print(json.dumps({"out": str(args.out), "episodes": len(made), "tcr": _per_map(made)}))
     else:
         print(_summary(made, args.out, len(todo) - len(made)))
-        for name, rate in _per_map(made).items():
-            print(f"  {name:19}  TCR {rate:.2f}")
+        for line in _group_lines(made):
+            print(line)
     return 0
 
 
@@ -267,6 +268,25 @@ def _per_map(made: list[WrittenEpisode]) -> dict[str, float]:
     names = sorted({one.map for one in made})
     rates = {name: [one.tcr for one in made if one.map == name] for name in names}
     return {name: round(sum(values) / len(values), 3) for name, values in rates.items()}
+
+
+def _group_lines(made: Iterable[WrittenEpisode]) -> Iterator[str]:
+    """A line for each map with its symmetries, and for the generated maps of each mode."""
+    groups: dict[str, list[WrittenEpisode]] = {}
+    for one in sorted(made, key=lambda episode: episode.map):
+        groups.setdefault(_group_of(one.map), []).append(one)
+    for name, episodes in groups.items():
+        rate = sum(one.tcr for one in episodes) / len(episodes)
+        maps = len({one.map for one in episodes})
+        counts = f"{counted(len(episodes), 'episode')}{f' on {maps} maps' if maps > 1 else ''}"
+        yield f"  {name:21}  TCR {rate:.2f}  {counts}"
+
+
+def _group_of(map_name: str) -> str:
+    """The map without its symmetries; of a generated one `generated:MODE`."""
+    if is_generated(map_name):
+        return SEPARATOR.join(map_name.split(SEPARATOR)[:2])
+    return split_name(map_name)[0]
 
 
 def _maps(args: argparse.Namespace) -> list[MapSpec]:
