@@ -109,6 +109,9 @@ def _designed(text: str) -> MapSpec:
     path = Path(text)
     if path.suffix == ".json" or len(path.parts) > 1 or path.is_file():
         return _read(path)
+    before, _, word = text.rpartition(SEPARATOR)
+    if before and Path(before).is_file():
+        raise MapError(f"unknown symmetry {word!r} of {before}; {known_names(word, SYMMETRY_NAMES)}")
     raise MapError(_unknown(text))
 
 

@@ -94,6 +94,29 @@ def test_check_of_a_broken_official_file_says_what_is_wrong(capsys: Output, tmp_
     assert fault["message"].startswith("not an official map file: KeyError")
 
 
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["generate", "--mode", "awareness", "--seed", "1", "--name", "two words"], "--name: 1 to 40 letters, digits"),
+        (
+            ["generate", "--mode", "awareness", "--seed", "1", "--name", "HandOff"],
+            "HandOff is the name of a shipped map",
+        ),
+        (["gallery", "generated:tset:3"], "unknown maps generated:tset:3; did you mean test? known: test, validation"),
+        (["gallery", "generated:awarenes:3"], "did you mean awareness? known: test, validation"),
+        (["check", "mine.json:mirro"], "unknown symmetry 'mirro' of mine.json; did you mean mirror? known: mirror"),
+    ],
+)
+def test_wrong_names_are_answered_with_what_they_could_be(
+    capsys: Output, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], sentence: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.json").write_text(json.dumps(map_to_json(load_map("HandOff"))))
+    assert main(["maps", *words]) == 2
+    assert sentence in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.json"]
+
+
 @pytest.mark.parametrize("content", [None, "{", "\x00"])
 def test_check_of_what_is_no_json_file_is_wrong_use(capsys: Output, tmp_path: Path, content: str | None) -> None:
     file = tmp_path / "mine.json"
