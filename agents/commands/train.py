@@ -9,7 +9,7 @@ from typing import Any
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, check_labels, check_room, model_roots
-from movingout.agents.errors import CheckpointError
+from movingout.agents.errors import CheckpointError, DataError
 from movingout.agents.kinds.kind import AgentKind
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.training import run_folder
@@ -53,7 +53,7 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
         metavar="FILE.csv",
         help="a list made by `recordings split`; learn from one --group of it",
     )
-    parser.add_argument("--group", type=int, default=1, metavar="N", help="of --manifest (default 1)")
+    parser.add_argument("--group", type=int, metavar="N", help="of --manifest (default 1)")
     parser.add_argument(
         "--without",
         action="append",
@@ -84,7 +84,10 @@ def run(args: argparse.Namespace) -> int:
     kind = KINDS[args.kind]
     _check_word(args.id, kind)
     if args.manifest is not None:
-        args.recordings = [*args.recordings, *of_group(args.manifest, args.group)]
+        group = 1 if args.group is None else args.group
+        args.recordings = [*args.recordings, *of_group(args.manifest, group)]
+    elif args.group is not None:
+        raise DataError(f"--group {args.group} is of the list that --manifest names; name it, too")
     config = overridden(kind.presets[args.preset], args)
     wanted = TrainingRun(
         kind=kind.name, config=config, options=args, kept_options=kind.option_names, tell=_tell, load_agent=load_agent

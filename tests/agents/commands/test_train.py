@@ -332,6 +332,31 @@ def test_an_agent_to_start_from_is_found_where_the_variable_says(
     assert (tmp_path / "b" / "models" / "mlp-next" / "card.json").is_file()
 
 
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (
+            ["--layout", "relative-v1", "--lags", "3,x"],
+            "--lags 3,x: numbers of ticks joined by commas are needed, such as 3,10,30",
+        ),
+        (["--group", "2"], "--group 2 is of the list that --manifest names; name it, too"),
+        (["--data", "taken"], "cannot write taken/runs/dp-mine: Not a directory"),
+    ],
+)
+def test_wrong_options_are_refused_with_what_is_needed(
+    options: list[str],
+    sentence: str,
+    recordings: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").write_text("a file")
+    assert main(["train", "dp", str(recordings), *TINY, *options]) == 2
+    assert sentence in capsys.readouterr().err
+
+
 def test_recordings_of_another_format_are_refused_in_a_sentence(
     recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
