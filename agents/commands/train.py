@@ -21,8 +21,6 @@ from movingout.maps.suggestion import counted
 from movingout.recordings.groups import of_group
 from movingout.world.exactness import inexact_engine
 
-_NEEDS = {"bass": " --base dp@mine", "response": " --base dp@mine"}  # what the example of a kind cannot do without
-
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """One sub-command per kind, its options made from the kind's configuration."""
@@ -32,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
             kind.name,
             help=kind.summary,
             description=f"Train {kind.summary}.",
-            example=f"movingout train {kind.name} data/demos{_NEEDS.get(kind.name, '')} --id {kind.name}@mine",
+            example=f"movingout train {kind.name} {kind.example} --id {kind.name}@mine",
         )
         _common(sub, default_id=f"{kind.name}@mine")
         sub.add_argument("--preset", choices=PRESETS, default="fast", help="the paper's numbers or ours (default fast)")

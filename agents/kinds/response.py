@@ -97,6 +97,7 @@ def _line(told: dict[str, float]) -> str:
 
 RESPONSE = AgentKind(
     name="response",
+    example="--base dp@mine --map generated:training --partners families",
     summary="a best response to many partners: a policy steered by reinforcement learning",
     presets={"fast": ResponseConfig(), "paper": ResponseConfig()},
     add_options=_add_options,

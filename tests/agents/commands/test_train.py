@@ -1,6 +1,7 @@
 """From recordings to an agent in a seat, with the commands a user types."""
 
 import json
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,8 +19,9 @@ from movingout.agents.inference.policy_agent import agent_rows
 from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import load_map
+from movingout.maps.commands.parser import parsers_below
 from movingout.maps.randomize import pair_text, pairs_on
-from movingout.server.cli import main
+from movingout.server.cli import configured, main
 from movingout.world import World
 from tests.agents.learning import recorded
 from tests.agents.support import HERE
@@ -330,6 +332,14 @@ def test_an_agent_to_start_from_is_found_where_the_variable_says(
     monkeypatch.setenv("MOVINGOUT_MODELS", "elsewhere/models")
     assert main(["train", "mlp", str(recordings), "--id", "mlp@next", "--start", "mlp@tiny", *TINY, "--data", "b"]) == 0
     assert (tmp_path / "b" / "models" / "mlp-next" / "card.json").is_file()
+
+
+@pytest.mark.parametrize("kind", ["response", "mappo", "comedi"])
+def test_the_example_of_what_learns_from_its_own_play_names_no_recordings(kind: str) -> None:
+    _, parser = configured("train")
+    [example] = [one.epilog for one in parsers_below(parser) if one.prog.endswith(f" {kind}")]
+    words = shlex.split(str(example).removeprefix("example: movingout train "))
+    assert parser.parse_args(words).recordings == []
 
 
 @pytest.mark.parametrize(
