@@ -24,6 +24,7 @@ from movingout.agents.checkpoint.checkpoint import (
     damage,
     find_checkpoint,
     folder_name,
+    missing_models,
     model_roots,
     named_instead,
     readable_checkpoints,
@@ -252,7 +253,7 @@ def agent_card(agent_id: str) -> AgentCard:
         if any(folder.name == folder_name(reference) for folder in checkpoint_folders(*model_roots())):
             return _trained_card(find_checkpoint(reference, *model_roots()).card)
         known = [*(card.id for card in trained_cards()), *_CATALOGUE, *_registered()]
-        raise AgentError(f"unknown agent {agent_id!r}; {known_names(reference, known)}")
+        raise AgentError(f"unknown agent {agent_id!r}; {known_names(reference, known)}{missing_models()}")
     named = f" with {', '.join(f'{key}={value}' for key, value in options.items())}" if options else ""
     return AgentCard(agent_id, reference.rpartition(":")[2], "policy", "all", f"Your own policy {reference}{named}.")
 

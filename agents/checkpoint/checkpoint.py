@@ -86,6 +86,12 @@ def model_roots() -> tuple[Path, ...]:
     return (*([Path(named)] if named else []), Path("data") / "models", SHIPPED)
 
 
+def missing_models() -> str:
+    """What an answer to an unknown agent ends with where MOVINGOUT_MODELS names no folder; else empty."""
+    named = os.environ.get(MODELS_VARIABLE)
+    return f"; {MODELS_VARIABLE} names {named}, which is no folder" if named and not Path(named).is_dir() else ""
+
+
 def own_models() -> str:
     """The first of these folders, for a process that works elsewhere."""
     return str(model_roots()[0].resolve())
@@ -116,7 +122,8 @@ def read_checkpoint(folder: Path) -> Checkpoint:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise CheckpointError(f"{folder.name}/{CARD}: {where}: {first['msg']}") from error
+        given = f", not {first['input']!r:.40}" if first["type"] == "literal_error" else ""
+        raise CheckpointError(f"{folder.name}/{CARD}: {where}: {first['msg']}{given}") from error
     if folder.name != folder_name(card.id):
         raise CheckpointError(f"checkpoint {card.id} lies in folder {folder.name}, not in {folder_name(card.id)}")
     return Checkpoint(folder, card, hashlib.sha256(data).hexdigest())
@@ -157,7 +164,7 @@ def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
             if found.card.id == agent_id:  # two ids may share a folder name: dp-b@mine and dp@b-mine
                 return found
     known = ", ".join(checkpoint.card.id for checkpoint in readable_checkpoints(*roots)) or "none"
-    raise CheckpointError(f"no checkpoint {agent_id!r}; there are: {known}")
+    raise CheckpointError(f"no checkpoint {agent_id!r}; there are: {known}{missing_models()}")
 
 
 def fingerprint(agent_id: str) -> str:

@@ -152,6 +152,13 @@ def test_a_trained_agent_that_does_not_exist_is_answered_with_those_that_do() ->
             ask("dp@nowhere")
 
 
+def test_a_variable_that_names_no_folder_of_models_is_told_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MOVINGOUT_MODELS", str(tmp_path / "modles"))
+    for ask in (agent_card, load_agent):
+        with pytest.raises(AgentError, match=f"; MOVINGOUT_MODELS names {tmp_path / 'modles'}, which is no folder$"):
+            ask("dp@nowhere")
+
+
 def test_an_agent_around_another_is_open_to_all_where_the_other_is() -> None:
     assert all(map(open_to_all, ("late", "late:agent=scripted:seed=3;patience=40", "clone:policy=dp@all,seed=1")))
     wrong = (
