@@ -24,3 +24,12 @@ def test_the_page_has_a_line_per_group_of_maps_and_the_document_every_map(
     ]
     assert main([*LABEL, "--episodes", "1", "-o", str(tmp_path / "document"), "--json"]) == 0
     assert sorted(json.loads(capsys.readouterr().out)["tcr"]) == sorted(MAPS.split(","))
+
+
+@pytest.mark.parametrize(("who", "said"), [("C", 1), ("people:C", 1), ("B", 0)])
+def test_labels_with_people_who_are_for_tests_are_told_of(
+    who: str, said: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    few = ["--map", "HandOff", "--episodes", "1", "--ticks", "4", "--workers", "1", "-o", str(tmp_path)]
+    assert main(["demos", "label", "--learner", "idle", "--expert", "idle", "--population", who, *few]) == 0
+    assert capsys.readouterr().err.count("people of C are for tests") == said
