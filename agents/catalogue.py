@@ -61,6 +61,9 @@ class AgentCard:
     offered: bool = True  # to people who choose a partner in the lobby; the others are for training and measuring
 
 
+_GROUPS = ("people", "family", "families")  # of partners (agents.partners.families), where commands take several
+
+
 @dataclass(frozen=True, slots=True)
 class _Entry:
     card: AgentCard
@@ -339,6 +342,8 @@ def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     named = "@" in head or head in _CATALOGUE or head in POLICY_FILES or head == LLM
     if named or (head in _registered() and (not rest or "=" in rest.partition(":")[0])):
         return head, parse_options(agent_id, rest)
+    if head in _GROUPS:
+        raise AgentError(f"{agent_id} names several partners; name one of them, which `movingout demos people` lists")
     attribute, _, options = rest.partition(":")
     if head.endswith(".py"):
         file = Path(head).with_suffix("")

@@ -73,7 +73,7 @@ def check_partners(partners: str) -> None:
         raise DataError("--partners C: people of C are for tests and never trained with; A, B or AB are for training")
     if not is_group(partners):
         raise DataError(
-            f"--partners {partners}: known are A, B, AB, a family as family:greedy, families and families:without-greedy"
+            f"--partners {partners}: known are A, B, AB, a family as family:greedy, families, families:without-greedy"
         )
     try:
         group(partners)

@@ -35,6 +35,10 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
         ),
         ("my_package/mine.py:Mine", "name the module instead of its file: my_package.mine:Mine"),
         ("mine.py", "unknown agent 'mine.py'; name the module instead of its file: mine:Factory"),
+        (
+            "family:greedy",
+            "family:greedy names several partners; name one of them, which `movingout demos people` lists",
+        ),
         ("a b:c", "unknown agent 'a b:c'; known: scripted"),
         ("scripted:patient=3", "did you mean patience? known: heavy_first"),
         ("no_such_module:Factory", "cannot import 'no_such_module'"),

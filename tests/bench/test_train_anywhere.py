@@ -34,7 +34,7 @@ def test_a_folder_of_its_own_with_models_of_its_own(
         (["--partners", "C"], "people of C are for tests and never trained with"),
         (
             ["--partners", "greedy"],
-            "known are A, B, AB, a family as family:greedy, families and families:without-greedy",
+            "known are A, B, AB, a family as family:greedy, families, families:without-greedy",
         ),
         (["--partners", "families:without-greddy"], "unknown family 'greddy'; did you mean greedy?"),
         (["--only-evaluate"], "no checkpoint 'bass@any'; there are: none"),
