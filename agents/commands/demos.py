@@ -21,7 +21,7 @@ from movingout.agents.data.demonstrations import (
 )
 from movingout.agents.data.proving import prove
 from movingout.agents.errors import AgentError, DataError
-from movingout.agents.partners.families import ALL, FAMILY, PEOPLE, families, group, is_group
+from movingout.agents.partners.families import ALL, FAMILY, families, group, is_group, test_people_caution
 from movingout.agents.scripted.populations import POPULATIONS, manifest, population
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
@@ -209,8 +209,8 @@ def _label(args: argparse.Namespace) -> int:
     else:
         players = [(player.name, player.agent_id) for player in _players(args.population)]
         order = shuffled_partners(players, len(maps) * args.episodes, args.seed)
-    if args.population in ("C", f"{PEOPLE}C"):
-        print("movingout: people of C are for tests: who is trained with them is measured too well", file=sys.stderr)
+    if caution := test_people_caution([args.population]):
+        print(f"movingout: {caution}", file=sys.stderr)
     todo = labelling_jobs(maps, order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
     _caution((job.map.name for job in todo), selected_maps(args.map))
     made = _with_progress(len(todo), label_all(todo, args.out, args.workers, args.ray))
