@@ -1,5 +1,6 @@
 """Action chunks: validation, and conversion to what `World.step` takes."""
 
+import inspect
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,6 +21,11 @@ def checked_chunk(answer: object) -> ActionChunk:
 
     Raises AgentError when the shape is wrong, a number is not finite, or the heading (cos, sin) is the zero vector.
     """
+    if inspect.iscoroutine(answer):
+        answer.close()  # nobody will await it, which Python would warn of
+        raise AgentError("act() is async; nobody awaits its answer, so write a plain def")
+    if answer is None:
+        raise AgentError("act() returned None; it returns an action chunk, a (H, 4) array of numbers")
     try:
         chunk = np.array(answer, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -24,11 +24,13 @@ from movingout.agents.checkpoint.checkpoint import (
     damage,
     find_checkpoint,
     folder_name,
+    missing_models,
     model_roots,
+    named_instead,
     readable_checkpoints,
 )
 from movingout.agents.errors import AgentError, CheckpointError
-from movingout.agents.factories import factory_at
+from movingout.agents.factories import check_methods, factory_at
 from movingout.agents.fault_place import located
 from movingout.agents.kinds.registry import KINDS, kind_of
 from movingout.agents.llm.model_id import LLM, model_id
@@ -57,6 +59,9 @@ class AgentCard:
     population: str = ""  # of a trained agent: whose play it was trained on
     layout: str = ""  # of a trained agent: the layout of observations that it sees
     offered: bool = True  # to people who choose a partner in the lobby; the others are for training and measuring
+
+
+_GROUPS = ("people", "family", "families")  # of partners (agents.partners.families), where commands take several
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,6 +240,8 @@ def agent_card(agent_id: str) -> AgentCard:
     if reference in POLICY_FILES:
         kind, path = POLICY_FILES[reference], policy_file(agent_id)
         if path is not None:
+            if sentence := named_instead(path):
+                raise AgentError(sentence)
             existing(reference, path, folder=path.is_dir())
         return AgentCard(
             agent_id, path.name if path else kind.title, "policy", "all", f"A policy of {kind.title}: {path}."
@@ -249,7 +256,7 @@ def agent_card(agent_id: str) -> AgentCard:
         if any(folder.name == folder_name(reference) for folder in checkpoint_folders(*model_roots())):
             return _trained_card(find_checkpoint(reference, *model_roots()).card)
         known = [*(card.id for card in trained_cards()), *_CATALOGUE, *_registered()]
-        raise AgentError(f"unknown agent {agent_id!r}; {known_names(reference, known)}")
+        raise AgentError(f"unknown agent {agent_id!r}; {known_names(reference, known)}{missing_models()}")
     named = f" with {', '.join(f'{key}={value}' for key, value in options.items())}" if options else ""
     return AgentCard(agent_id, reference.rpartition(":")[2], "policy", "all", f"Your own policy {reference}{named}.")
 
@@ -298,9 +305,10 @@ def load_agent(agent_id: str) -> Agent:
     except (Exception, SystemExit) as error:
         sentence = f"agent {agent_id!r} could not be made: {type(error).__name__}: {error}"
         raise AgentError(located(sentence, error)) from error
-    for method in ("reset", "act"):
-        if not callable(getattr(agent, method, None)):
-            raise AgentError(f"agent {agent_id!r}: {reference} returns {type(agent).__name__}, which has no {method}()")
+    try:
+        check_methods(agent, reference)
+    except AgentError as error:
+        raise AgentError(f"agent {agent_id!r}: {error}") from None
     return _delayed(agent_id, cast(Agent, agent), lag) if lag != 0 else cast(Agent, agent)
 
 
@@ -334,12 +342,16 @@ def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     named = "@" in head or head in _CATALOGUE or head in POLICY_FILES or head == LLM
     if named or (head in _registered() and (not rest or "=" in rest.partition(":")[0])):
         return head, parse_options(agent_id, rest)
+    if head in _GROUPS:
+        raise AgentError(f"{agent_id} names several partners; name one of them, which `movingout demos people` lists")
     attribute, _, options = rest.partition(":")
     if head.endswith(".py"):
         file = Path(head).with_suffix("")
         module = ".".join(file.parts) if all(part.isidentifier() for part in file.parts) else file.name
         right = f"{module}:{attribute or 'Factory'}"
         raise AgentError(f"unknown agent {agent_id!r}; name the module instead of its file: {right}")
+    if sentence := named_instead(Path(head)):
+        raise AgentError(sentence)
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
         known = known_names(head, dict.fromkeys([*(card.id for card in agent_cards()), *POLICY_FILES, LLM]))
         raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")

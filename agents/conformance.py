@@ -20,6 +20,7 @@ from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, O
 from movingout.agents.data.rollout import Watcher
 from movingout.agents.decision_trace import UNWRITABLE, decision_trace
 from movingout.agents.errors import AgentError
+from movingout.agents.factories import check_methods
 from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map
@@ -82,9 +83,10 @@ def check_agent(factory: Callable[[], Agent], maps: Sequence[str] = MAPS, ticks:
 def _made(factory: Callable[[], Agent]) -> Agent:
     with _blamed("the factory"):
         agent = factory()
-    for method in ("reset", "act"):
-        if not callable(getattr(agent, method, None)):
-            raise ConformanceError(f"the factory returned {type(agent).__name__}, which has no method {method}()")
+    try:
+        check_methods(agent, "the factory")
+    except AgentError as error:
+        raise ConformanceError(str(error)) from None
     return agent
 
 

@@ -1,6 +1,7 @@
 """From `module:attribute` to what makes an agent; what an agent prints meanwhile goes to standard error."""
 
 import importlib
+import inspect
 import sys
 from collections.abc import Callable
 from contextlib import redirect_stdout
@@ -42,3 +43,16 @@ def _called(module_name: str, module: ModuleType, attribute: str) -> Callable[..
         kind = type(factory).__name__
         raise AgentError(f"{attribute!r} in {module_name!r} is a {kind}, not a class or a function that makes agents")
     return cast(Callable[..., object], factory)
+
+
+def check_methods(made: object, maker: str) -> None:
+    """Raises AgentError when what `maker` made is no agent: `reset` and `act` are missing, or would answer later."""
+    if inspect.iscoroutine(made):
+        made.close()
+        raise AgentError(f"{maker} is async; what makes an agent is a plain function or a class")
+    for name in ("reset", "act"):
+        method = getattr(made, name, None)
+        if not callable(method):
+            raise AgentError(f"{maker} returns {type(made).__name__}, which has no {name}()")
+        if inspect.iscoroutinefunction(method):
+            raise AgentError(f"{name}() of {type(made).__name__} is async; nobody awaits it, so write a plain def")

@@ -35,6 +35,7 @@ from movingout.agents.curriculum.recipe_anywhere import (
     DP_ANY,
     RESPONSE_ANY,
     AnywhereSizes,
+    check_partners,
     of_seeds,
     recipe_anywhere,
 )
@@ -50,6 +51,7 @@ def main(words: Sequence[str] | None = None) -> None:
     sizes = AnywhereSizes(**{name: vars(args)[name] for name in names})
     os.environ[MODELS_VARIABLE] = str(sizes.data.resolve() / "models")  # for the steps, and for those who play
     try:
+        check_partners(sizes.partners)
         if not args.only_evaluate:
             check_begun(sizes)
         stages = recipe_anywhere(sizes)
@@ -59,9 +61,9 @@ def main(words: Sequence[str] | None = None) -> None:
         if not args.only_evaluate:
             note_begun(sizes)
             run_stages(stages, args.workers)
+        _measure(args, sizes)
     except MovingOutError as error:
         raise SystemExit(f"train_anywhere: {error}") from error
-    _measure(args, sizes)
 
 
 def _measure(args: argparse.Namespace, sizes: AnywhereSizes) -> None:
@@ -71,6 +73,8 @@ def _measure(args: argparse.Namespace, sizes: AnywhereSizes) -> None:
     learned += [
         name for name in (*of_seeds(DP_ANY, sizes.seeds), *of_seeds(BASS_ANY, sizes.seeds)) if name not in learned
     ]
+    for name in learned:
+        find_checkpoint(name, sizes.data / "models")  # before hours of play
     where = ["--ray", args.ray] if args.ray else ["--workers", str(args.workers)]
     played = anywhere.main([
         "--agents", *learned, "dp@all", "bass@all", "scripted", CONTROL,

@@ -109,6 +109,9 @@ def _designed(text: str) -> MapSpec:
     path = Path(text)
     if path.suffix == ".json" or len(path.parts) > 1 or path.is_file():
         return _read(path)
+    before, _, word = text.rpartition(SEPARATOR)
+    if before and Path(before).is_file():
+        raise MapError(f"unknown symmetry {word!r} of {before}; {known_names(word, SYMMETRY_NAMES)}")
     raise MapError(_unknown(text))
 
 
@@ -136,7 +139,8 @@ def map_document(text: str | bytes, path: Path | str) -> Any:
     except MapError as error:
         raise MapError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:
-        raise MapError(f"{path} is not JSON: {error}") from error
+        yaml = "; a map is a JSON file, not YAML" if Path(path).suffix in (".yaml", ".yml") else ""
+        raise MapError(f"{path} is not JSON: {error}{yaml}") from error
 
 
 def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -3,9 +3,10 @@
 from pathlib import Path
 
 from movingout.maps.errors import MapError
-from movingout.maps.generated.names import PREFIX, SPLITS
+from movingout.maps.generated.names import MODE_WORDS, PREFIX, SPLITS
 from movingout.maps.generated.proved import in_turn, proved_maps, read_table
 from movingout.maps.library import map_names
+from movingout.maps.suggestion import known_names
 from movingout.maps.symmetry import ALL_SYMMETRIES, SEPARATOR
 
 HELP = (
@@ -34,6 +35,8 @@ def _meant(word: str) -> list[str]:
         if count and not count.isdecimal():
             raise MapError(f"{word}: how many maps is a whole number, not {count!r}")
         return list(proved_maps(split or "test", int(count) if count else None))
+    if base == PREFIX and split not in MODE_WORDS.values():
+        raise MapError(f"unknown maps {word}; {known_names(split, (*SPLITS, *MODE_WORDS.values()))}")
     return [word]
 
 

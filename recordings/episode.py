@@ -37,6 +37,16 @@ def is_simulated(study: Mapping[str, str]) -> bool:
     return study.get("simulated") == "yes"
 
 
+def player_label(kind: str, name: str, simulated: bool = False) -> str:
+    """Who played in a seat: all people as one, agents by id without options.
+
+    The participants of a rehearsal, `simulated`, do not pass for people.
+    """
+    if kind == "human":
+        return "simulated people" if simulated else "people"
+    return (name or kind).partition(":")[0]
+
+
 @dataclass(frozen=True, slots=True)
 class EpisodeHeader:
     """Everything known before the first tick; with the actions it determines the episode."""

@@ -13,6 +13,8 @@ from movingout.agents.adapters.chunk_player import Singles, VectorPlayer
 from movingout.agents.adapters.layout_choice import LAYOUT_KEY, chosen_layout
 from movingout.agents.adapters.policy_file import existing
 from movingout.agents.checkpoint.card import MAX_FILE_BYTES
+from movingout.agents.checkpoint.checkpoint import named_instead
+from movingout.agents.checkpoint.onnx_interface import NETWORK_KEY
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.inference.network import Network
@@ -33,6 +35,8 @@ class OnnxAgent(VectorPlayer):
 
         Raises AgentError: no such file, operators that are not allowed, wrong sizes.
         """
+        if sentence := named_instead(Path(path).expanduser()):
+            raise AgentError(sentence)
         file = existing("onnx", path)
         if file.stat().st_size > MAX_FILE_BYTES:
             raise AgentError(f"{file} is larger than {MAX_FILE_BYTES >> 20} MB")
@@ -66,9 +70,15 @@ def _checked_network(file: Path) -> Network:
     data = file.read_bytes()
     try:
         check_onnx(data)
-        return Network(data)
+        network = Network(data)
     except CheckpointError as error:
         raise AgentError(f"{file}: {error}") from error
+    if NETWORK_KEY in network.metadata:
+        raise AgentError(
+            f"{file} is a network of a trained agent without its card.json; put the whole folder of the agent into "
+            "data/models and name the agent by its id"
+        )
+    return network
 
 
 def _sizes(name: str, shape: Shape, recurrent: bool) -> tuple[int, int]:

@@ -2,7 +2,7 @@
 
 import time
 
-from movingout.agents.action_chunk import rows_to_execute
+from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation
 
 
@@ -17,7 +17,9 @@ class TimedAgent:
         self.agent.reset(episode)
 
     def act(self, observation: Observation) -> ActionChunk:
+        """What the agent answers, to be played as it says (h, 4). Raises AgentError for an invalid answer."""
         began = time.perf_counter()
-        chunk = self.agent.act(observation)
+        answer = self.agent.act(observation)
         self.decisions_ms.append((time.perf_counter() - began) * 1e3)
+        chunk = checked_chunk(answer)
         return chunk[: rows_to_execute(self.agent, chunk)]

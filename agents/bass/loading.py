@@ -10,7 +10,8 @@ from movingout.agents.bass.score_functions import Estimator
 from movingout.agents.bass.value import Value
 from movingout.agents.checkpoint.card import SelectionSpec
 from movingout.agents.checkpoint.checkpoint import Checkpoint
-from movingout.agents.inference.network import shared_network, shared_policy_network
+from movingout.agents.inference.network import check_size, shared_network, shared_policy_network
+from movingout.world.observation import LAYOUTS
 
 _CLASSES: dict[tuple[str, str], type[BassAgent]] = {
     ("learned", "policy"): BassAgent,
@@ -56,4 +57,8 @@ def _estimator(checkpoint: Checkpoint, selection: SelectionSpec) -> Estimator | 
     card = checkpoint.card
     if selection.score == "tcl" and card.progress:
         return LearnedProgress(card.progress, shared_network(checkpoint.read("progress.onnx")))
-    return Value(card.value, shared_network(checkpoint.read("value.onnx"))) if card.value else None
+    if card.value is None:
+        return None
+    network, layout = shared_network(checkpoint.read("value.onnx")), card.value.layout
+    check_size(network, "features", LAYOUTS[layout].size, layout)
+    return Value(card.value, network)

@@ -24,7 +24,7 @@ from pydantic import ValidationError
 
 from movingout.agents.adapters.policy_file import file_fingerprint
 from movingout.agents.checkpoint.card import ID_WORD, MAX_NAME, MAX_POPULATION, Card, FileEntry, FileName, Score
-from movingout.agents.checkpoint.onnx_interface import onnx_interface
+from movingout.agents.checkpoint.onnx_interface import Shapes, onnx_interface
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.errors import CheckpointError
 
@@ -63,6 +63,19 @@ class Checkpoint:
             check_onnx(data)
         return data
 
+    def networks(self) -> dict[FileName, tuple[Shapes, Shapes]]:
+        """The inputs and outputs of each ONNX file with their shapes, from the card or, of older ones, from the file.
+
+        Raises CheckpointError as `read`.
+        """
+        return {
+            entry.name: onnx_interface(self.read(entry.name))
+            if entry.inputs is None or entry.outputs is None
+            else (dict(entry.inputs), dict(entry.outputs))
+            for entry in self.card.files
+            if entry.name.endswith(".onnx")
+        }
+
     def _path(self, entry: FileEntry) -> Path:
         return (self.folder.with_name(folder_name(entry.of)) if entry.of else self.folder) / entry.name
 
@@ -71,6 +84,12 @@ def model_roots() -> tuple[Path, ...]:
     """Where checkpoints are looked for: a folder that MOVINGOUT_MODELS names, your own, those that are shipped."""
     named = os.environ.get(MODELS_VARIABLE)
     return (*([Path(named)] if named else []), Path("data") / "models", SHIPPED)
+
+
+def missing_models() -> str:
+    """What an answer to an unknown agent ends with where MOVINGOUT_MODELS names no folder; else empty."""
+    named = os.environ.get(MODELS_VARIABLE)
+    return f"; {MODELS_VARIABLE} names {named}, which is no folder" if named and not Path(named).is_dir() else ""
 
 
 def own_models() -> str:
@@ -103,10 +122,28 @@ def read_checkpoint(folder: Path) -> Checkpoint:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
-        raise CheckpointError(f"{folder.name}/{CARD}: {where}: {first['msg']}") from error
+        given = f", not {first['input']!r:.40}" if first["type"] == "literal_error" else ""
+        raise CheckpointError(f"{folder.name}/{CARD}: {where}: {first['msg']}{given}") from error
     if folder.name != folder_name(card.id):
         raise CheckpointError(f"checkpoint {card.id} lies in folder {folder.name}, not in {folder_name(card.id)}")
     return Checkpoint(folder, card, hashlib.sha256(data).hexdigest())
+
+
+def named_instead(path: Path) -> str:
+    """What to name instead of the folder or a file of a checkpoint, as a sentence; empty for any other path."""
+    folder = path if path.is_dir() else path.parent
+    try:
+        card = read_checkpoint(folder.resolve()).card
+    except CheckpointError:
+        return ""
+    if path != folder and path.name != CARD and path.name not in {entry.name for entry in card.files if not entry.of}:
+        return ""
+    what = "the folder" if path == folder else "a file"
+    sentence = f"{path} is {what} of the trained agent {card.id}, which is named by its id: {card.id}"
+    roots = [root.resolve() for root in model_roots()]
+    if folder.resolve().parent in roots:
+        return sentence
+    return f"{sentence} (once {MODELS_VARIABLE}={folder.resolve().parent} is set, or the folder copied to data/models)"
 
 
 def checkpoint_folders(*roots: Path) -> Iterator[Path]:
@@ -127,7 +164,7 @@ def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
             if found.card.id == agent_id:  # two ids may share a folder name: dp-b@mine and dp@b-mine
                 return found
     known = ", ".join(checkpoint.card.id for checkpoint in readable_checkpoints(*roots)) or "none"
-    raise CheckpointError(f"no checkpoint {agent_id!r}; there are: {known}")
+    raise CheckpointError(f"no checkpoint {agent_id!r}; there are: {known}{missing_models()}")
 
 
 def fingerprint(agent_id: str) -> str:

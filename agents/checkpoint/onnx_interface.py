@@ -7,6 +7,9 @@ from movingout.agents.checkpoint.onnx_validation import wire_fields, wire_messag
 Shapes = dict[str, tuple[int | str, ...]]
 """By name; a length that is left open is a word, such as "batch"."""
 
+NETWORK_KEY = "movingout"
+"""Metadata of the networks of checkpoints: the shape of the network, as JSON."""
+
 # Field numbers of onnx.proto.
 _MODEL_GRAPH = 7
 _GRAPH_INPUT, _GRAPH_OUTPUT = 11, 12

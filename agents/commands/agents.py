@@ -25,6 +25,7 @@ from movingout.agents.catalogue import (
     unseen_map,
 )
 from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
+from movingout.agents.checkpoint.onnx_interface import Shapes
 from movingout.agents.commands import weakness
 from movingout.agents.conformance import MAPS, TICKS, ConformanceError, check_agent
 from movingout.agents.data.rollout import rollout
@@ -111,12 +112,20 @@ def _list(arguments: argparse.Namespace) -> int:
 def _show(arguments: argparse.Namespace) -> int:
     card = agent_card(arguments.agent)
     load_agent(arguments.agent)  # checks its options now rather than in a game
+    reference = arguments.agent.partition(":")[0]
+    trained = find_checkpoint(reference, *model_roots()) if "@" in reference else None
+    networks = trained.networks() if trained else {}
     if arguments.json:
-        print(json.dumps(_document(card)))
+        files = {name: {"inputs": taken, "outputs": given} for name, (taken, given) in networks.items()}
+        print(json.dumps({**_document(card), "networks": files}))
         return 0
     print(f"{card.name}  ({card.id}, {card.kind})\n{card.description}\nmaps: {card.maps}")
     if card.scores:
         print(f"scores: {_scores(card)}")
+    if trained:
+        print(f"folder: {trained.folder}")
+    for name, (taken, given) in networks.items():
+        print(f"{name}: {_shapes(taken)} → {_shapes(given)}")
     return 0
 
 
@@ -191,6 +200,13 @@ def _score(card: AgentCard, name: str) -> str:
 
 def _scores(card: AgentCard) -> str:
     return ", ".join(f"{name} {mean:.3f}" for name, mean in card.scores.items())
+
+
+def _shapes(values: Shapes) -> str:
+    """`observation (batch, 1, 491)`; a length that is left open and is not the batch is "any", whatever its name."""
+    named = {name: [length if length == "batch" or isinstance(length, int) else "any" for length in shape]
+             for name, shape in values.items()}  # fmt: skip
+    return ", ".join(f"{name} ({', '.join(map(str, lengths))})" for name, lengths in named.items())
 
 
 def _document(card: AgentCard) -> dict[str, object]:

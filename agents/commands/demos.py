@@ -21,17 +21,18 @@ from movingout.agents.data.demonstrations import (
 )
 from movingout.agents.data.proving import prove
 from movingout.agents.errors import AgentError, DataError
-from movingout.agents.partners.families import ALL, FAMILY, families, group, is_group
+from movingout.agents.partners.families import ALL, FAMILY, families, group, is_group, test_people_caution
 from movingout.agents.scripted.populations import POPULATIONS, manifest, population
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.commands.parser import add_out
-from movingout.maps.generated.names import PREFIX, SPLITS, test_maps_caution
+from movingout.maps.generated.names import PREFIX, SPLITS, is_generated, test_maps_caution
 from movingout.maps.randomize import SPLITS as VARIANT_SPLITS
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.selection import HELP as MAPS_HELP
 from movingout.maps.selection import selected_maps
 from movingout.maps.suggestion import counted, known_names
+from movingout.maps.symmetry import SEPARATOR, split_name
 from movingout.recordings.commands import imports
 from movingout.recordings.ray_cluster import connect, processors
 from movingout.world.constants import LIMIT_TICKS
@@ -208,6 +209,8 @@ def _label(args: argparse.Namespace) -> int:
     else:
         players = [(player.name, player.agent_id) for player in _players(args.population)]
         order = shuffled_partners(players, len(maps) * args.episodes, args.seed)
+    if caution := test_people_caution([args.population]):
+        print(f"movingout: {caution}", file=sys.stderr)
     todo = labelling_jobs(maps, order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
     _caution((job.map.name for job in todo), selected_maps(args.map))
     made = _with_progress(len(todo), label_all(todo, args.out, args.workers, args.ray))
@@ -215,8 +218,8 @@ def _label(args: argparse.Namespace) -> int:
         print(json.dumps({"out": str(args.out), "episodes": len(made), "tcr": _per_map(made)}))
     else:
         print(_summary(made, args.out, len(todo) - len(made)))
-        for name, rate in _per_map(made).items():
-            print(f"  {name:19}  TCR {rate:.2f}")
+        for line in _group_lines(made):
+            print(line)
     return 0
 
 
@@ -267,6 +270,25 @@ def _per_map(made: list[WrittenEpisode]) -> dict[str, float]:
     names = sorted({one.map for one in made})
     rates = {name: [one.tcr for one in made if one.map == name] for name in names}
     return {name: round(sum(values) / len(values), 3) for name, values in rates.items()}
+
+
+def _group_lines(made: Iterable[WrittenEpisode]) -> Iterator[str]:
+    """A line for each map with its symmetries, and for the generated maps of each mode."""
+    groups: dict[str, list[WrittenEpisode]] = {}
+    for one in sorted(made, key=lambda episode: episode.map):
+        groups.setdefault(_group_of(one.map), []).append(one)
+    for name, episodes in groups.items():
+        rate = sum(one.tcr for one in episodes) / len(episodes)
+        maps = len({one.map for one in episodes})
+        counts = f"{counted(len(episodes), 'episode')}{f' on {maps} maps' if maps > 1 else ''}"
+        yield f"  {name:21}  TCR {rate:.2f}  {counts}"
+
+
+def _group_of(map_name: str) -> str:
+    """The map without its symmetries; of a generated one `generated:MODE`."""
+    if is_generated(map_name):
+        return SEPARATOR.join(map_name.split(SEPARATOR)[:2])
+    return split_name(map_name)[0]
 
 
 def _maps(args: argparse.Namespace) -> list[MapSpec]:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import load_agent
-from movingout.agents.checkpoint.checkpoint import check_labels, check_room
-from movingout.agents.errors import CheckpointError
+from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, check_labels, check_room, model_roots
+from movingout.agents.errors import CheckpointError, DataError
 from movingout.agents.kinds.kind import AgentKind
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.training import run_folder
@@ -21,8 +21,6 @@ from movingout.maps.suggestion import counted
 from movingout.recordings.groups import of_group
 from movingout.world.exactness import inexact_engine
 
-_NEEDS = {"bass": " --base dp@mine", "response": " --base dp@mine"}  # what the example of a kind cannot do without
-
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """One sub-command per kind, its options made from the kind's configuration."""
@@ -32,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
             kind.name,
             help=kind.summary,
             description=f"Train {kind.summary}.",
-            example=f"movingout train {kind.name} data/demos{_NEEDS.get(kind.name, '')} --id {kind.name}@mine",
+            example=f"movingout train {kind.name} {kind.example} --id {kind.name}@mine",
         )
         _common(sub, default_id=f"{kind.name}@mine")
         sub.add_argument("--preset", choices=PRESETS, default="fast", help="the paper's numbers or ours (default fast)")
@@ -53,7 +51,7 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
         metavar="FILE.csv",
         help="a list made by `recordings split`; learn from one --group of it",
     )
-    parser.add_argument("--group", type=int, default=1, metavar="N", help="of --manifest (default 1)")
+    parser.add_argument("--group", type=int, metavar="N", help="of --manifest (default 1)")
     parser.add_argument(
         "--without",
         action="append",
@@ -69,7 +67,12 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
         action="store_true",
         help="continue this id's training although the data or the options have changed",
     )
-    parser.add_argument("--data", type=Path, default=Path("data"), help="data folder (default ./data)")
+    parser.add_argument(
+        "--data",
+        type=Path,
+        default=Path("data"),
+        help="data folder (default ./data); of another, agents play where MOVINGOUT_MODELS=DATA/models is set",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON document about the result")
 
 
@@ -79,7 +82,10 @@ def run(args: argparse.Namespace) -> int:
     kind = KINDS[args.kind]
     _check_word(args.id, kind)
     if args.manifest is not None:
-        args.recordings = [*args.recordings, *of_group(args.manifest, args.group)]
+        group = 1 if args.group is None else args.group
+        args.recordings = [*args.recordings, *of_group(args.manifest, group)]
+    elif args.group is not None:
+        raise DataError(f"--group {args.group} is of the list that --manifest names; name it, too")
     config = overridden(kind.presets[args.preset], args)
     wanted = TrainingRun(
         kind=kind.name, config=config, options=args, kept_options=kind.option_names, tell=_tell, load_agent=load_agent
@@ -96,8 +102,12 @@ def run(args: argparse.Namespace) -> int:
         return 0
     learned = counted(training.episodes, "episode")
     print(f"{args.id}: trained on {learned}, in {checkpoint.folder}; curves: tensorboard --logdir {wanted.folder}")
-    if args.data.resolve() != Path("data").resolve():
-        print(f"to play with it, copy {checkpoint.folder} to data/models: `play`, `match` and `agents` look there")
+    models = checkpoint.folder.parent
+    if models.resolve() not in [root.resolve() for root in model_roots()]:
+        print(
+            f"to play with it, set {MODELS_VARIABLE}={models} for `play`, `match` and `agents`, or copy "
+            f"{checkpoint.folder} to data/models"
+        )
     return 0
 
 

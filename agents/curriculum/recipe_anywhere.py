@@ -12,6 +12,8 @@ from pathlib import Path
 from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint, folder_name
 from movingout.agents.curriculum.steps import Stage, TrainingStep, count_option
 from movingout.agents.data.dagger import EXPERT
+from movingout.agents.errors import AgentError, DataError
+from movingout.agents.partners.families import PEOPLE, group, is_group
 from movingout.maps.generated.proved import read_table
 from movingout.world.constants import LIMIT_TICKS
 
@@ -61,6 +63,22 @@ def recipe_anywhere(sizes: AnywhereSizes) -> list[Stage]:
     policies = enumerate(of_seeds(DP_ANY, sizes.seeds))
     stages.append(tuple(_diffusion(sizes, name, labels, sizes.policy_updates, seed) for seed, name in policies))
     return [*stages, *_response(sizes, listed), *_bass(sizes, labels, listed)]
+
+
+def check_partners(partners: str) -> None:
+    """Raises DataError for partners that `demos label` does not know, or that are for tests alone."""
+    if partners in ("A", "B", "AB"):
+        return
+    if partners in ("C", f"{PEOPLE}C"):
+        raise DataError("--partners C: people of C are for tests and never trained with; A, B or AB are for training")
+    if not is_group(partners):
+        raise DataError(
+            f"--partners {partners}: known are A, B, AB, a family as family:greedy, families, families:without-greedy"
+        )
+    try:
+        group(partners)
+    except AgentError as error:
+        raise DataError(f"--partners: {error}") from error
 
 
 def of_seeds(agent_id: str, seeds: int) -> list[str]:

@@ -53,12 +53,14 @@ class PolicyNetwork:
         """Raises CheckpointError when the graph does not match the spec."""
         self.spec = spec
         self._network = Network(data)
+        check_size(self._network, "observation", spec.features, spec.layout)
         self.noise_rows = _noise_rows(self._network)
         history = np.zeros((1, spec.obs_horizon, spec.features), dtype=np.float32)
         try:
             chunks = self.sample(history, np.random.default_rng(0))
         except Exception as error:  # a foreign graph may fail in any way
-            raise CheckpointError(f"the network does not take what its card says: {error}"[:300]) from error
+            said = " ".join(str(error).split())
+            raise CheckpointError(f"the network does not take what its card says: {said}"[:300]) from error
         if chunks.shape != (1, spec.horizon, ACTION_WIDTH) or not np.isfinite(chunks).all():
             raise CheckpointError(f"the network answers with shape {chunks.shape}, not (1, {spec.horizon}, 5) numbers")
 
@@ -77,6 +79,19 @@ class PolicyNetwork:
         """Chunks (B, H, 5) for observations (B, To, D) and noise (B, rows, H, 5); rows do not affect each other."""
         chunks: Singles = self._network(observation=history, noise=noise)[0]
         return chunks
+
+
+def check_size(network: Network, name: str, size: int, layout: str) -> None:
+    """Raises CheckpointError for an input of another length than `size`, that of the layout and what is behind it.
+
+    A network of an older version of the layout is one.
+    """
+    length = network.input_shapes.get(name, [None])[-1]
+    if isinstance(length, int) and length != size:
+        raise CheckpointError(
+            f"the network takes {length} numbers, and its card says {layout}, which gives {size} here: it is of "
+            "another version of this layout, so train it again"
+        )
 
 
 def _noise_rows(network: Network) -> int:

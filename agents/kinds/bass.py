@@ -155,6 +155,7 @@ def _train_progress(
 BASS = AgentKind(
     name="bass",
     summary="BASS: a simulator, to choose among a policy's candidates",
+    example="data/demos --base dp@mine",
     presets={
         "fast": BassConfig(),
         "paper": BassConfig(

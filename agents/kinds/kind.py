@@ -34,4 +34,5 @@ class AgentKind(Generic[ConfigT]):
     check: Callable[..., object] | None = None
     """A card, and the options of an id as keywords: raises AgentError for those with which rooms cannot load it, and
     reads no weights. None: any that `load` takes by name."""
+    example: str = "data/demos"  # what `movingout train NAME` needs beside --id, as --help shows it
     offered: bool = True  # to people who choose a partner; the others are for training and measuring

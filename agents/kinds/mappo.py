@@ -132,6 +132,7 @@ def _self_play(name: str, summary: str, config: type[ConfigT], learn: Learn[Conf
     return AgentKind(
         name=name,
         summary=summary,
+        example="--map HandOff",
         presets={"fast": config(), "paper": config(**PAPER)},
         add_options=_add_options,
         option_names=("map", "split"),

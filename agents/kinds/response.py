@@ -11,7 +11,7 @@ from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.kinds.policy import check_policy, load_policy, weighted_policy
-from movingout.agents.partners.families import group
+from movingout.agents.partners.families import group, test_people_caution
 from movingout.agents.reinforcement.config import ResponseConfig
 from movingout.agents.training.run import TrainingRun
 from movingout.maps import load_map
@@ -73,6 +73,8 @@ def _company(run: TrainingRun[ResponseConfig]) -> "Company":
     for name in maps:
         load_map(name)
     run.caution(maps)
+    if caution := test_people_caution(options.partners):
+        run.tell(f"movingout: {caution}")
     groups = tuple(tuple(one.agent_id for one in group(name)) for name in options.partners)
     for one in groups:
         run.load_agent(one[0])  # fail now rather than in some round
@@ -97,6 +99,7 @@ def _line(told: dict[str, float]) -> str:
 
 RESPONSE = AgentKind(
     name="response",
+    example="--base dp@mine --map generated:training --partners families",
     summary="a best response to many partners: a policy steered by reinforcement learning",
     presets={"fast": ResponseConfig(), "paper": ResponseConfig()},
     add_options=_add_options,

@@ -12,7 +12,7 @@ has the members whose checkpoints are here.
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import cycle, islice
@@ -90,6 +90,13 @@ def group(name: str) -> tuple[FamilyMember, ...]:
             f"family {family.name!r} has no trained members here: {', '.join(family.ids[:3])}, … are missing"
         )
     return family.members
+
+
+def test_people_caution(names: Iterable[str]) -> str:
+    """A sentence for whoever trains with population C, when it is among these groups; else empty."""
+    if not {"C", f"{PEOPLE}C"}.intersection(names):
+        return ""
+    return "people of C are for tests: who is trained with them is measured too well"
 
 
 def member(name: str, number: int) -> str:

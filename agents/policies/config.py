@@ -1,9 +1,10 @@
 """How a policy is trained: the configuration that MLP, GRU and diffusion policies share. Knows no torch."""
 
+import re
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import AfterValidator
 
 from movingout.agents.bass.recombination import Matching
 from movingout.agents.checkpoint.policy_spec import Denoiser, Grasp, LayoutName, PolicySpec, Process
@@ -18,7 +19,14 @@ from movingout.agents.training.optimisation import (
 )
 from movingout.world.observation import LAYOUTS
 
-LagsText = Annotated[str, Field(pattern=r"^(\d{1,3}(,\d{1,3})*)?$")]
+
+def _lags(text: str) -> str:
+    if not re.fullmatch(r"(\d{1,3}(,\d{1,3})*)?", text):
+        raise ValueError("numbers of ticks joined by commas are needed, such as 3,10,30")
+    return text
+
+
+LagsText = Annotated[str, AfterValidator(_lags)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,6 +18,7 @@ from torch import Tensor, nn
 
 from movingout.agents.checkpoint.card import Training
 from movingout.agents.checkpoint.checkpoint import Checkpoint, write_checkpoint
+from movingout.agents.checkpoint.onnx_interface import NETWORK_KEY
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH
 from movingout.agents.policies.policy import Policy
@@ -25,7 +26,6 @@ from movingout.maps.generated.names import PREFIX, is_generated
 from movingout.maps.symmetry import split_name
 
 OPSET = 17
-METADATA = "movingout"  # key of the metadata of an ONNX file
 MOST_MAPS = 60  # on a card by their own names
 LARGE = 1024  # numbers; smaller tensors (biases, normalisation) keep full precision
 
@@ -70,7 +70,7 @@ def _described(data: bytes, meanings: Mapping[str, str], about: Mapping[str, obj
     model = onnx.load_from_string(data)
     for value in (*model.graph.input, *model.graph.output):
         value.doc_string = meanings[value.name]
-    helper.set_model_props(model, {METADATA: json.dumps(about)})
+    helper.set_model_props(model, {NETWORK_KEY: json.dumps(about)})
     described: bytes = model.SerializeToString()
     return described
 

@@ -14,10 +14,10 @@ from movingout.agents.base import Agent
 from movingout.agents.checkpoint.card import Card, Training
 from movingout.agents.checkpoint.checkpoint import (
     CARD,
-    SHIPPED,
     Checkpoint,
     find_checkpoint,
     folder_name,
+    model_roots,
     read_checkpoint,
 )
 from movingout.agents.errors import DataError
@@ -76,8 +76,8 @@ class TrainingRun(Generic[ConfigT]):
         return folder
 
     def find(self, agent_id: str) -> Checkpoint:
-        """Another agent of the data folder, or a shipped one. Raises CheckpointError."""
-        return find_checkpoint(agent_id, self.options.data / "models", SHIPPED)
+        """Another agent: of the data folder, of where others look for agents, or shipped. Raises CheckpointError."""
+        return find_checkpoint(agent_id, self.options.data / "models", *model_roots())
 
     def read_data(self) -> TrainingData:
         """The recordings and corrections that were named, but for episodes with those to be left out.

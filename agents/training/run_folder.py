@@ -25,15 +25,19 @@ def begin(folder: Path, about: Mapping[str, str], config: Optimisation, on_purpo
     """Write the configuration of a run that starts, or continues where the folder has a resume file.
 
     Returns the SHA-256 of the data it had before; empty when unknown. `about` is written beside the configuration.
-    Raises DataError when the run was started with something else: always for a change that makes it another agent,
-    and unless `on_purpose` for other data or training options. Older folders without a configuration are continued.
+    Raises DataError when the folder cannot be written, or the run was started with something else: always for a change
+    that makes it another agent, and unless `on_purpose` for other data or training options. Older folders without a
+    configuration are continued.
     """
     begun = _begun(folder)
     now = {**about, **dataclasses.asdict(config)}
     if any(folder.rglob(RESUME)):
         _compare(begun, now, config, on_purpose)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / CONFIG).write_text(json.dumps({**begun, **now}, indent=1) + "\n", encoding="utf-8")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / CONFIG).write_text(json.dumps({**begun, **now}, indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise DataError(f"cannot write {folder}: {error.strerror or error}") from error
     return str(begun.get("data_sha256", ""))
 
 

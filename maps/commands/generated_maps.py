@@ -12,8 +12,8 @@ from movingout.maps.errors import MapError
 from movingout.maps.generated.generator import generate
 from movingout.maps.generated.names import DIFFICULTIES, MODE_WORDS, is_generated
 from movingout.maps.generated.proved import ticks_needed
-from movingout.maps.json_format import map_to_json
-from movingout.maps.library import load_map
+from movingout.maps.json_format import map_from_json, map_to_json
+from movingout.maps.library import is_reserved, load_map
 from movingout.maps.render import map_png
 from movingout.maps.selection import HELP, selected_maps
 from movingout.maps.spec import MapSpec
@@ -67,6 +67,7 @@ def _generate(args: argparse.Namespace) -> int:
     mode = next(mode for mode, word in MODE_WORDS.items() if word == args.mode)
     spec = generate(args.seed, mode, args.difficulty)
     document = map_to_json(spec) | ({"name": args.name} if args.name else {})
+    _check_name(args.name, document)
     if args.out is None or args.json:
         print(json.dumps(document, indent=2))
     if args.out is not None:
@@ -77,6 +78,18 @@ def _generate(args: argparse.Namespace) -> int:
         if not args.json:
             print(f"wrote {args.out}: {spec.name}, {proof_in_words(spec.name)}")
     return 0
+
+
+def _check_name(name: str, document: dict[str, object]) -> None:
+    """Raises MapError for a name that no map of one's own can have."""
+    if not name:
+        return
+    if is_reserved(name):
+        raise MapError(f"--name: {name} is the name of a shipped map; choose another")
+    try:
+        map_from_json(document)
+    except MapError as error:
+        raise MapError(f"--{error}") from None
 
 
 def _gallery(args: argparse.Namespace) -> int:

@@ -1,38 +1,86 @@
 """What is to be said of map files of one's own before something is played or recorded on them."""
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Iterator, Mapping
 
-from movingout.maps.check import check_map
+from movingout.maps.check import MapFault, check_map
+from movingout.maps.errors import MapError
+from movingout.maps.generated.names import PREFIX
 from movingout.maps.library import is_generated_or_shipped, is_reserved, load_map
-from movingout.maps.spec import MapSpec
+from movingout.maps.spec import SEAT_COLOURS, MapSpec, Pose
+from movingout.maps.symmetry import SEPARATOR, split_name
 
-_MOST = 3  # faults in a sentence
+_MOST = 3  # faults or hints in a sentence
+_WORDS: Mapping[str, str] = {"all": "the paper's twelve maps", PREFIX: "maps of the generator"}
 
 
 def map_cautions(names: Iterable[str]) -> list[str]:
-    """A sentence for each map file that has faults, and for each that goes by the name of a shipped map.
+    """A sentence for each map file that has faults, and for each that has hints (`map_hints`).
 
     `names` are names and paths of maps, with symmetries or without. Raises MapError for one that cannot be read.
     """
     own = [name for name in dict.fromkeys(names) if not is_generated_or_shipped(name)]
-    return [sentence for name in own for sentence in (_faults(name), _borrowed_name(name)) if sentence]
+    return [sentence for name in own for sentence in _about(name) if sentence]
 
 
-def _faults(name: str) -> str:
-    faults = [str(fault) for fault in check_map(load_map(name))]
-    more = f"; and {len(faults) - _MOST} more, see `movingout maps check`" if len(faults) > _MOST else ""
-    return f"{name} cannot be played as it should: {'; '.join(faults[:_MOST])}{more}" if faults else ""
+def map_hints(name: str) -> tuple[MapFault, ...]:
+    """What in a map probably means something else than its author thinks, though it can be played.
+
+    That is a name that commands understand otherwise, and angles [rad] of more than a turn. Of a map after symmetries,
+    the map as designed is looked at. Raises MapError for one that cannot be read.
+    """
+    spec = load_map(split_name(name)[0])
+    return (*_misunderstood_name(spec), *_angles_in_degrees(spec))
 
 
-def _played(the_map: MapSpec) -> tuple[object, ...]:
-    return the_map.robots, the_map.walls, the_map.goals, the_map.items
+def _about(file: str) -> Iterator[str]:
+    yield _joined(f"{file} cannot be played as it should", check_map(load_map(file)))
+    yield _joined(file, map_hints(file))
 
 
-def _borrowed_name(name: str) -> str:
-    the_map = load_map(name)
-    if not is_reserved(the_map.name) or _played(the_map) == _played(load_map(the_map.name)):
-        return ""
-    return (
-        f"{name} is another map than the shipped one of its name, {the_map.name}, and would be taken for that in "
-        'recordings, reports and training; change "name" in the file'
-    )
+def _joined(beginning: str, found: tuple[MapFault, ...]) -> str:
+    more = f"; and {len(found) - _MOST} more, see `movingout maps check`" if len(found) > _MOST else ""
+    return f"{beginning}: {'; '.join(map(str, found[:_MOST]))}{more}" if found else ""
+
+
+def _misunderstood_name(spec: MapSpec) -> Iterator[MapFault]:
+    base, symmetries = split_name(spec.name)
+    if base in _WORDS:
+        yield MapFault("name", f"{base} means {_WORDS[base]} where maps are named; choose another name")
+    elif is_reserved(spec.name):
+        if not _is_shipped_as(spec):
+            message = (
+                f"{spec.name} is a shipped map, and this is another one, which recordings, reports and training would "
+                "take for that; choose another name"
+            )
+            yield MapFault("name", message)
+    elif symmetries:
+        yield MapFault(
+            "name", f"{spec.name} means the map {base}, mirrored or turned; choose a name without {SEPARATOR}"
+        )
+
+
+def _is_shipped_as(spec: MapSpec) -> bool:
+    """Whether the map that comes with the project under this name is played alike."""
+    try:
+        return _played(spec) == _played(load_map(spec.name))
+    except MapError:
+        return False
+
+
+def _played(spec: MapSpec) -> tuple[object, ...]:
+    return spec.robots, spec.walls, spec.goals, spec.items
+
+
+def _angles_in_degrees(spec: MapSpec) -> Iterator[MapFault]:
+    for path, pose in _poses(spec):
+        if abs(pose.angle) > math.tau:
+            message = f"angles are radians; if {pose.angle:g} degrees are meant, write {math.radians(pose.angle):.4f}"
+            yield MapFault(f"{path}.angle", message)
+
+
+def _poses(spec: MapSpec) -> Iterator[tuple[str, Pose]]:
+    for colour, pose in zip(SEAT_COLOURS, spec.robots, strict=True):
+        yield f"robots.{colour}", pose
+    for index, item in enumerate(spec.items):
+        yield f"items[{index}]", item.pose

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from movingout.maps.check import MapFault, check_map
 from movingout.maps.commands import generated_maps
+from movingout.maps.commands.map_cautions import map_hints
 from movingout.maps.commands.parser import add_out
 from movingout.maps.document_check import check_document
 from movingout.maps.errors import MapError
@@ -191,29 +192,32 @@ def _in_words(rect: Rect) -> str:
 
 
 def _check(args: argparse.Namespace) -> int:
-    faults = _faults(args.map)
+    faults, hints = _findings(args.map)
     if args.json:
-        found = [{"path": fault.path, "message": fault.message} for fault in faults]
-        _print_json({"map": args.map, "playable": not faults, "faults": found})
+        found, hinted = ([{"path": one.path, "message": one.message} for one in ones] for ones in (faults, hints))
+        _print_json({"map": args.map, "playable": not faults, "faults": found, "hints": hinted})
         return 1 if faults else 0
     for fault in faults:
         print(fault)
+    for hint in hints:
+        print(f"hint: {hint}")
     count = {0: "no faults", 1: "1 fault"}.get(len(faults), f"{len(faults)} faults")
     print(f"{args.map}: {count}")
     return 1 if faults else 0
 
 
-def _faults(name_or_path: str) -> tuple[MapFault, ...]:
-    """The faults of a map; MapError when there is nothing that could be a map."""
+def _findings(name_or_path: str) -> tuple[tuple[MapFault, ...], tuple[MapFault, ...]]:
+    """The faults of a map, and the hints; MapError when there is nothing that could be a map."""
     try:
-        return check_map(load_map(name_or_path))
+        spec = load_map(name_or_path)
     except MapError as error:
         document = _document(Path(name_or_path))
         if document is None:
             raise
         if is_official(document):
-            return (MapFault("the map", str(error).removeprefix(f"{name_or_path}: ")),)
-        return check_document(document)
+            return (MapFault("the map", str(error).removeprefix(f"{name_or_path}: ")),), ()
+        return check_document(document), ()
+    return check_map(spec), map_hints(name_or_path)
 
 
 def _document(path: Path) -> object:

@@ -58,6 +58,8 @@ def read_name(name: str) -> GeneratedName:
     """What a name without a symmetry says. Raises MapError with what would be a name."""
     parts = name.split(":")
     words = {word: mode for mode, word in MODE_WORDS.items()}
+    if parts[1:] and parts[1] in SPLITS:
+        raise MapError(f"{name!r} names several maps; name one as generated:MODE:SEED, as in generated:awareness:12")
     if len(parts) not in (3, 4) or parts[0] != PREFIX:
         raise MapError(f"{name!r} is no generated map; write generated:MODE:SEED, for example generated:awareness:12")
     if parts[1] not in words:

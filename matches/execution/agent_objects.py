@@ -6,6 +6,8 @@ from typing import cast
 
 from movingout.agents.base import Agent
 from movingout.agents.catalogue import load_agent
+from movingout.agents.errors import AgentError
+from movingout.agents.factories import check_methods
 from movingout.matches.errors import MatchError
 
 AgentLike = str | Agent | Callable[[], Agent]
@@ -50,8 +52,10 @@ class AgentObjects:
         if found is None:
             return load_agent(agent_id)
         agent = found if _is_instance(found) else _made(agent_id, cast(Callable[[], object], found))
-        if not _is_instance(agent):
-            raise MatchError(f"{agent_id} makes {type(agent).__name__}, which has no reset() and act()")
+        try:
+            check_methods(agent, agent_id)
+        except AgentError as error:
+            raise MatchError(str(error)) from None
         return cast(Agent, agent)
 
 

@@ -6,8 +6,9 @@ from contextlib import contextmanager
 from movingout.agents.action_chunk import rows_to_execute
 from movingout.agents.base import Agent, BatchAgent, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
-from movingout.agents.fault_place import located
+from movingout.agents.fault_place import fault_place, located
 from movingout.agents.observation.seat_observation import observe
+from movingout.maps import MovingOutError
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
 from movingout.world.state import Floats, WorldState
@@ -74,6 +75,6 @@ def fault_sentence(seat: int, agent_id: str, call: str, error: BaseException, li
     who = f"{SEAT_COLOURS[seat]} ({agent_id})"
     if isinstance(error, DecisionTimeout):
         return located(f"{who} did not answer {call} within {limit_s:g} s", error)
-    if isinstance(error, AgentError):
+    if isinstance(error, MovingOutError) and (isinstance(error, AgentError) or not fault_place(error)):
         return f"{who}, {call}: {error}"[:500]
     return located(f"{who} raised {type(error).__name__} in {call}: {error}", error)

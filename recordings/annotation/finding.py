@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
+from movingout.recordings.episode import player_label
 from movingout.recordings.report.failures import CASES, Case, Failure
 from movingout.recordings.report.words import Words
 
@@ -41,11 +42,6 @@ class SearchedSeat:
     kind: str  # human, agent, ...
     name: str
 
-    @property
-    def label(self) -> str:
-        """All people as one; agents by id without options."""
-        return "people" if self.kind == "human" else (self.name or self.kind).partition(":")[0]
-
 
 @dataclass(frozen=True, slots=True)
 class SearchedRecording:
@@ -58,6 +54,10 @@ class SearchedRecording:
     findings: tuple[Finding, ...]
     waiting_share: float = 0.0  # of the ticks, as the official code counts waiting
     simulated: bool = False  # in a rehearsal of a study: its participants were programs
+
+    def who(self, seat: int) -> str:
+        """The player of a seat: all people as one, agents by id without options."""
+        return player_label(self.seats[seat].kind, self.seats[seat].name, self.simulated)
 
     def to_json(self) -> dict[str, Any]:
         return {

@@ -74,7 +74,7 @@ def rates_by_player(recordings: Sequence[SearchedRecording], verdicts: Verdicts)
     appearances: dict[str, list[tuple[SearchedRecording, int]]] = {}
     for recording in recordings:
         for seat in (0, 1):
-            appearances.setdefault(recording.seats[seat].label, []).append((recording, seat))
+            appearances.setdefault(recording.who(seat), []).append((recording, seat))
     rows = []
     for who in sorted(appearances):
         for case in CASES:

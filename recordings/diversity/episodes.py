@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from movingout.maps.spec import MapSpec
-from movingout.recordings.episode import SeatInfo
+from movingout.recordings.episode import SeatInfo, player_label
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.split import participants
 from movingout.recordings.file_format.reader import read_episode
@@ -37,6 +37,7 @@ class PathEpisode:
     source: str  # live, match, scripted, import
     seats: tuple[SeatInfo, SeatInfo]
     path: Floats  # (T + 1, 4) x, y of blue and red
+    simulated: bool = False  # in a rehearsal of a study: its participants were programs
 
     @property
     def people(self) -> tuple[str, ...]:
@@ -111,7 +112,8 @@ def _path_episode(place: str, file: Path) -> PathEpisode | Unreadable | str:
     if not (episode.complete and ended and episode.ticks):
         return "unfinished"
     poses = np.array([state.robot_poses for state in episode.states])
-    return PathEpisode(header.map, place, header.source, header.seats, poses[..., :2].reshape(len(poses), 4))
+    path = poses[..., :2].reshape(len(poses), 4)
+    return PathEpisode(header.map, place, header.source, header.seats, path, header.simulated)
 
 
 # ---- populations -------------------------------------------------------------------------------------------
@@ -128,7 +130,7 @@ def _of_kind(episode: PathEpisode) -> tuple[str, ...]:
 
 
 def _of_agent(episode: PathEpisode) -> tuple[str, ...]:
-    names = {"people" if seat.kind == "human" else (seat.name or seat.kind).partition(":")[0] for seat in episode.seats}
+    names = {player_label(seat.kind, seat.name, episode.simulated) for seat in episode.seats}
     return ("+".join(sorted(names)),)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.maps.spec import MapSpec
-from movingout.recordings.episode import Episode, EpisodeHeader, Outcome, SeatInfo
+from movingout.recordings.episode import Episode, EpisodeHeader, Outcome, SeatInfo, player_label
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.metadata import utc
@@ -29,9 +29,9 @@ SECOND = 10  # ticks
 Pair = tuple[str, str]  # blue, red
 
 
-def _agent(seat: SeatInfo) -> str:
-    """All people as one; agents by id without options."""
-    return "people" if seat.kind == "human" else (seat.name or seat.kind).partition(":")[0]
+def _players(header: EpisodeHeader) -> Pair:
+    blue, red = (player_label(seat.kind, seat.name, header.simulated) for seat in header.seats)
+    return blue, red
 
 
 def _name(seat: SeatInfo) -> str:
@@ -43,13 +43,14 @@ def _seats(label: Callable[[SeatInfo], str], header: EpisodeHeader) -> Pair:
 
 
 GROUPINGS: dict[str, Callable[[EpisodeHeader], Pair]] = {
-    "agent": partial(_seats, _agent),
+    "agent": _players,
     "seat": partial(_seats, _name),
     "kind": partial(_seats, lambda seat: seat.kind),
     "source": lambda header: (header.source, header.source),
 }
-"""How recordings are grouped into populations: by agent id without options, with all people as one; by full name; by
-kind of seat (human, agent, remote, ghost, idle); by origin of the recording (live, match, scripted, import)."""
+"""How recordings are grouped into populations: by agent id without options, with all people as one, and those of
+rehearsals as simulated; by full name; by kind of seat (human, agent, remote, ghost, idle); by origin of the recording
+(live, match, scripted, import)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,6 +8,7 @@ from fastapi import Request
 from starlette.requests import ClientDisconnect
 
 from movingout.server.api.errors import ApiError
+from movingout.server.api.refusals import refusal
 from movingout.server.connection.origin import origin_allowed
 from movingout.server.notices import Notice
 from movingout.server.public_host import Found, Given, NoRoom, PublicHost
@@ -121,6 +122,6 @@ async def body_of(request: Request, kind: type[Body]) -> Body:
         body: Body = msgspec.json.decode(await request.body(), type=kind)
         return body
     except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
-        raise ApiError(422, "bad_request", f"the request is not understood: {error}") from None
+        raise ApiError(422, "bad_request", f"the request is not understood: {refusal(error, kind)}") from None
     except ClientDisconnect:  # a phone without a network, or who trickled too long: no fault of ours
         raise ApiError(400, "bad_request", "the request ended before it was whole") from None

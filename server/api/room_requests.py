@@ -10,6 +10,8 @@ from movingout.agents.live_options import check_live_agent
 from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json, shipped_map_names
 from movingout.maps.generated.names import is_generated
 from movingout.maps.spec import SEAT_COLOURS
+from movingout.maps.suggestion import known_names
+from movingout.maps.symmetry import SEPARATOR, SYMMETRY_NAMES
 from movingout.recordings import RecordingError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.api.agent_seats import admit_agents
@@ -102,6 +104,7 @@ async def _open_seated(host: PublicHost, wanted: RoomRequest, address: str) -> d
     if ghosts and not wanted.maps:
         wanted.maps = [next(iter(ghosts.values())).map]
     own_maps = await _own_maps(host, wanted, ghosts)
+    _check_known(wanted.maps, own_maps, [*shipped_map_names(), *host.own_maps.maps])
     config = _checked_config(wanted, own_maps, host.settings.countdown_s)
     tokens = [new_token() if seat.kind == "here" else None for seat in wanted.seats]
     try:
@@ -206,11 +209,20 @@ async def _found(host: PublicHost, name: str) -> MapSpec | None:
         raise ApiError(422, "unknown_map", str(error), map=name) from None
 
 
+def _check_known(names: list[str], own_maps: dict[str, MapSpec], known: list[str]) -> None:
+    """Raises ApiError for a name that is no map, `known` are those without symmetries."""
+    unknown = next((name for name in names if not is_shipped(name) and name not in own_maps), None)
+    if unknown is None:
+        return
+    base, _, symmetry = unknown.partition(SEPARATOR)
+    if base in known:
+        text = f"unknown symmetry {symmetry!r} of {base}; {known_names(symmetry, SYMMETRY_NAMES)}"
+    else:
+        text = f"unknown map {unknown!r}; {known_names(unknown, known)}"
+    raise ApiError(422, "unknown_map", text, map=unknown)
+
+
 def _checked_config(wanted: RoomRequest, own_maps: dict[str, MapSpec], countdown_s: float) -> RoomConfig:
-    unknown = [name for name in wanted.maps if not is_shipped(name) and name not in own_maps]
-    if unknown:
-        known = ", ".join(shipped_map_names())
-        raise ApiError(422, "unknown_map", f"unknown map {unknown[0]!r}; known: {known}", map=unknown[0])
     if not 1 <= len(wanted.maps) <= MAX_ROUNDS:
         raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}", most=MAX_ROUNDS)
     if len(wanted.seats) != 2:

@@ -1,5 +1,7 @@
 """The rim through which every answer of an agent goes."""
 
+import gc
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,8 @@ def test_a_good_chunk_is_clipped_and_its_toggles_made_whole() -> None:
 @pytest.mark.parametrize(
     ("answer", "sentence"),
     [
-        (None, "not ()"),
+        (None, "act() returned None"),
+        (1.0, "not ()"),
         ([1.0, 1.0, 0.0, 0.0], "not (4,)"),
         (np.zeros((0, 4)), "not (0, 4)"),
         ([[np.nan, 1.0, 0.0, 0.0]], "finite"),
@@ -35,3 +38,14 @@ def test_an_agent_says_how_many_rows_to_play() -> None:
     chunk = np.tile([1.0, 1.0, 0.0, 0.0], (4, 1))
     assert rows_to_execute(Forward(4, 2), chunk) == 2
     assert rows_to_execute(Forward(4, 9), chunk) == 4
+
+
+async def _later() -> list[list[float]]:
+    return [[1.0, 1.0, 0.0, 0.0]]
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_coroutine_is_refused_and_closed() -> None:
+    with pytest.raises(AgentError, match=r"act\(\) is async; nobody awaits its answer, so write a plain def"):
+        checked_chunk(_later())
+    gc.collect()  # where Python would say that it was never awaited

@@ -1,5 +1,6 @@
 """From an id to an agent, and what is said when there is no way."""
 
+import gc
 import sys
 from pathlib import Path
 
@@ -34,6 +35,10 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
         ),
         ("my_package/mine.py:Mine", "name the module instead of its file: my_package.mine:Mine"),
         ("mine.py", "unknown agent 'mine.py'; name the module instead of its file: mine:Factory"),
+        (
+            "family:greedy",
+            "family:greedy names several partners; name one of them, which `movingout demos people` lists",
+        ),
         ("a b:c", "unknown agent 'a b:c'; known: scripted"),
         ("scripted:patient=3", "did you mean patience? known: heavy_first"),
         ("no_such_module:Factory", "cannot import 'no_such_module'"),
@@ -73,6 +78,30 @@ def test_a_script_that_cannot_be_imported_is_answered_with_one_sentence(
     with pytest.raises(AgentError) as raised:
         load_agent("my_script:Policy")
     assert str(raised.value) == sentence
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("source", "sentence"),
+    [
+        (
+            "class Policy:\n    reset = print\n    async def act(self, seen): ...\n",
+            "act() of Policy is async; nobody awaits",
+        ),
+        ("class Policy:\n    async def reset(self, episode): ...\n", "reset() of Policy is async; nobody awaits"),
+        ("async def Policy(): ...\n", "my_async:Policy is async; what makes an agent is a plain function or a class"),
+    ],
+)
+def test_async_agents_are_refused_before_they_play(
+    source: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "my_async.py").write_text(source, encoding="utf-8")
+    monkeypatch.setattr("sys.path", [*sys.path, str(tmp_path)])
+    monkeypatch.delitem(sys.modules, "my_async", raising=False)
+    with pytest.raises(AgentError) as raised:
+        load_agent("my_async:Policy")
+    assert sentence in str(raised.value)
+    gc.collect()  # where Python would say that a coroutine was never awaited
 
 
 def test_a_card_of_a_users_agent_is_made_without_importing_it() -> None:
@@ -124,6 +153,13 @@ def test_a_damaged_card_is_named_with_what_is_wrong_and_the_others_are_listed_al
 def test_a_trained_agent_that_does_not_exist_is_answered_with_those_that_do() -> None:
     for ask in (agent_card, load_agent):
         with pytest.raises(AgentError, match="dp@nowhere"):
+            ask("dp@nowhere")
+
+
+def test_a_variable_that_names_no_folder_of_models_is_told_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MOVINGOUT_MODELS", str(tmp_path / "modles"))
+    for ask in (agent_card, load_agent):
+        with pytest.raises(AgentError, match=f"; MOVINGOUT_MODELS names {tmp_path / 'modles'}, which is no folder$"):
             ask("dp@nowhere")
 
 

@@ -101,7 +101,7 @@ ONE = Forward()
     ("factory", "sentence"),
     [
         (lambda: ONE, "the factory returned the same object twice; make a new agent at each call"),
-        (object, "the factory returned object, which has no method reset()"),
+        (object, "the factory returns object, which has no reset()"),
         (lambda: 1 / 0, "the factory raised ZeroDivisionError: division by zero"),
         (Impatient, "HandOff, blue: a second reset raised RuntimeError: I am playing already"),
         (_answers(0.5, 1.0, 0.0), r"HandOff, blue, tick 0: an action chunk has shape \(H, 4\)"),

@@ -1,5 +1,6 @@
 """A policy's file in a seat: what it takes, and what is said about a file that cannot play."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ from movingout.agents.adapters.layout_choice import LAYOUT_KEY
 from movingout.agents.adapters.policy_file import file_fingerprint
 from movingout.agents.base import Agent, EpisodeInfo
 from movingout.agents.catalogue import agent_card, load_agent, open_to_all
+from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, SHIPPED
+from movingout.agents.checkpoint.onnx_interface import NETWORK_KEY
 from movingout.agents.errors import AgentError
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.agents.recording_metadata import seat_info
@@ -207,3 +210,25 @@ def test_a_file_plays_a_match_and_keeps_the_contract(tmp_path: Path, capsys: pyt
     assert main(["agents", "check", agent_id, "--ticks", "20", "--map", "HandOff"]) == 0
     assert main(["match", "--red", agent_id, "--blue", "idle", "--map", "HandOff", "--ticks", "10"]) == 0
     assert "p.onnx" in capsys.readouterr().out
+
+
+def test_the_network_of_a_checkpoint_is_answered_with_the_agents_id(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(MODELS_VARIABLE, raising=False)
+    shipped = SHIPPED / "dp-any" / "policy.onnx"
+    for wrong in (f"onnx:path={shipped}", str(shipped), f"onnx:path={shipped.parent}", str(shipped.parent)):
+        with pytest.raises(AgentError, match=r"of the trained agent dp@any, which is named by its id: dp@any$"):
+            load_agent(wrong)
+    elsewhere = shutil.copytree(SHIPPED / "mlp-all", tmp_path / "mlp-all")
+    with pytest.raises(AgentError, match=f"MOVINGOUT_MODELS={tmp_path} is set, or the folder copied to data/models"):
+        load_agent(f"onnx:path={elsewhere / 'policy.onnx'}")
+
+
+def test_the_network_of_a_checkpoint_without_its_card_is_not_taken_for_a_policy_of_ones_own(tmp_path: Path) -> None:
+    file = onnx_file(tmp_path / "policy.onnx", 121)
+    model = onnx.load(str(file))
+    helper.set_model_props(model, {NETWORK_KEY: "{}"})
+    onnx.save(model, str(file))
+    with pytest.raises(AgentError, match=r"a network of a trained agent without its card\.json; put the whole folder"):
+        load_agent(f"onnx:path={file}")

@@ -79,7 +79,7 @@ def test_cards_of_before_and_shipped_ones_do_without(tmp_path: Path) -> None:
     ("changes", "sentence"),
     [
         ({"surprise": 1}, "Extra inputs are not permitted"),
-        ({"schema_version": 2}, "schema_version"),
+        ({"schema_version": 2}, "schema_version: Input should be 1, not 2"),
         ({"id": "../../etc"}, "id: String should match"),
         ({"policy": {**SPEC.model_dump(), "width": 10**9}}, "width"),
         ({"policy": {**SPEC.model_dump(), "class_path": "os.system"}}, "class_path"),
@@ -98,6 +98,14 @@ def test_a_card_that_says_more_or_other_than_it_may_is_refused(
     with pytest.raises(CheckpointError) as raised:
         read_checkpoint(folder)
     assert sentence in str(raised.value)
+
+
+def test_a_network_of_another_version_of_its_layout_is_to_be_trained_again(tmp_path: Path) -> None:
+    checkpoint = _written(tmp_path)
+    _edit(checkpoint.folder, policy={**SPEC.model_dump(), "layout": "map-v1"})
+    sentence = "takes 278 numbers, and its card says map-v1, which gives 169 here: it is of another version"
+    with pytest.raises(CheckpointError, match=sentence):
+        load_checkpoint(read_checkpoint(checkpoint.folder))
 
 
 def test_a_file_that_the_card_names_may_be_missing_as_in_a_wheel(tmp_path: Path) -> None:

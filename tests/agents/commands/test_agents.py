@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from movingout.agents.catalogue import UNSEEN_NFD, UNSEEN_TCR, agent_cards
+from movingout.agents.checkpoint.checkpoint import SHIPPED
 from movingout.server.cli import main
 
 PRINTING = """
@@ -53,6 +54,21 @@ def test_one_agent_is_shown_and_an_unknown_one_is_answered_with_those_there_are(
     assert "Does nothing" in capsys.readouterr().out
     assert main(["agents", "show", "scriptet"]) == 2
     assert "known: scripted" in capsys.readouterr().err
+
+
+def test_a_trained_agent_is_shown_with_what_its_networks_take_and_give(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["agents", "show", "bass@any:score=value"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert f"folder: {SHIPPED / 'bass-any'}" in lines
+    assert "policy.onnx: observation (batch, 1, 491), noise (batch, 1, 8, 5) → chunk (batch, 8, 5)" in lines
+    assert "value.onnx: features (batch, 383) → value (batch, 3)" in lines
+    assert main(["agents", "show", "mlp@all"]) == 0
+    assert "policy.onnx: observation (batch, 1, 278) → chunk (batch, any, any)" in capsys.readouterr().out
+    assert main(["agents", "show", "mlp@all", "--json"]) == 0
+    [network] = json.loads(capsys.readouterr().out)["networks"].values()
+    assert list(network["inputs"]) == ["observation"] and list(network["outputs"]) == ["chunk"]
+    assert main(["agents", "show", "idle", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["networks"] == {}
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from movingout.agents.curriculum.recipe import Sizes
 from movingout.agents.environment.partners import partner_groups
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.families import MEMBERS, Family, families, group, is_group, member
+from movingout.agents.partners.families import test_people_caution as caution
 from movingout.server.cli import main
 
 BUILT_IN = ("planner", "greedy", "porter", "novice", "late", "clone")
@@ -107,3 +108,8 @@ def test_families_are_listed_with_the_people(capsys: pytest.CaptureFixture[str])
     assert main(["demos", "people", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)
     assert set(listed["populations"]) == set("ABC") and listed["families"]["late"]["trains"] is True
+
+
+def test_who_trains_with_people_of_c_is_told_that_they_are_for_tests() -> None:
+    assert caution(["families", "people:B", "family:greedy"]) == ""
+    assert caution(["families", "people:C"]) == caution(["C"]) != ""

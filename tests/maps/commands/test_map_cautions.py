@@ -4,9 +4,13 @@ import json
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from movingout.maps import load_map, map_to_json
 from movingout.maps.check import check_map
-from movingout.maps.commands.map_cautions import map_cautions
+from movingout.maps.commands.map_cautions import map_cautions, map_hints
+
+_RED = {"x": 0.9, "y": 0.0, "angle": 0.0}
 
 
 def _written(path: Path, **changes: Any) -> str:
@@ -42,6 +46,31 @@ def test_another_map_under_the_name_of_a_shipped_one_would_be_taken_for_it(tmp_p
     items = map_to_json(load_map("HandOff"))["items"]
     name = _written(tmp_path / "mine.json", items=items[:2])
     assert map_cautions([name]) == [
-        f"{name} is another map than the shipped one of its name, HandOff, and would be taken for that in recordings, "
-        'reports and training; change "name" in the file'
+        f"{name}: name: HandOff is a shipped map, and this is another one, which recordings, reports and training "
+        "would take for that; choose another name"
     ]
+
+
+@pytest.mark.parametrize(
+    ("changes", "hint"),
+    [
+        ({"name": "all"}, "name: all means the paper's twelve maps where maps are named; choose another name"),
+        (
+            {"name": "generated"},
+            "name: generated means maps of the generator where maps are named; choose another name",
+        ),
+        ({"name": "Den:mirror"}, "name: Den:mirror means the map Den, mirrored or turned; choose a name without :"),
+        (
+            {"name": "Den", "robots": {"blue": {"x": -0.9, "y": 0.0, "angle": -90}, "red": _RED}},
+            "robots.blue.angle: angles are radians; if -90 degrees are meant, write -1.5708",
+        ),
+    ],
+)
+def test_names_and_angles_that_mean_something_else_are_told(tmp_path: Path, changes: dict[str, Any], hint: str) -> None:
+    name = _written(tmp_path / "den.json", **changes)
+    assert [str(found) for found in map_hints(f"{name}:rot90")] == [hint]
+    assert f"{name}: {hint}" in map_cautions([name])
+
+
+def test_a_map_of_ones_own_after_a_symmetry_needs_no_hint(tmp_path: Path) -> None:
+    assert map_hints(f"{_written(tmp_path / 'den.json', name='Den')}:mirror") == ()

@@ -46,7 +46,23 @@ def test_show_sketches_the_map_where_colours_are(capsys: Output, monkeypatch: py
 
 
 def test_check_is_silent_about_a_sound_map(capsys: Output) -> None:
-    assert answer(capsys, "check", "HandOff") == {"map": "HandOff", "playable": True, "faults": []}
+    assert answer(capsys, "check", "HandOff") == {"map": "HandOff", "playable": True, "faults": [], "hints": []}
+
+
+def test_check_gives_hints_for_a_map_that_can_be_played(capsys: Output, tmp_path: Path) -> None:
+    file = tmp_path / "mine.json"
+    file.write_text(json.dumps(map_to_json(load_map("HandOff")) | {"name": "all"}))
+    result = answer(capsys, "check", str(file))
+    assert (result["playable"], [hint["path"] for hint in result["hints"]]) == (True, ["name"])
+    assert main(["maps", "check", str(file)]) == 0
+    assert capsys.readouterr().out.startswith("hint: name: all means the paper's twelve maps")
+
+
+def test_check_of_a_yaml_file_says_that_maps_are_json(capsys: Output, tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text("format: 1\n")
+    assert main(["maps", "check", str(file)]) == 2
+    assert "a map is a JSON file, not YAML" in capsys.readouterr().err
 
 
 def test_check_prints_every_fault_with_its_path_and_fails(capsys: Output, tmp_path: Path) -> None:
@@ -76,6 +92,29 @@ def test_check_of_a_broken_official_file_says_what_is_wrong(capsys: Output, tmp_
     file.write_text(json.dumps({"robot_1_pos": [0, 0]}))
     [fault] = answer(capsys, "check", str(file), code=1)["faults"]
     assert fault["message"].startswith("not an official map file: KeyError")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["generate", "--mode", "awareness", "--seed", "1", "--name", "two words"], "--name: 1 to 40 letters, digits"),
+        (
+            ["generate", "--mode", "awareness", "--seed", "1", "--name", "HandOff"],
+            "HandOff is the name of a shipped map",
+        ),
+        (["gallery", "generated:tset:3"], "unknown maps generated:tset:3; did you mean test? known: test, validation"),
+        (["gallery", "generated:awarenes:3"], "did you mean awareness? known: test, validation"),
+        (["check", "mine.json:mirro"], "unknown symmetry 'mirro' of mine.json; did you mean mirror? known: mirror"),
+    ],
+)
+def test_wrong_names_are_answered_with_what_they_could_be(
+    capsys: Output, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], sentence: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.json").write_text(json.dumps(map_to_json(load_map("HandOff"))))
+    assert main(["maps", *words]) == 2
+    assert sentence in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.json"]
 
 
 @pytest.mark.parametrize("content", [None, "{", "\x00"])

@@ -77,6 +77,7 @@ def test_symmetries_follow_the_name() -> None:
     [
         ("generated", "write generated:MODE:SEED, for example generated:awareness:12"),
         ("generated:awareness", "write generated:MODE:SEED"),
+        ("generated:test:3", "names several maps; name one as generated:MODE:SEED"),
         ("generated:awarenes:1", "unknown mode 'awarenes' in generated:awarenes:1; did you mean awareness?"),
         ("generated:awareness:-1", "the seed in generated:awareness:-1 is a whole number from 0 to 999999"),
         ("generated:awareness:01", "is a whole number"),

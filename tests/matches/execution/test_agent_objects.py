@@ -65,7 +65,7 @@ def test_a_fault_is_told_with_its_place_and_what_is_no_agent_before_anything_is_
     )
     for wrong, sentence in (
         (3, "3 is no agent"),
-        (dict, "makes dict, which has no reset"),
+        (dict, "returns dict, which has no reset"),
         (lambda weights: Counting(), "missing a required argument: 'weights'.*; give an instance"),
     ):
         with pytest.raises(MatchError, match=sentence):

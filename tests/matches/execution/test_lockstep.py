@@ -1,4 +1,5 @@
 import hashlib
+import json
 import time
 from pathlib import Path
 
@@ -6,6 +7,7 @@ import pytest
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import rollout
+from movingout.maps import load_map, map_to_json
 from movingout.matches.execution.lockstep import Lockstep
 from movingout.matches.match import Match, MatchResult, result_from_json
 from movingout.recordings import read_episode, verify
@@ -77,6 +79,14 @@ def test_an_agent_that_misbehaves_loses_its_match_and_no_other(agent: str, reaso
     assert (lost.ending, lost.failed_seat, lost.metrics.tcr, lost.metrics.wt_s) == ("failed", 0, 0.0, None)
     assert reason in lost.failure
     assert [results[match] for match in good] == _by_seed(list(Lockstep().play(good)))
+
+
+def test_a_map_with_more_than_the_agent_sees_is_refused_in_its_own_words(tmp_path: Path) -> None:
+    crowded = map_to_json(load_map("HandOff")) | {"name": "Crowded"}
+    crowded["goals"] = [{"x0": -1.2 + 0.4 * k, "y0": 1.2, "x1": -0.9 + 0.4 * k, "y1": 0.6} for k in range(5)]
+    (tmp_path / "crowded.json").write_text(json.dumps(crowded))
+    (result,) = Lockstep().play([Match(str(tmp_path / "crowded.json"), "mlp@all", "idle", 0, ticks=4)])
+    assert result.failure == "blue (mlp@all), reset(): the layout map-v1 has 4 slots for goals; Crowded has 5"
 
 
 def test_a_recorded_match_re_simulates_to_the_bit(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def test_who_does_not_come_to_help_is_found_and_keeps_its_name(folder: Path) -> 
     (found,) = first.findings
     assert (found.case, found.seat, found.item, found.end) == ("stays_away", 0, 0, TICKS + 1)
     assert found.id == f"first:stays_away:0:0:{found.start}" and found.detail == "stood still"
-    assert [seat.label for seat in first.seats] == ["bass@all", "people"] and first.study == "pilot"
+    assert [first.who(seat) for seat in (0, 1)] == ["bass@all", "people"] and first.study == "pilot"
     assert search_failures(folder).recordings == [first, second]  # now from what was kept
 
 

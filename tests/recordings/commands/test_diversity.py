@@ -44,6 +44,16 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def test_people_and_the_simulated_ones_of_a_rehearsal_are_two_populations(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for seed in (1, 2):
+        played(tmp_path, f"people-{seed}", "HandOff", "P1", "P2", seed=seed)
+        played(tmp_path, f"programs-{seed}", "HandOff", "P3", "P4", seed=seed, study={"simulated": "yes"})
+    document, _ = measured(capsys, str(tmp_path), "--by", "agent")
+    assert {"people", "simulated people"} <= set(json.dumps(document).split('"'))
+
+
 def measured(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[dict[str, Any], str]:
     assert main(["recordings", "diversity", "--json", "--workers", "1", *words]) == 0
     said = capsys.readouterr()

@@ -47,10 +47,12 @@ def test_the_page_of_rates_says_where_to_annotate(folder: Path, capsys: pytest.C
 
 
 def test_people_of_a_rehearsal_are_called_simulated(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    recorded(folder, "programs", simulated=True)
+    recorded(folder, "programs", simulated=True, kinds=("human", "agent"))
     for _ in range(2):  # the second time from the index
         assert main(["recordings", "failures", str(folder)]) == 0
-        assert "1 recording of a rehearsal: the people in it were simulated" in capsys.readouterr().out
+        said = capsys.readouterr().out
+        assert "1 recording of a rehearsal: the people in it were simulated" in said
+        assert "simulated people: " in said and "  people: " in said, "those of the other recordings are people"
 
 
 def test_a_folder_without_recordings_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

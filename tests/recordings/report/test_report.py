@@ -105,6 +105,11 @@ def test_recordings_are_grouped_as_asked(grouping: str, expected: tuple[str, str
     assert GROUPINGS[grouping](head) == expected
 
 
+def test_people_and_the_simulated_ones_of_a_rehearsal_are_two_populations() -> None:
+    head = header(seats=(SeatInfo("human", "P-3f2a"), SeatInfo("agent", "bass@all")), study={"simulated": "yes"})
+    assert GROUPINGS["agent"](head) == ("simulated people", "bass@all")
+
+
 # ---- the page ----------------------------------------------------------------------------------------------
 
 

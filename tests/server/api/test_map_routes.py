@@ -99,6 +99,21 @@ def test_a_file_that_is_added_while_serving_is_offered(tmp_path: Path) -> None:
         assert asked(live, maps=["Shed"])[0] == 200
 
 
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("Garag", "unknown map 'Garag'; did you mean Garage? known: HandOff, "),
+        ("Garage:flip", "unknown symmetry 'flip' of Garage; known: mirror, rot90, rot180, rot270"),
+    ],
+)
+def test_an_unknown_map_is_answered_with_those_of_the_folder_too(tmp_path: Path, name: str, sentence: str) -> None:
+    put(tmp_path / "mine", "garage.json", document())
+    with serve(tmp_path / "data", maps=tmp_path / "mine") as live:
+        status, refused = asked(live, maps=[name])
+        assert (status, refused["error"]["code"]) == (422, "unknown_map")
+        assert sentence in refused["error"]["message"]
+
+
 def test_a_room_on_an_own_map_comes_back_after_a_restart_without_its_file(tmp_path: Path) -> None:
     put(tmp_path / "mine", "garage.json", document())
     with serve(tmp_path / "data", maps=tmp_path / "mine") as live:

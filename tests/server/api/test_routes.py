@@ -72,10 +72,15 @@ def test_a_room_plays_a_map_mirrored_or_turned(live: Live) -> None:
 @pytest.mark.parametrize(
     ("change", "code", "said"),
     [
-        ({"maps": ["HandOff:mirored"]}, "unknown_map", "unknown map 'HandOff:mirored'"),
-        ({"maps": ["HandOf"]}, "unknown_map", "unknown map 'HandOf'; known: HandOff"),
+        (
+            {"maps": ["HandOff:mirored"]},
+            "unknown_map",
+            "unknown symmetry 'mirored' of HandOff; did you mean mirror? known: mirror",
+        ),
+        ({"maps": ["HandOf"]}, "unknown_map", "unknown map 'HandOf'; did you mean HandOff? known: HandOff"),
         ({"maps": ["../maps/HandOff.json"]}, "unknown_map", "known: HandOff"),
         ({"maps": []}, "maps", "1 to 36 maps"),
+        ({"seats": [{"kind": "robot"}]}, "bad_request", "known: agent, ghost, here, link, partner, remote"),
         ({"maps": ["Simple"] * 37}, "maps", "1 to 36 maps"),
         ({"seats": [{"kind": "here"}]}, "seats", "two seats"),
         ({"seats": [{"kind": "here"}, {"kind": "throne"}]}, "bad_request", "throne"),

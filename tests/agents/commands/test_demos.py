@@ -1,0 +1,35 @@
+"""`movingout demos …` as a user types it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from movingout.server.cli import main
+
+MAPS = "HandOff:mirror,LeftRight,generated:awareness:20000,HandOff:rot90,generated:awareness:20001"
+LABEL = ["demos", "label", "--learner", "idle", "--expert", "idle", "--map", MAPS, "--ticks", "4", "--workers", "1"]
+
+
+def test_the_page_has_a_line_per_group_of_maps_and_the_document_every_map(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*LABEL, "--episodes", "2", "-o", str(tmp_path / "page")]) == 0
+    head, *lines = capsys.readouterr().out.splitlines()
+    assert head.startswith("wrote 10 episodes to ")
+    assert lines == [
+        "  HandOff                TCR 0.00  4 episodes on 2 maps",
+        "  LeftRight              TCR 0.00  2 episodes",
+        "  generated:awareness    TCR 0.00  4 episodes on 2 maps",
+    ]
+    assert main([*LABEL, "--episodes", "1", "-o", str(tmp_path / "document"), "--json"]) == 0
+    assert sorted(json.loads(capsys.readouterr().out)["tcr"]) == sorted(MAPS.split(","))
+
+
+@pytest.mark.parametrize(("who", "said"), [("C", 1), ("people:C", 1), ("B", 0)])
+def test_labels_with_people_who_are_for_tests_are_told_of(
+    who: str, said: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    few = ["--map", "HandOff", "--episodes", "1", "--ticks", "4", "--workers", "1", "-o", str(tmp_path)]
+    assert main(["demos", "label", "--learner", "idle", "--expert", "idle", "--population", who, *few]) == 0
+    assert capsys.readouterr().err.count("people of C are for tests") == said
