@@ -1,7 +1,6 @@
 """From recordings to an agent in a seat, with the commands a user types."""
 
 import json
-import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,9 +18,8 @@ from movingout.agents.inference.policy_agent import agent_rows
 from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import load_map
-from movingout.maps.commands.parser import parsers_below
 from movingout.maps.randomize import pair_text, pairs_on
-from movingout.server.cli import configured, main
+from movingout.server.cli import main
 from movingout.world import World
 from tests.agents.learning import recorded
 from tests.agents.support import HERE
@@ -334,39 +332,6 @@ def test_an_agent_to_start_from_is_found_where_the_variable_says(
     assert (tmp_path / "b" / "models" / "mlp-next" / "card.json").is_file()
 
 
-@pytest.mark.parametrize("kind", ["response", "mappo", "comedi"])
-def test_the_example_of_what_learns_from_its_own_play_names_no_recordings(kind: str) -> None:
-    _, parser = configured("train")
-    [example] = [one.epilog for one in parsers_below(parser) if one.prog.endswith(f" {kind}")]
-    words = shlex.split(str(example).removeprefix("example: movingout train "))
-    assert parser.parse_args(words).recordings == []
-
-
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        (
-            ["--layout", "relative-v1", "--lags", "3,x"],
-            "--lags 3,x: numbers of ticks joined by commas are needed, such as 3,10,30",
-        ),
-        (["--group", "2"], "--group 2 is of the list that --manifest names; name it, too"),
-        (["--data", "taken"], "cannot write taken/runs/dp-mine: Not a directory"),
-    ],
-)
-def test_wrong_options_are_refused_with_what_is_needed(
-    options: list[str],
-    sentence: str,
-    recordings: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "taken").write_text("a file")
-    assert main(["train", "dp", str(recordings), *TINY, *options]) == 2
-    assert sentence in capsys.readouterr().err
-
-
 def test_recordings_of_another_format_are_refused_in_a_sentence(
     recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -415,9 +380,3 @@ def test_chunks_become_rows_with_unit_headings_and_presses_that_follow_the_hand(
     assert np.allclose(rows, [[1.0, 0.6, 0.8, 1.0], [0.5, 1.0, 0.0, 1.0]])
     assert agent_rows(chunk, holding=True, levels=True)[:, 3].tolist() == [0.0, 1.0]
     assert agent_rows(chunk, holding=True, levels=False)[:, 3].tolist() == [1.0, 0.0]
-
-
-def test_what_is_yes_or_no_is_told_so(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["train", "bass", "somewhere", "--base", "dp@all", "--rigid", "False"])
-    assert "yes or no, not 'False'" in capsys.readouterr().err

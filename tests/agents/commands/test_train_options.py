@@ -1,0 +1,59 @@
+"""The options of `movingout train`: what is refused, and what their examples and helps say."""
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from movingout.maps.commands.parser import parsers_below
+from movingout.server.cli import configured, main
+from tests.agents.learning import recorded
+
+TINY = ["--updates", "6", "--batch", "32", "--width", "16", "--depth", "1", "--evaluate-every", "3"]
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("recordings")
+    for number in range(3):
+        recorded(folder, f"e{number}", ticks=30, seed=number, people=(f"p{number}", f"q{number}"))
+    return folder
+
+
+@pytest.mark.parametrize("kind", ["response", "mappo", "comedi"])
+def test_the_example_of_what_learns_from_its_own_play_names_no_recordings(kind: str) -> None:
+    _, parser = configured("train")
+    [example] = [one.epilog for one in parsers_below(parser) if one.prog.endswith(f" {kind}")]
+    words = shlex.split(str(example).removeprefix("example: movingout train "))
+    assert parser.parse_args(words).recordings == []
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (
+            ["--layout", "relative-v1", "--lags", "3,x"],
+            "--lags 3,x: numbers of ticks joined by commas are needed, such as 3,10,30",
+        ),
+        (["--group", "2"], "--group 2 is of the list that --manifest names; name it, too"),
+        (["--data", "taken"], "cannot write taken/runs/dp-mine: Not a directory"),
+    ],
+)
+def test_wrong_options_are_refused_with_what_is_needed(
+    options: list[str],
+    sentence: str,
+    recordings: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").write_text("a file")
+    assert main(["train", "dp", str(recordings), *TINY, *options]) == 2
+    assert sentence in capsys.readouterr().err
+
+
+def test_what_is_yes_or_no_is_told_so(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["train", "bass", "somewhere", "--base", "dp@all", "--rigid", "False"])
+    assert "yes or no, not 'False'" in capsys.readouterr().err
