@@ -149,7 +149,8 @@ async def rooms(target: Target) -> None:
             reader, writer = await connect(target)
             for _ in range(50):
                 writer.write((head + body).encode())
-                await reader.read(1 << 16)
+                if not await reader.read(1 << 16):
+                    break  # the server has ended the connection
             writer.close()
         await asyncio.sleep(0)
 
