@@ -18,6 +18,7 @@ LEAST_CORES = 0.05  # with 0, every worker was ended at once, again and again
 AGENT_WORKERS = min(2, os.cpu_count() or 1)
 MOST_COUNTDOWN_S = 60.0
 MOST_AT_ONCE = 1_000_000
+LEASE_S = 5.0  # of the rooms of a node
 MOST_PROCESSES = 32  # the last letter of a room's id says which one
 PROCESSES = max(1, min(MOST_PROCESSES, (os.cpu_count() or 1) - 1))  # default of the commands: one per core but one
 PARTNER = "bass@any"  # without a choice of the operator's
@@ -192,7 +193,7 @@ class Settings:
     )  # fmt: skip
     node: str = option("", "the name of this node", metavar="NAME", parse=node_name)
     lease_s: float = option(
-        5.0, "seconds of silence after which other nodes take over this one's rooms (%(default)s)", flag="--lease",
+        LEASE_S, "seconds of silence after which other nodes take over this one's rooms (%(default)s)", flag="--lease",
         metavar="S", parse=lease,
     )  # fmt: skip
     s3: str = option(
@@ -209,6 +210,11 @@ class Settings:
     def private(self) -> bool:
         """Whether only programs of this machine reach the server: then nobody who comes is a stranger."""
         return self.host in ("127.0.0.1", "::1", "localhost") and not self.trusted_proxies
+
+    @property
+    def in_cluster(self) -> bool:
+        """Whether this is meant to be a node of a cluster, also where something that a node needs is missing."""
+        return bool(self.cluster or self.node) or self.lease_s != LEASE_S
 
     @property
     def recordings(self) -> Path:

@@ -22,6 +22,7 @@ from urllib.parse import urlsplit
 from movingout.maps import MovingOutError, map_names
 from movingout.server.commands.load_client import LoadClient, LoadCounts
 from movingout.server.commands.orderly_end import ended_by_sigterm
+from movingout.server.commands.with_parent import PROGRAM
 from movingout.server.rooms.lateness import Lateness
 from movingout.world.constants import MAX_TICKS
 
@@ -158,10 +159,11 @@ def running_server(rooms: int, clients: int, processes: int = 1, partner: str = 
     """
     with tempfile.TemporaryDirectory(prefix="movingout-loadtest-") as folder:
         sockets = str(rooms * clients + 100)
-        command = [sys.executable, "-P", "-m", "movingout.server.cli", "play", "--port", "0", "--data", folder]
+        command = [*PROGRAM, "play", "--port", "0", "--data", folder]
         command += ["--max-rooms", str(rooms + 10), "--max-sockets", sockets, "--processes", str(processes)]
         command += ["--partner", partner] if partner else []
-        with ended_by_sigterm(), subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        with ended_by_sigterm(), subprocess.Popen(command, **pipes, text=True) as process:
             try:
                 yield _wait_until_ready(process)
             finally:

@@ -103,7 +103,7 @@ def _settings(args: argparse.Namespace) -> Settings:
         connects_per_address_per_minute=max(given.connects_per_address_per_minute, 10 * given.sockets_per_address),
     )
     settings = Settings(**values_of(args, Settings), limits=limits)
-    return as_node(settings) if settings.cluster or settings.node else settings
+    return as_node(settings) if settings.in_cluster else settings
 
 
 def as_node(settings: Settings) -> Settings:

@@ -2,11 +2,11 @@
 
 import re
 import subprocess
-import sys
 import threading
 from pathlib import Path
 from typing import NamedTuple
 
+from movingout.server.commands.with_parent import PROGRAM
 from movingout.server.study_bots.study_client import SimulationError
 
 START_S = 60.0
@@ -26,7 +26,7 @@ class RehearsalServer:
     def __init__(self, file: Path, data: Path, speed: float) -> None:
         self.address = ServerAddress("")
         quiet = ["-W", "ignore:resource_tracker:UserWarning"]  # no warnings about what a killed server leaves behind
-        program = [sys.executable, "-P", *quiet, "-m", "movingout.server.cli", "study", "serve", str(file)]
+        program = [PROGRAM[0], *quiet, *PROGRAM[1:], "study", "serve", str(file)]
         self._command = [*program, "--data", str(data), "--rehearse", f"{speed:g}"]
         self._port = "0"
         self._process: subprocess.Popen[str] | None = None
@@ -43,7 +43,7 @@ class RehearsalServer:
     def start(self) -> None:
         """Start the server, again on the same port. Raises SimulationError when it does not start."""
         command = [*self._command, "--port", self._port]
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         timer = threading.Timer(START_S, self._process.kill)
         timer.start()
         try:
@@ -59,13 +59,14 @@ class RehearsalServer:
         self._wait()
 
     def _wait(self) -> None:
-        assert self._process is not None and self._process.stdout is not None
+        assert self._process is not None
         try:
             self._process.wait(STOP_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        self._process.stdout.close()
+        for pipe in filter(None, (self._process.stdin, self._process.stdout)):
+            pipe.close()
         self._process = None
 
     def _read_links(self, process: "subprocess.Popen[str]", timer: threading.Timer) -> ServerAddress:

@@ -52,7 +52,7 @@ def serve(args: argparse.Namespace) -> int:
     _refuse_missing(found, args.file)
     settings = _settings(args)
     admission = Admission(args.codes, args.signed, args.any_device, simulated=args.rehearse is not None)
-    if settings.cluster or settings.node:
+    if settings.in_cluster:
         folder = folder_of_node(as_node(settings), study, args.database, args.identities)
         if not admission.simulated and not _has_begun(folder):
             _refuse_blanks(found, args.file)

@@ -139,6 +139,7 @@ def test_what_a_node_cannot_start_with_is_a_sentence(
 
     assert "needs both" in refused("--node", "a")
     assert "needs both" in refused("--cluster", database)
+    assert "needs both" in refused("--lease", "10")
     assert "one process" in refused("--cluster", database, "--node", "a", "--processes", "31")
     assert "leave --tls out" in refused("--cluster", database, "--node", "a", "--tls", "--processes", "1")
     assert "does not answer" in refused("--cluster", "postgresql://x@127.0.0.1:1/x", "--node", "a")

@@ -41,6 +41,7 @@ def test_nodes_are_killed_and_stopped_and_everything_is_there_once(
     ("options", "sentence"),
     [
         (["--node", "a"], "needs both"),
+        (["--lease", "10"], "needs both"),
         (["--node", "a", "--cluster", "nonsense"], "share PostgreSQL databases; --cluster nonsense is none"),
         (["--node", "a", "--cluster", "postgresql://h:port/d"], "is no address of a database"),
         (

@@ -14,6 +14,7 @@ import pytest
 
 from movingout.agents.catalogue import agent_card, agent_cards
 from movingout.server.cli import main
+from movingout.server.commands.with_parent import PROGRAM
 from movingout.server.commands import doctor, loadtest
 from movingout.server.commands.doctor import examine
 from movingout.server.commands.exactness_probe import PROBES, Probe, deviation
@@ -162,6 +163,16 @@ finally:
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout) == (128 + signal.SIGTERM, "the server is ended\n")
+
+
+def test_a_server_ends_when_the_command_that_has_started_it_is_killed(tmp_path: Path) -> None:
+    command = [*PROGRAM, "play", "--port", "0", "--data", str(tmp_path)]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen(command, **pipes, text=True) as server:
+        assert server.stdin is not None and server.stdout is not None
+        assert next(line for line in server.stdout if "Admin token" in line)
+        server.stdin.close()  # which is what a killed program leaves
+        assert server.wait(60) == 0
 
 
 def test_a_certificate_is_kept_covers_this_machine_and_its_key_is_private(tmp_path: Path) -> None:
