@@ -31,4 +31,6 @@ def cannot(doing: str, path: Path, error: OSError) -> RecordingError:
     if isinstance(error, IsADirectoryError):
         return RecordingError(f"cannot {doing} {path}: it is a folder; name a file")
     why = error.strerror or str(error)
+    if error.errno == errno.EINVAL:  # of a file that is none
+        return RecordingError(f"cannot {doing} {path}: {why}")
     return RecordingError(f"cannot {doing} {path}: {why}; check free space and permissions, or choose another folder")

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import counted
 from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
@@ -182,7 +183,7 @@ def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
 def read_groups(path: Path) -> list[GroupedRecording]:
     """Read such a list. Raises RecordingError for one that is not, or that names a file that is not there."""
     try:
-        lines = list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+        lines = list(csv.DictReader(io.StringIO(read_input(path).decode())))
     except OSError as error:
         raise cannot("read", path, error) from error
     except UnicodeDecodeError as error:

@@ -18,6 +18,7 @@ from movingout.maps.commands.map_cautions import map_hints
 from movingout.maps.commands.parser import add_out
 from movingout.maps.document_check import check_document
 from movingout.maps.errors import MapError
+from movingout.maps.files.input_file import read_input
 from movingout.maps.json_format import map_to_json
 from movingout.maps.library import load_map, loadable_map_names, map_document
 from movingout.maps.official import is_official
@@ -223,7 +224,7 @@ def _findings(name_or_path: str) -> tuple[tuple[MapFault, ...], tuple[MapFault, 
 def _document(path: Path) -> object:
     """The JSON document of a file, None when there is none."""
     try:
-        return map_document(path.read_bytes(), path)
+        return map_document(read_input(path), path)
     except (OSError, MapError):
         return None
 

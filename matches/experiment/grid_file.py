@@ -5,6 +5,7 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
 from movingout.maps.yaml_document import FieldPath, YamlDocument, YamlError, path_text
 from movingout.matches.errors import MatchError
@@ -17,7 +18,7 @@ Model = TypeVar("Model", bound=BaseModel)
 def read_grid_file(path: Path, model: type[Model]) -> Model:
     """The file as a model. Raises MatchError: unreadable, not YAML, or not what the model asks for."""
     try:
-        document = YamlDocument(path.read_text(encoding="utf-8"), aliases=False)
+        document = YamlDocument(read_input(path).decode(), aliases=False)
     except OSError as error:
         raise MatchError(f"cannot read {path}: {error.strerror or error}") from error
     except UnicodeDecodeError as error:

@@ -21,6 +21,7 @@ import orjson
 from filelock import lock_descriptor, unlock_descriptor
 from mcap.writer import Writer
 
+from movingout.maps.files.input_file import open_input
 from movingout.recordings.errors import BusyError, RecordingError, cannot
 from movingout.recordings.file_format.records import MAGIC
 from movingout.recordings.file_format.topics import CHANNELS, COMMIT, JOURNAL_TOPICS
@@ -233,13 +234,9 @@ def _lock(descriptor: int, path: Path) -> None:
 def owned(path: Path) -> Iterator[bytes]:
     """The bytes of a journal that no process writes; it stays locked within the block."""
     try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        stream = open_input(path)
     except OSError as error:
         raise cannot("open", path, error) from error
-    try:
-        _lock(descriptor, path)
-        with open(descriptor, "rb", closefd=False) as stream:
-            data = stream.read()
-        yield data
-    finally:
-        os.close(descriptor)
+    with stream:
+        _lock(stream.fileno(), path)
+        yield stream.read()

@@ -13,6 +13,7 @@ from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Header, Metadata
 
 from movingout.maps.errors import MapError
+from movingout.maps.files.input_file import read_input
 from movingout.recordings.episode import AgentDecision, Episode, Event, InputSample, Outcome, TickRecord
 from movingout.recordings.errors import RecordingError, UnreadableError, cannot
 from movingout.recordings.file_format import payloads
@@ -21,6 +22,7 @@ from movingout.recordings.file_format.metadata import END, RECORDING, SOFTWARE, 
 from movingout.recordings.file_format.records import DATA_END, FOOTER, MAGIC, Message, Record, records_of
 
 _RESCUE = "copy it again from where it was recorded, or save what is whole: movingout recordings recover FILE"
+LARGEST = 1 << 32  # bytes of a recording
 UNREADABLE = (McapError, struct.error, ValueError, KeyError, TypeError, IndexError, OverflowError, MemoryError)
 
 
@@ -49,7 +51,7 @@ def episode_of_journal(data: bytes, name: str, damage: str = "") -> Episode:
 
 def read_bytes(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return read_input(path, LARGEST)
     except OSError as error:
         raise cannot("read", path, error) from error
 

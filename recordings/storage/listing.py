@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from movingout.maps.files.input_file import open_input
 from movingout.recordings.episode import Episode, SeatInfo, is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.derived_topics import result
@@ -130,7 +131,7 @@ def is_tutorial(path: Path) -> bool:
 def read_metadata(path: Path) -> Mapping[str, Entries]:
     """All metadata records of a finished recording, by name."""
     try:
-        with path.open("rb") as stream:
+        with open_input(path) as stream:
             if stream.read(len(MAGIC)) != MAGIC:
                 raise RecordingError(f"{path.name} is {'not an MCAP file' if path.stat().st_size else 'empty'}")
             return metadata_in(stream)

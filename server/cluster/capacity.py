@@ -8,6 +8,7 @@ from typing import Annotated
 import msgspec
 import yaml
 
+from movingout.maps.files.input_file import read_input
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.shards import SHARDS
 from movingout.server.settings import Limits
@@ -77,8 +78,8 @@ class Plan:
 def read_figures(path: Path) -> Figures:
     """Raises ClusterError."""
     try:
-        return msgspec.convert(yaml.safe_load(path.read_text(encoding="utf-8")), Figures)
-    except (OSError, UnicodeError, yaml.YAMLError, msgspec.ValidationError) as error:
+        return msgspec.convert(yaml.safe_load(read_input(path).decode()), Figures)
+    except (OSError, UnicodeError, RecursionError, yaml.YAMLError, msgspec.ValidationError) as error:
         raise ClusterError(f"{path} has no figures for a plan: {str(error).splitlines()[0]}") from None
 
 
