@@ -124,3 +124,12 @@ def test_where_a_browser_keeps_nothing_nobody_begins_what_they_could_not_play(br
         heading(page, "Das hat nicht geklappt")
         expect(page.get_by_role("alert")).to_contain_text("Erlauben Sie ihr Cookies")
         assert study.sent("/arrive") == []
+
+
+def test_a_page_that_is_continued_elsewhere_keeps_its_language(browser: Browser, server: Server) -> None:
+    study = FakeStudy.at({"key": "elsewhere", "kind": "ended-elsewhere"})  # in English, the study's first language
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page, "?lang=de")
+        heading(page, "Sie haben in einem anderen Fenster weitergemacht")
+        page.get_by_label("Sprache").select_option("en")
+        heading(page, "You continued in another window")
