@@ -133,3 +133,16 @@ def test_a_page_that_is_continued_elsewhere_keeps_its_language(browser: Browser,
         heading(page, "Sie haben in einem anderen Fenster weitergemacht")
         page.get_by_label("Sprache").select_option("en")
         heading(page, "You continued in another window")
+
+
+def test_a_link_with_a_wrong_code_lets_it_be_set_right(browser: Browser, server: Server) -> None:
+    study = FakeStudy(coming=[FakePerson([fake.consent()])], asks_code=False)
+    study.refusals["/arrive"] = (403, "code_unknown", "")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page, "?code=ABC")
+        expect(page.get_by_role("alert")).to_contain_text("This code is unknown")
+        study.refusals.clear()
+        page.get_by_label("Your code").fill("ABD")
+        page.get_by_role("button", name="Begin").click()
+        heading(page, "Taking part in a research study")
+        assert study.sent("/arrive")[-1]["parameters"] == {"code": "ABD"}
