@@ -103,12 +103,12 @@ class StudyMonitor:
         for session in self._running.participants:
             if session.absence_told or session.finished or self._running.progress.is_paused(session):
                 continue
-            if now - session.last_seen_at > AWAY_S:
+            if session.absent_s(now) > AWAY_S:
                 session.absence_told = True
                 self._running.alerts.add("away", f"{session.pid} has been away for two minutes.", pid=session.pid)
 
     def _gone(self, session: ParticipantSession, now: float) -> bool:
-        return not session.present(now) and now - session.last_seen_at > self._running.study.pairing.return_s
+        return not session.present(now) and session.absent_s(now) > self._running.study.pairing.return_s
 
     def _notice_slow_partner(self, unit: StudyUnit, now: float) -> None:
         if unit.ready and now - unit.ready_at > SLOW_PARTNER_S and not unit.problem:

@@ -30,6 +30,7 @@ class ParticipantSession:
     refused: str = ""  # why the input check was not passed
     declined: bool = False
     texts_since_ms: int = 0  # their page is shown no text that was written before
+    resumed_at: float = 0.0  # when the experimenter's last pause ended for them, on the same clock
     any_device: bool = False  # whether they may come back in another browser, once
     absence_told: bool = True  # whether the experimenter knows that they are away; who has not come back yet is no news
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
@@ -70,6 +71,10 @@ class ParticipantSession:
     def present(self, now: float) -> bool:
         """Whether a page of theirs is open, be it hidden behind another tab."""
         return now - self.last_seen_at < (HIDDEN_S if self.listeners else PRESENT_S)
+
+    def absent_s(self, now: float) -> float:
+        """For how long no page of theirs was heard, since the last pause: a pause is no absence."""
+        return now - max(self.last_seen_at, self.resumed_at)
 
 
 def notify(sessions: Iterable[ParticipantSession]) -> None:

@@ -63,9 +63,7 @@ class Participants:
 
     async def drop_undecided(self, tx: Transaction, now: float) -> None:
         """Forget who opened the link and left without an answer to the consent: a row stays only with a consent."""
-        gone = [
-            one for one in self._sessions.values() if not one.has_consented and now - one.last_seen_at > UNDECIDED_S
-        ]
+        gone = [one for one in self._sessions.values() if not one.has_consented and one.absent_s(now) > UNDECIDED_S]
         pids = [session.pid for session in gone[:MOST_AT_ONCE]]
         if pids:
             await tx.run(drop_undecided, self._store, pids)

@@ -108,7 +108,7 @@ class Progress:
     def _restart_waits(self, tx: Transaction, unit: StudyUnit | None) -> None:
         """A pause does not count as absence, nor as time in the waiting room."""
         for session in self._participants if unit is None else unit.members:
-            session.last_seen_at = time.monotonic()
+            session.resumed_at = time.monotonic()
         self._units.restart_waits(tx)
 
     async def hold_rooms(self, tx: Transaction) -> None:

@@ -203,3 +203,7 @@ def _wait_until_up(server: Server, process: subprocess.Popen[bytes]) -> None:
         except (urllib.error.URLError, ConnectionError, TimeoutError):
             time.sleep(0.1)
     raise RuntimeError(f"the server does not answer after {START_S:.0f} s:\n{server.log.read_text()}")
+
+
+STORAGE_FORBIDDEN = """for (const name of ["localStorage", "sessionStorage"])
+  Object.defineProperty(window, name, { get() { throw new DOMException("denied", "SecurityError"); } });"""

@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Page, WebSocketRoute, expect
 from tests.browser.pages import violations
 from tests.browser.support import (
     DESKTOP,
+    STORAGE_FORBIDDEN,
     Server,
     free_port,
     robot,
@@ -103,3 +104,15 @@ def test_the_pause_and_the_settings_have_no_fault_for_assistive_technology(
     page.get_by_role("button", name="Done").click()
     expect(page.locator("#overlay")).to_contain_text("Paused")
     assert violations(page) == []
+
+
+def test_where_a_browser_keeps_nothing_the_lobby_says_so_and_a_link_still_plays(
+    server: Server, open_page: OpenPage
+) -> None:
+    page = open_page("/", script=STORAGE_FORBIDDEN)
+    page.get_by_role("button", name="Play now").click()
+    expect(page.get_by_text("This browser may not keep data for this page. Allow cookies")).to_be_visible()
+    assert page.url == f"{server.url}/"
+    room = server.make_room("HandOff", blue="link", red="idle")
+    guest = open_page(room["join_path"], script=STORAGE_FORBIDDEN)
+    start(guest)

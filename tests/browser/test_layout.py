@@ -197,6 +197,26 @@ def test_the_name_of_the_partner_whom_the_lobby_proposes_covers_nothing(
         assert_inside(page, "#controls button")
 
 
+@pytest.mark.parametrize(
+    "window", [Window(640, 360, True, 340, "de-DE"), Window(667, 375, True, 350, "de-DE")], ids=str
+)
+def test_three_lines_about_a_player_stand_above_the_stick(server: Server, open_page: OpenPage, window: Window) -> None:
+    room = server.make_room("DistancePriority", red="idle")
+    page = open_page(room["join_path"], room, script=CUT_OFF, **in_window(window))
+    begin(page, window.touch)
+    wait_for(page, "game.tick > 1")
+    below = page.evaluate(  # the longest that a partner may do, before the page writes what this one does
+        """async () => {
+          const { say } = await import("/static/text/catalogue.js");
+          const item = say("shape.circle");
+          const [words] = document.querySelectorAll("#seats .seat:last-child .seat-words");
+          words.textContent = say("play.state.slow", { item });
+          return document.querySelector("#seats").getBoundingClientRect().bottom;
+        }"""
+    )
+    assert below <= box(page, "#stick")[1]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "window",

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from movingout.maps import load_map, map_to_json
 from movingout.recordings import finalise
 from tests.browser import study_fake
 from tests.browser.install import find_chromium
@@ -85,6 +86,21 @@ def test_no_view_of_a_game_is_wider_than_a_small_phone(server: Server, open_page
     wait_for(page, "game.phase === 'paused'")
     assert_narrow(page, "paused")
     page.locator("#overlay button").first.tap()
+    wait_for(page, "game.phase.endsWith('_over')")
+    expect(page.locator("#result h2")).to_be_visible()
+    assert_narrow(page, "result")
+
+
+def test_a_drawn_map_with_a_title_of_one_long_word_widens_no_view_of_its_game(
+    server: Server, open_page: OpenPage
+) -> None:
+    drawn = map_to_json(load_map("Simple")) | {"name": "Drawn", "title": "Wohnungs" + "w" * 50, "number": 0}
+    seats = [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]
+    room = server.post("/api/rooms", {"maps": [], "map": drawn, "seats": seats, "limit_ticks": 10})
+    page = open_page(room["join_path"], room, **SMALL)
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    assert_narrow(page, "before the round")
+    page.locator("#ready button").first.tap()
     wait_for(page, "game.phase.endsWith('_over')")
     expect(page.locator("#result h2")).to_be_visible()
     assert_narrow(page, "result")

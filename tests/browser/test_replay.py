@@ -206,6 +206,23 @@ def test_on_a_phone_the_replay_is_one_column_without_overflow(open_page: OpenPag
     assert page.locator("#play").bounding_box()["width"] >= 44  # type: ignore[index]
 
 
+@pytest.mark.parametrize(
+    ("width", "height", "arena"), [(375, 553, 290), (360, 640, 320), (740, 360, 320), (568, 320, 280), (768, 1024, 680)]
+)
+def test_arena_and_time_line_share_a_small_window(
+    open_page: OpenPage, episode: Episode, width: int, height: int, arena: int
+) -> None:
+    phone = {"viewport": {"width": width, "height": height}, "is_mobile": True, "has_touch": True}
+    page = replay(open_page(f"/replay/{EPISODE}?lang=de", **phone))
+    boxes = [page.locator(part).bounding_box() for part in ("#arena", "#line", "#play", "#speed")]
+    for box in boxes:
+        assert box is not None
+        assert box["x"] + box["width"] <= width
+        assert box["y"] + box["height"] <= height, "nobody has to scroll between what is seen and what plays it"
+    assert boxes[0]["width"] >= arena  # type: ignore[index]
+    assert page.evaluate("Math.max(innerWidth, document.documentElement.scrollWidth)") == width
+
+
 def test_an_unknown_recording_says_so_and_leads_on(browser: Browser, server: Server) -> None:
     with complaining_page(browser, server, "/replay/nothing-here") as page:
         expect(page.get_by_text("This recording does not exist")).to_be_visible()

@@ -10,7 +10,7 @@ from tests.browser import study_fake as fake
 from tests.browser.conftest import OpenPage
 from tests.browser.pages import complaining_page, heading, overflow, violations
 from tests.browser.study_fake import FakePerson, FakeStudy
-from tests.browser.support import Server
+from tests.browser.support import STORAGE_FORBIDDEN, Server
 
 
 def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(browser: Browser, server: Server) -> None:
@@ -113,3 +113,36 @@ def test_the_next_person_is_asked_in_their_own_language(open_page: OpenPage) -> 
     page.locator(".language-select").select_option("de")
     page.get_by_role("button", name="Das war ich").click()
     expect(page.get_by_role("button", name="Copy the code")).to_be_visible()  # the code in its owner's language
+
+
+def test_where_a_browser_keeps_nothing_nobody_begins_what_they_could_not_play(browser: Browser, server: Server) -> None:
+    study = FakeStudy(coming=[FakePerson([fake.consent()])], asks_code=False)
+    with complaining_page(browser, server, "/healthz") as page:
+        study.install(page)
+        page.add_init_script(STORAGE_FORBIDDEN)
+        page.goto("/study?PROLIFIC_PID=5f00&lang=de")
+        heading(page, "Das hat nicht geklappt")
+        expect(page.get_by_role("alert")).to_contain_text("Erlauben Sie ihr Cookies")
+        assert study.sent("/arrive") == []
+
+
+def test_a_page_that_is_continued_elsewhere_keeps_its_language(browser: Browser, server: Server) -> None:
+    study = FakeStudy.at({"key": "elsewhere", "kind": "ended-elsewhere"})  # in English, the study's first language
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page, "?lang=de")
+        heading(page, "Sie haben in einem anderen Fenster weitergemacht")
+        page.get_by_label("Sprache").select_option("en")
+        heading(page, "You continued in another window")
+
+
+def test_a_link_with_a_wrong_code_lets_it_be_set_right(browser: Browser, server: Server) -> None:
+    study = FakeStudy(coming=[FakePerson([fake.consent()])], asks_code=False)
+    study.refusals["/arrive"] = (403, "code_unknown", "")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page, "?code=ABC")
+        expect(page.get_by_role("alert")).to_contain_text("This code is unknown")
+        study.refusals.clear()
+        page.get_by_label("Your code").fill("ABD")
+        page.get_by_role("button", name="Begin").click()
+        heading(page, "Taking part in a research study")
+        assert study.sent("/arrive")[-1]["parameters"] == {"code": "ABD"}

@@ -10,7 +10,7 @@ import { say, sayError } from "../text/catalogue.js";
 import { mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 import { fitCanvas } from "../view/render.js";
-import { saveTokens } from "../wire/seat_tokens.js";
+import { openRoom } from "../wire/open_room.js";
 import { Canvas } from "./canvas.js";
 import { Checks, askServer } from "./checks.js";
 import { faultText, faultyParts, partName } from "./faults.js";
@@ -128,8 +128,7 @@ async function solve() {
 
 async function play() {
   const seats = [{ kind: "here" }, { kind: "partner" }];
-  const room = await requestJson("/api/rooms", { body: { maps: [], map: drawing.map, seats } });
-  saveTokens(room.room, room.tokens);
+  const room = await openRoom({ maps: [], map: drawing.map, seats });
   location.assign(room.join_path);
 }
 

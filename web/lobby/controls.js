@@ -4,6 +4,7 @@
  * The game page shows the keys of the device in use itself.
  */
 
+import { lastingStorage } from "../core/browser_storage.js";
 import { el } from "../core/dom.js";
 import { say } from "../text/catalogue.js";
 import { buttonName, keyName, loadMapping, moveName } from "../input/mapping.js";
@@ -11,7 +12,7 @@ import { buttonName, keyName, loadMapping, moveName } from "../input/mapping.js"
 /** @typedef {readonly [string, string]} Row what to press, what it does */
 
 /** @param {Pick<Storage, "getItem">} [storage] @returns {HTMLElement} */
-export function controlsCard(storage = localStorage) {
+export function controlsCard(storage = lastingStorage()) {
   const { keys, buttons } = loadMapping(storage);
   const [first, second] = keys;
   return el(

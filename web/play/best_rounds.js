@@ -4,6 +4,8 @@
  * then less time. Kept in localStorage.
  */
 
+import { lastingStorage } from "../core/browser_storage.js";
+
 /** @typedef {import("./game.js").RoundResult} RoundResult */
 /** @typedef {import("./result.js").Round & {limit_ticks: number}} Round */
 /** @typedef {{delivered: number, ticks: number}} Score */
@@ -19,7 +21,7 @@ const MOST = 300; // maps and variants; the oldest are forgotten
  * @param {Pick<Storage, "getItem" | "setItem">} [storage]
  * @returns {Score | null} null for a first round, or where nothing can be kept
  */
-export function countRound(round, result, storage = localStorage) {
+export function countRound(round, result, storage = lastingStorage()) {
   try {
     /** @type {Record<string, Kept>} */
     const all = JSON.parse(storage.getItem(KEY) ?? "{}");

@@ -1,9 +1,8 @@
 // @ts-check
 // Playing with a recording: a person takes one seat, the other repeats its recorded actions (a ghost).
 
-import { requestJson } from "../core/api.js";
 import { badge, el, notice } from "../core/dom.js";
-import { saveTokens } from "../wire/seat_tokens.js";
+import { openRoom } from "../wire/open_room.js";
 import { say, sayError } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
 
@@ -39,8 +38,7 @@ export function offerGhosts(box, recording, limitTicks) {
   async function play(own) {
     for (const button of buttons) button.disabled = true;
     try {
-      const room = await requestJson("/api/rooms", { body: ghostRequest(recording, own, limitTicks) });
-      saveTokens(room.room, room.tokens);
+      const room = await openRoom(ghostRequest(recording, own, limitTicks));
       location.assign(room.join_path);
     } catch (error) {
       problem.replaceChildren(notice("bad", sayError(error)));

@@ -48,11 +48,21 @@ export function nextMap(names, name) {
 export async function goOn(game, which) {
   const seats = sameSeats(game.room?.seats ?? [], game.own);
   if (seats === null || game.round === null) return;
-  const { name } = game.round.map;
-  const offered = which === "same" ? [] : (await requestJson("/api/maps")).maps.map(nameOf);
-  const maps = [which === "same" ? name : nextMap(offered, name)];
-  const room = await openRoom({ maps, seats, limit_ticks: game.round.limit_ticks });
+  const { map, limit_ticks } = game.round;
+  const { maps: offered, own = [], practice } = await requestJson("/api/maps");
+  const name = which === "same" ? map.name : nextMap(offered.map(nameOf), map.name);
+  const known = [...offered, ...own, practice].map(nameOf);
+  const room = await openRoom({ ...wantedMap(map, name, known), seats, limit_ticks });
   location.assign(room.join_path);
+}
+
+/**
+ * A drawn map is sent along: the server does not keep it. Varied and generated ones, "HandOff:mirror", have a name.
+ * @param {{name: string}} played @param {string} name the map to play now @param {readonly string[]} known
+ */
+export function wantedMap(played, name, known) {
+  const drawn = name === played.name && !name.includes(":") && !known.includes(name);
+  return drawn ? { maps: [], map: played } : { maps: [name] };
 }
 
 /** @param {{name: string}} map */

@@ -2,6 +2,7 @@
 
 import { Announcer } from "./announcer.js";
 import { Connection } from "../wire/connection.js";
+import { lastingStorage } from "../core/browser_storage.js";
 import { byId } from "../core/dom.js";
 import { Game } from "./game.js";
 import { Hud, touchControls } from "./hud.js";
@@ -55,7 +56,7 @@ class Play {
   #announcer = new Announcer();
   #connection = new Connection(room, mode, this);
   #gamepads = new Gamepads(() => navigator.getGamepads?.() ?? []);
-  #settings = new Settings(loadMapping(localStorage), this.#gamepads, () => this.#panels.focusAction());
+  #settings = new Settings(loadMapping(lastingStorage()), this.#gamepads, () => this.#panels.focusAction());
   #keyboard = new Keyboard(
     window,
     () => this.#mapping.keys,

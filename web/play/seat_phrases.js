@@ -79,6 +79,7 @@ export function taskSentence(map, watching = false) {
  */
 export function connectionWords(status, stalled, rttMs) {
   if (status === "connecting") return { words: say("play.quality.waiting"), state: "" };
+  if (status === "over") return { words: say("play.quality.over"), state: "" }; // the page says why
   if (status !== "open") return { words: say("play.quality.lost"), state: "bad" };
   if (stalled) return { words: say("play.quality.stalled"), state: "bad" };
   if (rttMs < 0) return { words: say("play.quality.waiting"), state: "" };
@@ -106,11 +107,11 @@ export function reasonText(room, own = []) {
 
 /**
  * How long a pause lasts at most, where somebody waits: for who has to come back, and for who has paused a game of two
- * people.
+ * people. The experimenter's pause says nothing: its limit is a day, and nobody's time to come back runs in it.
  * @param {Pick<import("../messages.js").RoomState, "reason_code" | "seats"> | null} room @param {number} seconds
  */
 export function pauseLimitText(room, seconds) {
-  if (room === null) return "";
+  if (room === null || room.reason_code === "study_paused") return "";
   if (room.seats.some((seat) => !seat.present)) return say("play.pause.back", { count: seconds });
   const people = room.seats.filter(({ kind }) => kind === "human" || kind === "remote");
   const someWait = room.reason_code === "paused" && people.length > 1 && people.some(({ ready }) => ready);

@@ -1,5 +1,6 @@
 // The dialog for keys and buttons: choose an action, press the new key. Every change is saved at once.
 
+import { lastingStorage } from "../core/browser_storage.js";
 import { byId, el, notice } from "../core/dom.js";
 import {
   BUTTON_ACTIONS,
@@ -50,7 +51,7 @@ export class Settings {
   /** @param {Mapping} mapping */
   #change(mapping) {
     this.mapping = mapping;
-    saveMapping(localStorage, mapping);
+    saveMapping(lastingStorage(), mapping);
     this.#draw();
   }
 

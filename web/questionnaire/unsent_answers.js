@@ -3,6 +3,8 @@
  * Answers that have not reached the server yet, kept in localStorage, so that closing the tab while offline loses none.
  */
 
+import { lastingStorage } from "../core/browser_storage.js";
+
 /** @typedef {import("./answer_queue.js").Answer} Answer */
 
 const KEY = "movingout-study-unsent";
@@ -20,7 +22,7 @@ function load(storage) {
 /** The unsent answers of one form of one participant. */
 export class UnsentAnswers {
   /** @param {string} form names participant and step @param {Pick<Storage, "getItem" | "setItem">} [storage] */
-  constructor(form, storage = localStorage) {
+  constructor(form, storage = lastingStorage()) {
     this.prefix = `${form} `;
     this.storage = storage;
   }

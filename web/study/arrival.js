@@ -59,7 +59,8 @@ export function arrivalScreen(options) {
 }
 
 /** @param {ArrivalOptions} options */
-function arrivalForm({ asksCode, problem, given, arrive, cancel, finished }) {
+function arrivalForm({ problem, given, arrive, cancel, finished, ...options }) {
+  const asksCode = options.asksCode || Boolean(given.code); // where the link has a wrong one, it can be set right
   const box = problemBox();
   showProblem(box, problem);
   const { input, field } = codeField(given.code);

@@ -70,7 +70,7 @@ export class StudyFrame {
    * @param {boolean} several two people sit here
    */
   setPlace(view, people, several) {
-    if (view) this.#title.textContent = view.study.title;
+    if (view && view.step.kind !== "ended-elsewhere") this.#title.textContent = view.study.title;
     this.#title.hidden = view === null; // the first screen has it as its heading
     const { done, total } = view?.position ?? { done: 0, total: 0 };
     this.#progress.hidden = total === 0;

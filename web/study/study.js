@@ -4,6 +4,7 @@
  */
 
 import { heading } from "../components/action.js";
+import { requireStorage } from "../core/browser_storage.js";
 import { byId, el } from "../core/dom.js";
 import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
 import { LANGUAGES, pickLanguage, wishedLanguages } from "../text/language.js";
@@ -19,6 +20,7 @@ async function boot() {
   const wished = wishedLanguages();
   await persistence.until(() => useLanguage(pickLanguage(known, wished)));
   try {
+    requireStorage();
     const study = await persistence.until(askStudy);
     const offered = study.languages.filter((language) => known.includes(language));
     if (offered.length > 0 && !offered.includes(currentLanguage()))

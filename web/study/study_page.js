@@ -186,7 +186,8 @@ export class StudyPage {
     this.#views = views;
     this.#newsAtMs = performance.now();
     if (this.#asksNext) return;
-    await this.#follow(views[0].language);
+    const [{ language, step }] = views;
+    if (step.kind !== "ended-elsewhere") await this.#follow(language); // nobody's page keeps the language that it has
     this.#show();
   }
 
@@ -305,6 +306,7 @@ export class StudyPage {
       this.#askWho("");
       return;
     }
+    if (this.#views[0]?.step.kind === "ended-elsewhere") await this.#follow(language);
     await this.#takeAll(
       await this.#persistence.until(() => Promise.all(this.#places.map((place) => place.view(language)))),
     );

@@ -4,6 +4,7 @@
  */
 
 import { requestJson } from "../core/api.js";
+import { requireStorage } from "../core/browser_storage.js";
 import { saveTokens } from "./seat_tokens.js";
 
 /** @typedef {{room: string, tokens: (string | null)[], join_path: string, watch_path: string}} OpenedRoom */
@@ -13,6 +14,7 @@ import { saveTokens } from "./seat_tokens.js";
  * @returns {Promise<OpenedRoom>} ApiError when the server refuses
  */
 export async function openRoom(body) {
+  requireStorage();
   const room = await requestJson("/api/rooms", { body });
   saveTokens(room.room, room.tokens);
   return room;

@@ -43,9 +43,9 @@ class ParticipantViews:
         )
 
     def elsewhere(self) -> View:
-        """For a page that was superseded by another one."""
+        """For a page that was superseded by another one: nobody's, so it has no place, and keeps its own language."""
         language = self._running.study.languages[0]
-        return self._frame(language, {"key": "elsewhere", "kind": "ended-elsewhere"}, 0, 1, False)
+        return self._frame(language, {"key": "elsewhere", "kind": "ended-elsewhere"}, 0, 0, False)
 
     def letter(self, unit: StudyUnit | None, step: Step) -> str | None:
         """The letter of the partner; None for another person, and in practice."""

@@ -127,6 +127,7 @@ class Served:
         def age() -> None:
             for session in self.running.participants:
                 session.last_seen_at -= seconds
+                session.resumed_at -= seconds
             for one in self.running.units._waiting_room.present(float("-inf")):
                 one.since -= seconds
                 one.heard -= seconds

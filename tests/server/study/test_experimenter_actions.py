@@ -95,6 +95,22 @@ def test_a_pause_between_rounds_is_seen_and_is_no_time_at_the_step(solo: Served)
     assert (row["since_s"], row["paused_s"], row["unit_paused"]) == (30, None, False)
 
 
+def test_the_end_of_a_pause_makes_nobody_present_and_begins_their_absence_anew(solo: Served) -> None:
+    visitor = solo.visitor().go_to("form")
+
+    def told() -> bool:
+        solo.look()
+        return visitor.pid in [one["values"].get("pid") for one in solo.running.alerts.to_json()]
+
+    solo.ask("pause")
+    solo.later(600)
+    solo.ask("resume")
+    assert not solo.row(visitor.pid)["present"], "their page was closed in the pause"
+    assert not told()
+    solo.later(121)
+    assert told()
+
+
 def test_whoever_was_here_and_is_away_for_two_minutes_is_told_of_once(solo: Served) -> None:
     visitor = solo.visitor().go_to("form")
     session = solo.running.participants[visitor.pid]

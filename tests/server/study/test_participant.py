@@ -218,6 +218,7 @@ def test_of_two_with_one_link_the_second_goes_on_and_the_first_is_told(solo: Ser
         assert heard.result(20) == [{"changed": True}]
     assert second.kind == "form"
     assert first.look()["step"]["kind"] == "ended-elsewhere"
+    assert first.look()["position"] == {"done": 0, "total": 0}, "not part 1 of 1"
     assert first.next()["step"]["kind"] == "ended-elsewhere"
     assert first.answer("age", 1, key="form")[0] == 409
     assert second.look()["step"]["kind"] == "form"

@@ -5,6 +5,7 @@
  */
 
 import { actionButton, heading, problemBox, runAction, showProblem } from "../../components/action.js";
+import { lastingStorage } from "../../core/browser_storage.js";
 import { badge, el } from "../../core/dom.js";
 import { Gamepads } from "../../input/gamepad.js";
 import { Keyboard } from "../../input/keyboard.js";
@@ -30,7 +31,7 @@ export function inputCheckScreen(context) {
 }
 
 class InputCheck {
-  #mapping = loadMapping(localStorage);
+  #mapping = loadMapping(lastingStorage());
   #keyboard = new Keyboard(
     window,
     () => (this.#open ? this.#mapping.keys : []),

@@ -58,6 +58,7 @@ test("a pause says how long it lasts at most where somebody waits", () => {
   assert.equal(limit([seat(), seat()]), "");
   assert.equal(limit([seat(), seat({ kind: "agent", ready: true })]), "");
   assert.equal(limit([seat({ ready: true }), seat()], "study_paused"), "");
+  assert.equal(limit([seat({ ready: true }), seat({ present: false })], "study_paused"), "", "not 86,400 seconds");
   assert.equal(pauseLimitText(null, 40), "");
 });
 
@@ -118,6 +119,7 @@ test("the connection is a word and a colour", () => {
   assert.deepEqual(connectionWords("open", false, 150), { words: "fair · 150 ms", state: "attention" });
   assert.deepEqual(connectionWords("open", true, 20), { words: "stalled", state: "bad" });
   assert.deepEqual(connectionWords("reconnecting", false, 20), { words: "lost", state: "bad" });
+  assert.deepEqual(connectionWords("over", false, -1), { words: "closed", state: "" }, "a full room: nothing broke");
 });
 
 test("regular shapes have the area of a circle of their scale, the triangle 0.64 of it", () => {

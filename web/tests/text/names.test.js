@@ -61,6 +61,8 @@ test("those who run a server see the id of an agent beside its name", () => {
   speak("en");
   assert.equal(playerName("agent", "bass@all"), "Trained partner (BASS) · bass@all");
   assert.equal(playerName("agent", "Partner A"), "Partner A");
+  const tutor = "movingout.agents.scripted.patient_partner:PatientPartner";
+  assert.equal(playerName("agent", tutor), `Partner in the tutorial · ${tutor}`, "nobody's own");
   assert.equal(playerName("human", "P7"), "P7");
   assert.equal(playerName("human", ""), "A person");
   assert.equal(playerName("idle", "idle"), "Partner who stands still");
