@@ -10,6 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import load_agent
+from movingout.agents.map_limits import check_map_seen
+from movingout.maps import load_map
+from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.selection import selected_maps
 from movingout.matches.errors import MatchError
 from movingout.matches.execution.agent_objects import AgentLike, AgentObjects
@@ -146,6 +149,7 @@ def play_matches(
         load_agent(agent_id)
     for match in matches:
         match.world_map()
+    check_own_maps(matches)
     if record is not None:
         make_folder(record)
     found: dict[Match, MatchResult] = {}
@@ -183,7 +187,7 @@ def run_grid(
     `pool`: makes the workers (default: processes of this machine; `ray_worker_pool` for a cluster).
 
     Raises MatchError when the grid is invalid, an agent is missing, or the folder holds another grid, or this
-    one as played with other weights, code of agents or map files.
+    one as played with other weights, code of agents or map files; AgentError for a map with more than an agent sees.
     """
     grid, folder = grid if isinstance(grid, Grid) else read_grid(Path(grid)), Path(out)
     missing = missing_agents(grid)
@@ -192,9 +196,10 @@ def run_grid(
     index, count = shard
     if not 0 <= index < count:
         raise MatchError(f"shard {index}/{count}: the first number counts from 0 to {count - 1}")
+    plan = planned_matches(grid)
+    check_own_maps(matches_of(plan))
     make_folder(folder)
     open_folder(folder, grid, provenance_of(grid))
-    plan = planned_matches(grid)
     matches = matches_of(plan)[index::count]
     with Shard(folder, index, count) as file:
         finished = read_results(folder)
@@ -212,6 +217,14 @@ def run_grid(
                     done += 1
                     progress(done, len(matches))
     return finish(folder, grid, plan)
+
+
+def check_own_maps(matches: Sequence[Match]) -> None:
+    """Raises AgentError for a map file with more than an agent sees, before anything is played on it."""
+    seated_on = dict.fromkeys((agent_id, match.map) for match in matches for agent_id in match.seats)
+    for agent_id, name in seated_on:
+        if not is_generated_or_shipped(name):
+            check_map_seen(agent_id, load_map(name), name)
 
 
 def finish(folder: Path, grid: Grid, plan: list[PlannedMatch]) -> GridRun:

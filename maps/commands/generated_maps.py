@@ -58,7 +58,7 @@ def configure(commands: Any) -> None:
         example="movingout maps gallery generated:test:60 -o gallery.html",
     )
     sheet.add_argument("map", metavar="MAPS", nargs="?", default="generated:test:60", help=HELP)
-    add_out(sheet, "FILE", "a page; default: gallery.html", default=Path("gallery.html"))
+    add_out(sheet, "FILE", "a page, .html; default: gallery.html", default=Path("gallery.html"))
     sheet.add_argument("--json", action="store_true", help="one JSON document on standard output")
     sheet.set_defaults(perform=_gallery)
 
@@ -93,6 +93,8 @@ def _check_name(name: str, document: dict[str, object]) -> None:
 
 
 def _gallery(args: argparse.Namespace) -> int:
+    if args.out.suffix not in (".html", ".htm"):
+        raise MapError(f"a gallery is a page; let the name of {args.out} end in .html")
     names = selected_maps(args.map)
     if len(names) > _MOST:
         raise MapError(f"a gallery has up to {_MOST} maps, not {len(names)}; name fewer, as in generated:test:60")

@@ -1,4 +1,6 @@
+import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -8,8 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from movingout.agents.errors import AgentError
+from movingout.maps import load_map, map_to_json
 from movingout.matches import MatchError, MatchResult, open_run, play, run_grid
 from movingout.matches.execution.local_workers import LocalWorkerPool
+from movingout.matches.experiment.grid import Grid
 from movingout.matches.match import Match
 from movingout.matches.results.provenance import Provenance
 from movingout.matches.results.results_folder import Shard, open_folder
@@ -35,6 +40,19 @@ def test_the_numbers_are_the_same_whatever_the_number_of_workers(tmp_path: Path)
     assert _numbers(one.results) == _numbers(three.results)
     assert len({result.metrics.nfd for result in one.results.values()}) > 3
     assert (tmp_path / "one/results.md").read_text() == (tmp_path / "three/results.md").read_text()
+
+
+def test_a_map_with_more_than_an_agent_sees_is_refused_before_anything_is_played(tmp_path: Path) -> None:
+    document = map_to_json(load_map("DistancePriority")) | {"name": "Five", "number": 0}
+    path = tmp_path / "five.json"
+    path.write_text(json.dumps(document | {"goals": document["goals"] * 5}))
+    sentence = re.escape(f"dp@all cannot play {path}: the layout aware-v1 has 4 slots for goals; Five has ")
+    with pytest.raises(AgentError, match=sentence):
+        play("dp@all", "idle", str(path), ticks=2)
+    grid = Grid.model_validate({"name": "x", "agents": ["idle", "dp@all"], "maps": [str(path)], "seeds": 1})
+    with pytest.raises(AgentError, match=sentence):
+        run_grid(grid, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow

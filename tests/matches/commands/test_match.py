@@ -100,7 +100,7 @@ def test_a_map_with_more_goals_than_an_agent_sees_is_told_in_a_sentence(
     path = tmp_path / "five.json"
     path.write_text(json.dumps(drawn), encoding="utf-8")
     pair = ["--blue", "idle", "--red", "bass@any", "--ticks", "10", "--workers", "1"]
-    assert main(["match", *pair, "--map", str(path)]) == 1
+    assert main(["match", *pair, "--map", str(path)]) == 2
     said = capsys.readouterr().err
     assert "the layout relative-v1 has 4 slots for goals; Five has 5" in said
     assert said.count("movingout: ") == 1 and "Traceback" not in said
