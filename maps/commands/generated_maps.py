@@ -9,6 +9,7 @@ from typing import Any
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.errors import MapError
+from movingout.maps.files.output_file import write_output
 from movingout.maps.generated.generator import generate
 from movingout.maps.generated.names import DIFFICULTIES, MODE_WORDS, is_generated
 from movingout.maps.generated.proved import ticks_needed
@@ -74,7 +75,7 @@ def _generate(args: argparse.Namespace) -> int:
         if args.out.suffix not in (".json", ".png"):
             raise MapError(f"cannot tell the format of {args.out}; let the name end in .json or .png")
         content = map_png(spec) if args.out.suffix == ".png" else (json.dumps(document, indent=2) + "\n").encode()
-        _write(args.out, content)
+        write_output(args.out, content)
         if not args.json:
             print(f"wrote {args.out}: {spec.name}, {proof_in_words(spec.name)}")
     return 0
@@ -100,7 +101,7 @@ def _gallery(args: argparse.Namespace) -> int:
         raise MapError(f"a gallery has up to {_MOST} maps, not {len(names)}; name fewer, as in generated:test:60")
     figures = "\n".join(_figure(load_map(name)) for name in names)
     page = _PAGE.format(title=f"{len(names)} maps: {html.escape(args.map)}", figures=figures)
-    _write(args.out, page.encode())
+    write_output(args.out, page.encode())
     if args.json:
         print(json.dumps({"maps": names, "path": str(args.out)}))
     else:
@@ -121,10 +122,3 @@ def proof_in_words(name: str) -> str:
     """What is known about playing a generated map to the end."""
     ticks = ticks_needed(split_name(name)[0])
     return "not on the list of maps that a scripted pair solves" if ticks is None else f"solved in {ticks} ticks"
-
-
-def _write(path: Path, content: bytes) -> None:
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise MapError(f"cannot write {path}: {error.strerror or error}") from error
