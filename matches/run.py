@@ -21,7 +21,7 @@ from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.execution.lockstep import AGENT_LIMIT_S, Lockstep
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import PlannedMatch, matches_of, missing_agents, planned_matches
-from movingout.matches.match import Challenge, Match, MatchResult
+from movingout.matches.match import Challenge, Match, MatchResult, check_numbers
 from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import Shard, open_folder, read_head, read_results, write_whole
 from movingout.matches.results.table import ResultRow, markdown, rows_of
@@ -106,8 +106,8 @@ def play(
     An agent that raises an exception or exceeds its time limit ends its match with `ending` "failed" and a reason in
     `failure`; a warning says so. Raises MovingOutError, before anything is played, for an unknown agent or map.
     """
-    if episodes < 1:
-        raise MatchError(f"at least 1 episode is played, not {episodes}")
+    check_numbers(episodes, seed, ticks, challenge)
+    seed, ticks = int(seed), int(ticks)  # numpy's integers are no JSON
     maps, objects = selected_maps(map), AgentObjects()
     seats = objects.name(blue), objects.name(red)
     matches = [Match(name, *seats, seed + k, challenge, ticks) for name in maps for k in range(episodes)]

@@ -7,7 +7,9 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from movingout.agents.errors import AgentError
@@ -53,6 +55,27 @@ def test_a_map_with_more_than_an_agent_sees_is_refused_before_anything_is_played
     with pytest.raises(AgentError, match=sentence):
         run_grid(grid, tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("numbers", "sentence"),
+    [
+        ({"episodes": 1.5}, "episodes is a whole number from 1 to 1000000, not 1.5"),
+        ({"ticks": 0}, "ticks is a whole number from 1 to 36000, not 0"),
+        ({"ticks": 10**9}, "ticks is a whole number from 1 to 36000, not 1000000000"),
+        ({"seed": 2**63}, "seed is a whole number from 0 to 9007199254740991, not 9223372036854775808"),
+        ({"challenge": 3}, "challenge is a whole number from 1 to 2, not 3"),
+    ],
+)
+def test_numbers_that_cannot_be_are_refused(numbers: dict[str, Any], sentence: str) -> None:
+    """play(ticks=0) played a tick, and a seed above 2**63 ended its export in a traceback."""
+    with pytest.raises(MatchError, match=re.escape(sentence)):
+        play("idle", "idle", workers=1, **numbers)
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    [result] = play("idle", "idle", seed=np.int64(3), ticks=np.int64(2), episodes=np.int64(1), workers=1)
+    assert (result.match.seed, result.ticks) == (3, 2)
 
 
 @pytest.mark.slow

@@ -33,7 +33,7 @@ def test_the_readmes_match_gives_the_fixed_json_fields(capsys: pytest.CaptureFix
         (["--red", "idle"], "name both agents"),
         (["--red", "idle", "--blue", "idel"], "unknown agent 'idel'; did you mean idle? known: scripted"),
         (["--red", "idle", "--blue", "idle", "--map", "HandOf"], "did you mean HandOff?"),
-        (["--red", "idle", "--blue", "idle", "--episodes", "0"], "--episodes from 1"),
+        (["--red", "idle", "--blue", "idle", "--episodes", "0"], "--episodes is a whole number from 1"),
         (["--red", "idle", "--blue", "idle", "--workers", "0"], "--workers must be at least 1"),
         (["--red", "idle", "--blue", "people:Z"], "unknown population 'Z'"),
         (["grid", "nothing.yaml"], "cannot read nothing.yaml"),
