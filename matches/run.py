@@ -80,7 +80,7 @@ class GridRun:
 def play(
     blue: AgentLike,
     red: AgentLike,
-    map: str = "HandOff",
+    map: str | Path = "HandOff",
     *,
     episodes: int = 1,
     seed: int = 0,
@@ -189,6 +189,8 @@ def run_grid(
     Raises MatchError when the grid is invalid, an agent is missing, or the folder holds another grid, or this
     one as played with other weights, code of agents or map files; AgentError for a map with more than an agent sees.
     """
+    if not isinstance(grid, Grid | str | os.PathLike):
+        raise MatchError(f"a grid is a Grid or the path of a YAML file, not {grid!r:.80}")
     grid, folder = grid if isinstance(grid, Grid) else read_grid(Path(grid)), Path(out)
     missing = missing_agents(grid)
     if missing:

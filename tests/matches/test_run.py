@@ -73,6 +73,12 @@ def test_numbers_that_cannot_be_are_refused(numbers: dict[str, Any], sentence: s
         play("idle", "idle", workers=1, **numbers)
 
 
+def test_a_dictionary_is_no_grid(tmp_path: Path) -> None:
+    """It ended in a TypeError of pathlib."""
+    with pytest.raises(MatchError, match="a grid is a Grid or the path of a YAML file, not "):
+        run_grid({"name": "x"}, tmp_path)  # type: ignore[arg-type]
+
+
 def test_numbers_of_numpy_are_numbers() -> None:
     [result] = play("idle", "idle", seed=np.int64(3), ticks=np.int64(2), episodes=np.int64(1), workers=1)
     assert (result.match.seed, result.ticks) == (3, 2)
