@@ -80,7 +80,7 @@ def test_a_dictionary_is_no_grid(tmp_path: Path) -> None:
 
 
 def test_numbers_of_numpy_are_numbers() -> None:
-    [result] = play("idle", "idle", seed=np.int64(3), ticks=np.int64(2), episodes=np.int64(1), workers=1)
+    [result] = play("idle", "idle", seed=np.int64(3), ticks=np.int64(2), episodes=np.int64(1), workers=1)  # type: ignore[arg-type]
     assert (result.match.seed, result.ticks) == (3, 2)
 
 
