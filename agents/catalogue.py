@@ -353,7 +353,8 @@ def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     if sentence := named_instead(Path(head)):
         raise AgentError(sentence)
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
-        known = known_names(head, dict.fromkeys([*(card.id for card in agent_cards()), *POLICY_FILES, LLM]))
+        names = [*(card.id for card in agent_cards()), *POLICY_FILES, LLM, _GROUPS[-1]]
+        known = known_names(head, dict.fromkeys(names))
         raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")
     return f"{head}:{attribute}", parse_options(agent_id, options)
 

@@ -1,5 +1,6 @@
 """Which maps a command means by the words of its option `--map`."""
 
+import os
 from pathlib import Path
 
 from movingout.maps.errors import MapError
@@ -15,11 +16,14 @@ HELP = (
 )
 
 
-def selected_maps(text: str) -> list[str]:
-    """The names of the maps that are meant; those of single maps are not checked. Raises MapError."""
+def selected_maps(text: str | os.PathLike[str]) -> list[str]:
+    """The names of the maps that are meant, each once; those of single maps are not checked. Raises MapError."""
+    if not isinstance(text, str | os.PathLike):
+        raise MapError(f"a map is named by its name or the path of its file, not by {text!r:.80}")
+    text = os.fspath(text)
     if Path(text).is_file():  # its name may have a comma
         return [text]
-    return [name for word in text.split(",") for name in _meant(word)]
+    return list(dict.fromkeys(name for word in text.split(",") for name in _meant(word)))
 
 
 def _meant(word: str) -> list[str]:

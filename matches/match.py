@@ -5,18 +5,21 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from functools import lru_cache
+from numbers import Integral
 from typing import Any, Literal
 
 from movingout.maps import MapSpec, load_map
 from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.randomize import Split, randomize
 from movingout.matches.errors import MatchError
-from movingout.world.constants import LIMIT_TICKS
+from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
 from movingout.world.metrics import Metrics
 
 Challenge = Literal[1, 2]
 _LATER = ("play_hash", "own_metrics")  # fields of results that earlier versions did not write
 Ending = Literal["delivered", "time", "failed"]
+MAX_EPISODES = 1_000_000
+MAX_SEED = 2**53 - 1  # the largest that every program reads from JSON as it is
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +47,19 @@ class Match:
     def world_map(self) -> MapSpec:
         """The map as played. Raises MapError when there is no such map or variant."""
         return _world_map(_designed(self.map), self.seed if self.challenge == 2 else None, self.split)
+
+
+def check_numbers(episodes: object, seed: object, ticks: object, challenge: object) -> None:
+    """Raises MatchError for numbers of a series of matches that cannot be, saying which can."""
+    asked: tuple[tuple[str, object, int, int], ...] = (
+        ("episodes", episodes, 1, MAX_EPISODES),
+        ("seed", seed, 0, MAX_SEED),
+        ("ticks", ticks, 1, MAX_TICKS),
+        ("challenge", challenge, 1, 2),
+    )
+    for name, value, least, most in asked:
+        if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= most:
+            raise MatchError(f"{name} is a whole number from {least} to {most}, not {value!r}")
 
 
 def _designed(name: str) -> MapSpec:

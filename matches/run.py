@@ -10,6 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import load_agent
+from movingout.agents.map_limits import check_map_seen
+from movingout.maps import load_map
+from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.selection import selected_maps
 from movingout.matches.errors import MatchError
 from movingout.matches.execution.agent_objects import AgentLike, AgentObjects
@@ -18,7 +21,7 @@ from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.execution.lockstep import AGENT_LIMIT_S, Lockstep
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import PlannedMatch, matches_of, missing_agents, planned_matches
-from movingout.matches.match import Challenge, Match, MatchResult
+from movingout.matches.match import Challenge, Match, MatchResult, check_numbers
 from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import Shard, open_folder, read_head, read_results, write_whole
 from movingout.matches.results.table import ResultRow, markdown, rows_of
@@ -77,7 +80,7 @@ class GridRun:
 def play(
     blue: AgentLike,
     red: AgentLike,
-    map: str = "HandOff",
+    map: str | Path = "HandOff",
     *,
     episodes: int = 1,
     seed: int = 0,
@@ -103,8 +106,8 @@ def play(
     An agent that raises an exception or exceeds its time limit ends its match with `ending` "failed" and a reason in
     `failure`; a warning says so. Raises MovingOutError, before anything is played, for an unknown agent or map.
     """
-    if episodes < 1:
-        raise MatchError(f"at least 1 episode is played, not {episodes}")
+    check_numbers(episodes, seed, ticks, challenge)
+    seed, ticks = int(seed), int(ticks)  # numpy's integers are no JSON
     maps, objects = selected_maps(map), AgentObjects()
     seats = objects.name(blue), objects.name(red)
     matches = [Match(name, *seats, seed + k, challenge, ticks) for name in maps for k in range(episodes)]
@@ -146,6 +149,7 @@ def play_matches(
         load_agent(agent_id)
     for match in matches:
         match.world_map()
+    check_own_maps(matches)
     if record is not None:
         make_folder(record)
     found: dict[Match, MatchResult] = {}
@@ -183,8 +187,10 @@ def run_grid(
     `pool`: makes the workers (default: processes of this machine; `ray_worker_pool` for a cluster).
 
     Raises MatchError when the grid is invalid, an agent is missing, or the folder holds another grid, or this
-    one as played with other weights, code of agents or map files.
+    one as played with other weights, code of agents or map files; AgentError for a map with more than an agent sees.
     """
+    if not isinstance(grid, Grid | str | os.PathLike):
+        raise MatchError(f"a grid is a Grid or the path of a YAML file, not {grid!r:.80}")
     grid, folder = grid if isinstance(grid, Grid) else read_grid(Path(grid)), Path(out)
     missing = missing_agents(grid)
     if missing:
@@ -192,9 +198,10 @@ def run_grid(
     index, count = shard
     if not 0 <= index < count:
         raise MatchError(f"shard {index}/{count}: the first number counts from 0 to {count - 1}")
+    plan = planned_matches(grid)
+    check_own_maps(matches_of(plan))
     make_folder(folder)
     open_folder(folder, grid, provenance_of(grid))
-    plan = planned_matches(grid)
     matches = matches_of(plan)[index::count]
     with Shard(folder, index, count) as file:
         finished = read_results(folder)
@@ -212,6 +219,14 @@ def run_grid(
                     done += 1
                     progress(done, len(matches))
     return finish(folder, grid, plan)
+
+
+def check_own_maps(matches: Sequence[Match]) -> None:
+    """Raises AgentError for a map file with more than an agent sees, before anything is played on it."""
+    seated_on = dict.fromkeys((agent_id, match.map) for match in matches for agent_id in match.seats)
+    for agent_id, name in seated_on:
+        if not is_generated_or_shipped(name):
+            check_map_seen(agent_id, load_map(name), name)
 
 
 def finish(folder: Path, grid: Grid, plan: list[PlannedMatch]) -> GridRun:

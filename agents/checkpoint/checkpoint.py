@@ -27,6 +27,7 @@ from movingout.agents.checkpoint.card import ID_WORD, MAX_NAME, MAX_POPULATION, 
 from movingout.agents.checkpoint.onnx_interface import Shapes, onnx_interface
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.errors import CheckpointError
+from movingout.maps.suggestion import probably_meant
 
 SHIPPED = Path(__file__).resolve().parents[1] / "checkpoints"
 MODELS_VARIABLE = "MOVINGOUT_MODELS"
@@ -163,8 +164,9 @@ def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
             found = read_checkpoint(folder)
             if found.card.id == agent_id:  # two ids may share a folder name: dp-b@mine and dp@b-mine
                 return found
-    known = ", ".join(checkpoint.card.id for checkpoint in readable_checkpoints(*roots)) or "none"
-    raise CheckpointError(f"no checkpoint {agent_id!r}; there are: {known}{missing_models()}")
+    ids = [checkpoint.card.id for checkpoint in readable_checkpoints(*roots)]
+    known, question = ", ".join(ids) or "none", probably_meant(agent_id, ids) or ";"
+    raise CheckpointError(f"no checkpoint {agent_id!r}{question} there are: {known}{missing_models()}")
 
 
 def fingerprint(agent_id: str) -> str:

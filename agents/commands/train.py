@@ -32,36 +32,48 @@ def configure(parser: argparse.ArgumentParser) -> None:
             description=f"Train {kind.summary}.",
             example=f"movingout train {kind.name} {kind.example} --id {kind.name}@mine",
         )
-        _common(sub, default_id=f"{kind.name}@mine")
+        _recordings(sub, kind)
+        _common(sub, kind, default_id=f"{kind.name}@mine")
         sub.add_argument("--preset", choices=PRESETS, default="fast", help="the paper's numbers or ours (default fast)")
         kind.add_options(sub)
         add_fields(sub, type(kind.presets["fast"]))
 
 
-def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
+def _recordings(parser: argparse.ArgumentParser, kind: AgentKind[Any]) -> None:
+    """What is learned from. Kinds that learn from their own play read these options only to refuse them."""
+
+    def shown(text: str) -> str:
+        return text if kind.from_recordings else argparse.SUPPRESS
+
     parser.add_argument(
         "recordings",
         nargs="*",
         type=Path,
-        help="recordings (*.mcap), files with an expert's labels (*.corrections.npz), or folders of them",
+        help=shown("recordings (*.mcap), files with an expert's labels (*.corrections.npz), or folders of them"),
     )
     parser.add_argument(
         "--manifest",
         type=Path,
         metavar="FILE.csv",
-        help="a list made by `recordings split`; learn from one --group of it",
+        help=shown("a list made by `recordings split`; learn from one --group of it"),
     )
-    parser.add_argument("--group", type=int, metavar="N", help="of --manifest (default 1)")
+    parser.add_argument("--group", type=int, metavar="N", help=shown("of --manifest (default 1)"))
     parser.add_argument(
         "--without",
         action="append",
         default=[],
         metavar="WHO",
-        help="leave out episodes with these partners, as family:greedy, people:B or an agent id; may be repeated",
+        help=shown(
+            "leave out episodes with these partners, as family:greedy, people:B or an agent id; may be repeated"
+        ),
     )
+
+
+def _common(parser: argparse.ArgumentParser, kind: AgentKind[Any], default_id: str) -> None:
     parser.add_argument("--id", default=default_id, help=f"id of the new agent (default {default_id})")
     parser.add_argument("--name", default="", help="name shown in the lobby (default: made from the kind)")
-    parser.add_argument("--population", default="", help="who acts in the recordings, in a few words, for the card")
+    whose = "who acts in the recordings" if kind.from_recordings else "with whom it learned"
+    parser.add_argument("--population", default="", help=f"{whose}, in a few words, for the card")
     parser.add_argument(
         "--go-on",
         action="store_true",
@@ -81,6 +93,8 @@ def run(args: argparse.Namespace) -> int:
     check_labels(args.id, args.name, args.population)
     kind = KINDS[args.kind]
     _check_word(args.id, kind)
+    if not kind.from_recordings:
+        _refuse_recordings(args)
     if args.manifest is not None:
         group = 1 if args.group is None else args.group
         args.recordings = [*args.recordings, *of_group(args.manifest, group)]
@@ -109,6 +123,19 @@ def run(args: argparse.Namespace) -> int:
             f"{checkpoint.folder} to data/models"
         )
     return 0
+
+
+def _refuse_recordings(args: argparse.Namespace) -> None:
+    """Raises DataError where recordings are named for a kind that learns from its own play."""
+    given = {
+        "the recordings": args.recordings,
+        "--manifest": args.manifest,
+        "--group": args.group,
+        "--without": args.without,
+    }
+    named = [name for name, value in given.items() if value not in (None, [])]
+    if named:
+        raise DataError(f"{args.kind} learns from its own play, on maps that --map names; leave out {named[0]}")
 
 
 def _check_word(agent_id: str, kind: AgentKind[Any]) -> None:

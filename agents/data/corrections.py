@@ -16,6 +16,7 @@ from movingout.agents.data.dataset import SeatSamples, Singles, Trajectory
 from movingout.agents.errors import DataError
 from movingout.agents.observation.features import FeatureSet
 from movingout.maps import map_from_json, map_to_json
+from movingout.recordings.errors import cannot
 
 SHORTEST = 4  # ticks; shorter stretches are left out
 LONGEST_REST = 15  # ticks of standing still to learn from; longer rests would dominate the data
@@ -71,7 +72,7 @@ def expert_stretches(one: Correction) -> Iterator[tuple[int, int]]:
 
 
 def save_correction(path: Path, correction: Correction) -> None:
-    """Write one file, atomically."""
+    """Write one file, atomically. Raises RecordingError when it cannot be written."""
     trajectory = correction.trajectory
     about = {"map": map_to_json(trajectory.map), "participants": trajectory.participants, "seat": correction.seat}
     data = io.BytesIO()
@@ -79,8 +80,12 @@ def save_correction(path: Path, correction: Correction) -> None:
     arrays |= {"labels": correction.labels, "taught": correction.taught, "about": np.array(json.dumps(about))}
     np.savez_compressed(data, allow_pickle=False, **arrays)
     part = path.with_suffix(".part")
-    part.write_bytes(data.getvalue())
-    part.replace(path)
+    try:
+        part.write_bytes(data.getvalue())
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise cannot("write", path, error) from error
 
 
 def load_correction(path: Path) -> Correction:

@@ -19,6 +19,7 @@ from movingout.maps import MapSpec
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
+from movingout.recordings.errors import cannot
 from movingout.world.metrics import EpisodeMetrics, task_completion_rate
 from movingout.world.scoring import delivered_items
 
@@ -133,7 +134,7 @@ def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str =
 
     Yields them as they finish and skips those that exist.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    _make(folder)
     missing = [job for job in todo if not (folder / f"{job.episode_id}.mcap").exists()]
     calls = [partial(_answered, job, partial(write_episode, job, folder.resolve())) for job in missing]
     yield from results_of(calls, workers, ray)
@@ -141,11 +142,19 @@ def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str =
 
 def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int, ray: str = "") -> Iterator[WrittenEpisode]:
     """Play and label episodes likewise."""
-    folder.mkdir(parents=True, exist_ok=True)
+    _make(folder)
     paths = {job: folder.resolve() / f"{_file_name(job)}{SUFFIX}" for job in todo}
     missing = [(job, path) for job, path in paths.items() if not path.exists()]
     calls = [partial(_answered, job, partial(_label_and_save, job, path)) for job, path in missing]
     yield from results_of(calls, workers, ray)
+
+
+def _make(folder: Path) -> None:
+    """Raises RecordingError for a folder that cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot("write to", folder, error) from error
 
 
 def _file_name(job: LabellingJob) -> str:

@@ -34,5 +34,6 @@ class AgentKind(Generic[ConfigT]):
     check: Callable[..., object] | None = None
     """A card, and the options of an id as keywords: raises AgentError for those with which rooms cannot load it, and
     reads no weights. None: any that `load` takes by name."""
+    from_recordings: bool = True  # else it learns from its own play, and options about recordings are not shown
     example: str = "data/demos"  # what `movingout train NAME` needs beside --id, as --help shows it
     offered: bool = True  # to people who choose a partner; the others are for training and measuring

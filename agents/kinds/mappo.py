@@ -12,7 +12,6 @@ from movingout.agents.agent_options import noise_factor
 from movingout.agents.base import Agent
 from movingout.agents.checkpoint.card import Card, Training
 from movingout.agents.checkpoint.checkpoint import Checkpoint
-from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ComediConfig, MappoConfig
 from movingout.agents.training.run import TrainingRun
@@ -54,8 +53,6 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     """Play and learn in turns, then export the actor."""
     options = run.options
-    if options.recordings:
-        raise DataError(f"{run.kind} learns from its own play; name --map instead of recordings")
     maps = selected_maps(options.map)
     documents = [map_to_json(load_map(name)) for name in maps]
     config = _for_maps(run, maps)
@@ -132,6 +129,7 @@ def _self_play(name: str, summary: str, config: type[ConfigT], learn: Learn[Conf
     return AgentKind(
         name=name,
         summary=summary,
+        from_recordings=False,
         example="--map HandOff",
         presets={"fast": config(), "paper": config(**PAPER)},
         add_options=_add_options,

@@ -42,8 +42,6 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
     from movingout.agents.reinforcement.steered_policy import SteeredPolicy
 
     options, config = run.options, run.config
-    if options.recordings:
-        raise DataError("a response learns from its own play; name --map and --partners instead of recordings")
     base, company = run.find(options.base), _company(run)
     policy = SteeredPolicy(_network(base))
     run.begin()
@@ -99,6 +97,7 @@ def _line(told: dict[str, float]) -> str:
 
 RESPONSE = AgentKind(
     name="response",
+    from_recordings=False,
     example="--base dp@mine --map generated:training --partners families",
     summary="a best response to many partners: a policy steered by reinforcement learning",
     presets={"fast": ResponseConfig(), "paper": ResponseConfig()},

@@ -10,7 +10,9 @@ from movingout.agents.training.optimisation import AtLeastOne, NotNegativeFloat,
 
 @dataclass(frozen=True, kw_only=True)
 class ResponseConfig(Optimisation):
-    """How a best response is learned. The common fields on epochs, warm-up, averages and validation do nothing here."""
+    """How a best response is learned."""
+
+    UNUSED = frozenset({"epochs", "warmup", "ema", "held_out", "precision", "window_share"})
 
     updates: AtLeastOne = documented(300, "rounds of playing and learning", "free")
     batch: AtLeastOne = documented(512, "decisions per gradient step")

@@ -29,7 +29,9 @@ ON_COORDINATION: Mapping[str, Any] = {"ticks": 3000, "entropy": 0.00065, "discou
 
 @dataclass(frozen=True, kw_only=True)
 class MappoConfig(Optimisation):
-    """How MAPPO is learned. The common fields on epochs, warm-up, averages and validation do nothing here."""
+    """How MAPPO is learned."""
+
+    UNUSED = frozenset({"updates", "epochs", "warmup", "decay", "ema", "held_out", "precision", "window_share"})
 
     frames: AtLeastOne = documented(100_000, "ticks to play, rounded up to whole rounds; both seats learn", "free")
     envs: AtLeastOne = documented(10, "episodes that are played at the same time")

@@ -7,7 +7,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from pydantic import BaseModel, Field, FiniteFloat, TypeAdapter, ValidationError
 
@@ -36,6 +36,9 @@ def documented(default: Any, text: str, change: Change = "asked") -> Any:
 @dataclass(frozen=True, kw_only=True)
 class Optimisation:
     """How weights are fitted, for every network."""
+
+    UNUSED: ClassVar[frozenset[str]] = frozenset()
+    """Fields that do nothing in this training, and are no options of it."""
 
     updates: AtLeastOne = documented(6000, "gradient steps; ignored when epochs is set", "free")
     epochs: NotNegative = documented(

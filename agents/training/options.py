@@ -14,6 +14,8 @@ def add_fields(parser: argparse.ArgumentParser, config: type[Optimisation]) -> N
     group = parser.add_argument_group("configuration (defaults come from the preset)")
     hints = get_type_hints(config)
     for entry in dataclasses.fields(config):
+        if entry.name in config.UNUSED:
+            continue
         group.add_argument(
             f"--{entry.name.replace('_', '-')}",
             dest=entry.name,

@@ -9,6 +9,7 @@ from typing import Any
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.errors import MapError
+from movingout.maps.files.output_file import write_output
 from movingout.maps.generated.generator import generate
 from movingout.maps.generated.names import DIFFICULTIES, MODE_WORDS, is_generated
 from movingout.maps.generated.proved import ticks_needed
@@ -58,7 +59,7 @@ def configure(commands: Any) -> None:
         example="movingout maps gallery generated:test:60 -o gallery.html",
     )
     sheet.add_argument("map", metavar="MAPS", nargs="?", default="generated:test:60", help=HELP)
-    add_out(sheet, "FILE", "a page; default: gallery.html", default=Path("gallery.html"))
+    add_out(sheet, "FILE", "a page, .html; default: gallery.html", default=Path("gallery.html"))
     sheet.add_argument("--json", action="store_true", help="one JSON document on standard output")
     sheet.set_defaults(perform=_gallery)
 
@@ -74,7 +75,7 @@ def _generate(args: argparse.Namespace) -> int:
         if args.out.suffix not in (".json", ".png"):
             raise MapError(f"cannot tell the format of {args.out}; let the name end in .json or .png")
         content = map_png(spec) if args.out.suffix == ".png" else (json.dumps(document, indent=2) + "\n").encode()
-        _write(args.out, content)
+        write_output(args.out, content)
         if not args.json:
             print(f"wrote {args.out}: {spec.name}, {proof_in_words(spec.name)}")
     return 0
@@ -93,12 +94,14 @@ def _check_name(name: str, document: dict[str, object]) -> None:
 
 
 def _gallery(args: argparse.Namespace) -> int:
+    if args.out.suffix not in (".html", ".htm"):
+        raise MapError(f"a gallery is a page; let the name of {args.out} end in .html")
     names = selected_maps(args.map)
     if len(names) > _MOST:
         raise MapError(f"a gallery has up to {_MOST} maps, not {len(names)}; name fewer, as in generated:test:60")
     figures = "\n".join(_figure(load_map(name)) for name in names)
     page = _PAGE.format(title=f"{len(names)} maps: {html.escape(args.map)}", figures=figures)
-    _write(args.out, page.encode())
+    write_output(args.out, page.encode())
     if args.json:
         print(json.dumps({"maps": names, "path": str(args.out)}))
     else:
@@ -119,10 +122,3 @@ def proof_in_words(name: str) -> str:
     """What is known about playing a generated map to the end."""
     ticks = ticks_needed(split_name(name)[0])
     return "not on the list of maps that a scripted pair solves" if ticks is None else f"solved in {ticks} ticks"
-
-
-def _write(path: Path, content: bytes) -> None:
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise MapError(f"cannot write {path}: {error.strerror or error}") from error

@@ -26,11 +26,11 @@ def map_cautions(names: Iterable[str]) -> list[str]:
 def map_hints(name: str) -> tuple[MapFault, ...]:
     """What in a map probably means something else than its author thinks, though it can be played.
 
-    That is a name that commands understand otherwise, and angles [rad] of more than a turn. Of a map after symmetries,
-    the map as designed is looked at. Raises MapError for one that cannot be read.
+    That is a name that commands understand otherwise, a number of the paper's maps, and angles [rad] of more than a
+    turn. Of a map after symmetries, the map as designed is looked at. Raises MapError for one that cannot be read.
     """
     spec = load_map(split_name(name)[0])
-    return (*_misunderstood_name(spec), *_angles_in_degrees(spec))
+    return (*_misunderstood_name(spec), *_misunderstood_number(spec), *_angles_in_degrees(spec))
 
 
 def _about(file: str) -> Iterator[str]:
@@ -58,6 +58,13 @@ def _misunderstood_name(spec: MapSpec) -> Iterator[MapFault]:
         yield MapFault(
             "name", f"{spec.name} means the map {base}, mirrored or turned; choose a name without {SEPARATOR}"
         )
+
+
+def _misunderstood_number(spec: MapSpec) -> Iterator[MapFault]:
+    """A number decides how a variant for Challenge 2 is drawn; under a shipped map's name it is that map's own."""
+    if spec.number and not is_reserved(split_name(spec.name)[0]):
+        message = "numbers are those of the paper's maps; write 0 for a map of your own"
+        yield MapFault("number", message)
 
 
 def _is_shipped_as(spec: MapSpec) -> bool:

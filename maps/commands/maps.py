@@ -19,6 +19,7 @@ from movingout.maps.commands.parser import add_out
 from movingout.maps.document_check import check_document
 from movingout.maps.errors import MapError
 from movingout.maps.files.input_file import read_input
+from movingout.maps.files.output_file import write_output
 from movingout.maps.json_format import map_to_json
 from movingout.maps.library import load_map, loadable_map_names, map_document
 from movingout.maps.official import is_official
@@ -236,7 +237,7 @@ def _render(args: argparse.Namespace) -> int:
     output = args.out or Path(f"{spec.file_name}.png")
     if output.suffix not in (".png", ".svg"):
         raise MapError(f"cannot tell the format of {output}; let the name end in .png or .svg")
-    _write(output, _file_content(spec, output.suffix, args.side, args.theme))
+    write_output(output, _file_content(spec, output.suffix, args.side, args.theme))
     if args.json:
         _print_json({"map": spec.name, "path": str(output), "format": output.suffix[1:]})
     else:
@@ -249,7 +250,7 @@ def _randomize(args: argparse.Namespace) -> int:
     if args.out is not None:
         if args.out.suffix not in (".json", ".png", ".svg"):
             raise MapError(f"cannot tell the format of {args.out}; let the name end in .json, .png or .svg")
-        _write(args.out, _file_content(variant, args.out.suffix, PNG_SIDE, "light"))
+        write_output(args.out, _file_content(variant, args.out.suffix, PNG_SIDE, "light"))
     if args.json or args.out is None:
         _print_json(map_to_json(variant))
     else:
@@ -263,10 +264,3 @@ def _file_content(spec: MapSpec, suffix: str, side: int, theme: str) -> bytes:
     if suffix == ".svg":
         return map_svg(spec, THEMES[theme]).encode()
     return map_png(spec, side, THEMES[theme])
-
-
-def _write(path: Path, content: bytes) -> None:
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise MapError(f"cannot write {path}: {error.strerror or error}") from error

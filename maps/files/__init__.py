@@ -1,1 +1,1 @@
-"""Reading files that people name."""
+"""Files that people name: reading and writing them."""

@@ -23,7 +23,7 @@ from movingout.matches.report.parquet import write_parquet
 from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import GRID, open_folder, read_results
 from movingout.matches.results.table import ALL_MAPS, markdown
-from movingout.matches.run import GridRun, run_grid
+from movingout.matches.run import GridRun, check_own_maps, run_grid
 from movingout.recordings.report.words import DEFAULT, LANGUAGES
 from movingout.world.exactness import inexact_engine
 
@@ -99,6 +99,8 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
     if not missing and (folder / GRID).exists():
         open_folder(folder, grid, provenance_of(grid))  # refused as by the run itself
     matches = matches_of(planned_matches(grid))
+    if not missing:
+        check_own_maps(matches)
     finished = read_results(folder).keys() if (folder / GRID).exists() else ()
     todo = [match for match in matches if match.id not in finished]
     seconds = None if missing else _seconds_per_match(grid) * len(todo) / workers if todo else 0.0

@@ -19,10 +19,10 @@ from movingout.matches.commands.progress import bar
 from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed
-from movingout.matches.match import Match, MatchResult
+from movingout.matches.match import Match, MatchResult, check_numbers
 from movingout.matches.results.table import MEASURES, ResultRow, copies_note, rows_of
 from movingout.matches.run import play_matches
-from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICKS_PER_SECOND
+from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 from movingout.world.estimates import estimate_text
 from movingout.world.exactness import inexact_engine
 
@@ -98,8 +98,10 @@ def _pair(args: argparse.Namespace) -> int:
 def _plan(args: argparse.Namespace) -> list[PlannedMatch]:
     if args.blue is None or args.red is None:
         raise MatchError("name both agents, as in: movingout match --blue scripted --red idle --map HandOff")
-    if args.episodes < 1 or not 1 <= args.ticks <= MAX_TICKS or args.seed < 0:
-        raise MatchError(f"--episodes from 1, --ticks from 1 to {MAX_TICKS}, --seed from 0")
+    try:
+        check_numbers(args.episodes, args.seed, args.ticks, args.challenge)
+    except MatchError as error:
+        raise MatchError(f"--{error}") from None
     names = selected_maps(args.map)
     for name in names:
         load_map(name)

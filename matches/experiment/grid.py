@@ -21,7 +21,7 @@ from movingout.maps.selection import selected_maps
 from movingout.maps.suggestion import known_names
 from movingout.matches.experiment.grid_file import read_grid_file
 from movingout.matches.experiment.paper_reference import paper_tables
-from movingout.matches.match import Challenge
+from movingout.matches.match import MAX_SEED, Challenge
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
 
 AgentId = Annotated[str, Field(min_length=1, max_length=300)]
@@ -70,7 +70,7 @@ class Condition(_GridModel):
 class Seeds(_GridModel):
     """Seeds first, first + 1, ..."""
 
-    first: Annotated[int, Field(ge=0)] = 0
+    first: Annotated[int, Field(ge=0, le=MAX_SEED)] = 0
     count: Annotated[int, Field(ge=1, le=MAX_SEEDS)]
 
 

@@ -7,12 +7,12 @@ from movingout.maps.extras import MissingExtraError
 from movingout.matches.errors import MatchError
 from movingout.matches.match import MatchResult
 from movingout.matches.run import GridRun
+from movingout.world.metrics import METRICS
 
 
 def write_parquet(run: GridRun) -> str:
     """Write results.parquet. Returns "", or a sentence when pyarrow is missing."""
     try:
-        import pyarrow as pa
         from pyarrow import parquet
     except ImportError:
         return f"results.parquet was not written: {MissingExtraError('export', 'Parquet')}"
@@ -21,12 +21,25 @@ def write_parquet(run: GridRun) -> str:
     path = run.folder / "results.parquet"
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        parquet.write_table(pa.Table.from_pylist([_row(result) for result in run.results.values()]), draft)
+        parquet.write_table(_table(run), draft)
         draft.replace(path)
     except OSError as error:
         draft.unlink(missing_ok=True)
         raise MatchError(f"cannot write {path}: {error.strerror or error}") from error
     return ""
+
+
+def _table(run: GridRun) -> Any:
+    """Every column is there with its type whatever the first matches have: failed ones lack values."""
+    import pyarrow as pa
+
+    rows = [_row(result) for result in run.results.values()]
+    numbers = {metric.key for metric in METRICS} | {"waiting_share"}
+    numbers |= {key for result in run.results.values() for key in result.own_metrics}
+    columns = {name: [row.get(name) for row in rows] for name in dict.fromkeys(key for row in rows for key in row)}
+    return pa.table(
+        {name: pa.array(values, pa.float64() if name in numbers else None) for name, values in columns.items()}
+    )
 
 
 def _row(result: MatchResult) -> dict[str, Any]:

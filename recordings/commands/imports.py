@@ -10,7 +10,7 @@ from typing import get_args
 from movingout.maps.commands.parser import add_out
 from movingout.recordings.commands.arguments import add_data, add_json, positive, print_json
 from movingout.recordings.errors import RecordingError, cannot
-from movingout.recordings.imports.convert import ImportReport, PlayerKind, import_source
+from movingout.recordings.imports.convert import AGREE, ImportReport, PlayerKind, import_source
 from movingout.recordings.imports.known_plays import known_plays
 from movingout.recordings.imports.map_match import maps_of
 from movingout.recordings.imports.participants import read_participants, with_participants
@@ -110,7 +110,12 @@ def _page(reports: Sequence[ImportReport], folder: Path, copies: int) -> list[st
 def _drifting(made: Sequence[ImportReport]) -> list[str]:
     """The trajectories that our world does not reproduce, one line each."""
     return [
-        f"  drifts: {r.file}, {r.place} ({r.map}) from tick {r.drift_tick}, up to {r.drift:.3g}"
+        f"  drifts: {r.file}, {r.place} ({r.map}) from tick {r.drift_tick}, {_how_far(r)}"
         for r in made
         if r.drift_tick >= 0
     ]
+
+
+def _how_far(report: ImportReport) -> str:
+    """Positions agree where a file has its angles in degrees, say."""
+    return f"up to {report.drift:.3g}" if report.drift > AGREE else "in angles [rad] or hands alone"

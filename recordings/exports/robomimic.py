@@ -5,11 +5,11 @@ from collections import Counter
 from functools import partial
 from typing import Any
 
-import h5py
 import numpy as np
 
 from movingout.maps import is_shipped
 from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports.hdf5_file import hdf5_file
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
 from movingout.recordings.exports.target import new_target
@@ -27,7 +27,7 @@ def write(plan: ExportPlan) -> None:
         raise RecordingError(f"{plan.target.name}: a robomimic file ends in .hdf5")
     names: dict[str, list[str]] = {"train": [], "valid": []}
     total = 0
-    with new_target(plan.target) as path, h5py.File(path, "w") as file:
+    with new_target(plan.target) as path, hdf5_file(path) as file:
         data = file.create_group("data")
         make = partial(all_trajectories, view=plan.view, layout=plan.layout)
         for made in plan.converted(make, "exporting"):

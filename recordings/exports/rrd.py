@@ -39,7 +39,10 @@ def write(plan: ExportPlan) -> None:
         if not single:
             part.mkdir()
         for episode, _ in plan.episodes("writing"):
-            draw(episode, part if single else part / f"{episode.header.episode_id}.rrd")
+            try:
+                draw(episode, part if single else part / f"{episode.header.episode_id}.rrd")
+            except RuntimeError as error:  # how Rerun says that a file could not be written; it does not say why
+                raise OSError(str(error)) from error
 
 
 def draw(episode: Episode, file: Path) -> None:

@@ -4,9 +4,10 @@ from typing import Any, Literal
 
 import msgspec
 
-from movingout.agents.catalogue import agent_card, agent_cards, open_to_all, trained_cards
+from movingout.agents.catalogue import agent_card, agent_cards, open_to_all
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.live_options import check_live_agent
+from movingout.agents.map_limits import check_map_seen
 from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json, shipped_map_names
 from movingout.maps.generated.names import is_generated
 from movingout.maps.spec import SEAT_COLOURS
@@ -25,9 +26,7 @@ from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.rooms.tutorial import partner_seat
 from movingout.server.security.tokens import hash_token, new_token
-from movingout.world import WorldError
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICK_SECONDS, TUTORIAL_TICKS
-from movingout.world.observation import LAYOUTS
 
 MAX_ROUNDS = 36
 LONGEST_AGENT = 400  # letters of an id with its options, which everybody in the room gets to see
@@ -257,14 +256,11 @@ def _seat(host: PublicHost, index: int, wanted: SeatRequest, token: str | None, 
 
 def _check_maps_seen(agent_id: str, own_maps: dict[str, MapSpec]) -> None:
     """Raises ApiError for a map of somebody's own that has more of something than the agent sees."""
-    known = {card.id: card.layout for card in trained_cards()}
-    layout = known.get(agent_id.partition(":")[0], "")
-    for name, spec in own_maps.items() if layout else ():
+    for name, spec in own_maps.items():
         try:
-            LAYOUTS[layout].check(spec)
-        except WorldError as error:
-            text = f"{agent_id} cannot play {name}: {error}"
-            raise ApiError(422, "agent_map", text, agent=agent_id, map=name) from None
+            check_map_seen(agent_id, spec, name)
+        except AgentError as error:
+            raise ApiError(422, "agent_map", str(error), agent=agent_id, map=name) from None
 
 
 def _player_seat(index: int, kind: str, token: str | None) -> Seat:

@@ -1,4 +1,4 @@
-"""Whether the partner that the lobby proposes can be made: found out at the start rather than in somebody's room."""
+"""Whether the partner that the lobby proposes plays: found out at the start rather than in somebody's room."""
 
 import subprocess
 import sys
@@ -14,9 +14,9 @@ _OURS = "movingout: "  # begins the sentence of a command
 
 
 def check_partner(agent_id: str) -> None:
-    """Raises AgentError, or what a recording that cannot be read raises, for an agent that cannot be made.
+    """Raises AgentError, or what a recording that cannot be read raises, for an agent that cannot be made or played.
 
-    An agent of one's own, or with options, is made once in another process: this one imports nobody's code.
+    An agent of one's own, or with options, plays a tick in another process: this one imports nobody's code.
     """
     kind = agent_card(agent_id).kind
     if kind == LLM:
@@ -24,16 +24,20 @@ def check_partner(agent_id: str) -> None:
     elif is_ghost(agent_id):
         ghost_seat(agent_id.removeprefix(f"{GHOST}:"))
     elif agent_id not in {card.id for card in agent_cards()}:
-        _make_elsewhere(agent_id)
+        _play_elsewhere(agent_id)
 
 
-def _make_elsewhere(agent_id: str) -> None:
-    command = [sys.executable, "-P", "-m", "movingout.server.cli", "agents", "show", agent_id]
+def _play_elsewhere(agent_id: str) -> None:
+    words = "agents", "probe", agent_id, "--ticks", "1", "--json"
+    command = [sys.executable, "-P", "-m", "movingout.server.cli", *words]
     limit_s = HANG_S["loading"]
     try:
-        made = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", timeout=limit_s)
+        played = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", timeout=limit_s)
     except subprocess.TimeoutExpired:
         raise AgentError(f"the partner {agent_id} was not ready within {limit_s:.0f} s") from None
-    if made.returncode != 0:
-        said = [line.removeprefix(_OURS) for line in made.stderr.splitlines() if line.startswith(_OURS)]
-        raise AgentError(said[-1] if said else f"making the partner {agent_id} ended its process ({made.returncode})")
+    if played.stdout:  # its times, also where the first decision takes longer than a tick
+        return
+    said = [line.removeprefix(_OURS) for line in played.stderr.splitlines() if line.startswith(_OURS)]
+    if not said:
+        raise AgentError(f"making the partner {agent_id} ended its process ({played.returncode})")
+    raise AgentError(said[-1] if agent_id in said[-1] else f"the partner {agent_id} cannot play: {said[-1]}")

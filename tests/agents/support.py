@@ -40,6 +40,21 @@ class Raising(Forward):
         return super().act(observation)
 
 
+class Untrained(Forward):
+    """Can be made, and answers nothing."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        raise ValueError("no weights")
+
+
+class Flat(Forward):
+    """Answers one row instead of a chunk of rows."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        row: ActionChunk = super().act(observation)[0]
+        return row
+
+
 class NotANumber(Forward):
     def act(self, observation: Observation) -> ActionChunk:
         chunk = super().act(observation)

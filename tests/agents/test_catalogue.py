@@ -40,6 +40,7 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
             "family:greedy names several partners; name one of them, which `movingout demos people` lists",
         ),
         ("a b:c", "unknown agent 'a b:c'; known: scripted"),
+        ("familie", "unknown agent 'familie'; did you mean families? known: scripted,"),
         ("scripted:patient=3", "did you mean patience? known: heavy_first"),
         ("no_such_module:Factory", "cannot import 'no_such_module'"),
         (f"{HERE}:Missing", "has no factory 'Missing'"),

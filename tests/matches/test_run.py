@@ -1,15 +1,22 @@
+import json
 import os
+import re
 import resource
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
+from movingout.agents.errors import AgentError
+from movingout.maps import load_map, map_to_json
 from movingout.matches import MatchError, MatchResult, open_run, play, run_grid
 from movingout.matches.execution.local_workers import LocalWorkerPool
+from movingout.matches.experiment.grid import Grid
 from movingout.matches.match import Match
 from movingout.matches.results.provenance import Provenance
 from movingout.matches.results.results_folder import Shard, open_folder
@@ -35,6 +42,46 @@ def test_the_numbers_are_the_same_whatever_the_number_of_workers(tmp_path: Path)
     assert _numbers(one.results) == _numbers(three.results)
     assert len({result.metrics.nfd for result in one.results.values()}) > 3
     assert (tmp_path / "one/results.md").read_text() == (tmp_path / "three/results.md").read_text()
+
+
+def test_a_map_with_more_than_an_agent_sees_is_refused_before_anything_is_played(tmp_path: Path) -> None:
+    document = map_to_json(load_map("DistancePriority")) | {"name": "Five", "number": 0}
+    path = tmp_path / "five.json"
+    path.write_text(json.dumps(document | {"goals": document["goals"] * 5}))
+    sentence = re.escape(f"dp@all cannot play {path}: the layout aware-v1 has 4 slots for goals; Five has ")
+    with pytest.raises(AgentError, match=sentence):
+        play("dp@all", "idle", str(path), ticks=2)
+    grid = Grid.model_validate({"name": "x", "agents": ["idle", "dp@all"], "maps": [str(path)], "seeds": 1})
+    with pytest.raises(AgentError, match=sentence):
+        run_grid(grid, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("numbers", "sentence"),
+    [
+        ({"episodes": 1.5}, "episodes is a whole number from 1 to 1000000, not 1.5"),
+        ({"ticks": 0}, "ticks is a whole number from 1 to 36000, not 0"),
+        ({"ticks": 10**9}, "ticks is a whole number from 1 to 36000, not 1000000000"),
+        ({"seed": 2**63}, "seed is a whole number from 0 to 9007199254740991, not 9223372036854775808"),
+        ({"challenge": 3}, "challenge is a whole number from 1 to 2, not 3"),
+    ],
+)
+def test_numbers_that_cannot_be_are_refused(numbers: dict[str, Any], sentence: str) -> None:
+    """play(ticks=0) played a tick, and a seed above 2**63 ended its export in a traceback."""
+    with pytest.raises(MatchError, match=re.escape(sentence)):
+        play("idle", "idle", workers=1, **numbers)
+
+
+def test_a_dictionary_is_no_grid(tmp_path: Path) -> None:
+    """It ended in a TypeError of pathlib."""
+    with pytest.raises(MatchError, match="a grid is a Grid or the path of a YAML file, not "):
+        run_grid({"name": "x"}, tmp_path)  # type: ignore[arg-type]
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    [result] = play("idle", "idle", seed=np.int64(3), ticks=np.int64(2), episodes=np.int64(1), workers=1)  # type: ignore[arg-type]
+    assert (result.match.seed, result.ticks) == (3, 2)
 
 
 @pytest.mark.slow

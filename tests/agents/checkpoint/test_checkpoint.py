@@ -187,7 +187,7 @@ def test_an_unknown_id_is_answered_with_those_that_exist(tmp_path: Path) -> None
 def test_of_two_ids_with_one_folder_only_the_one_that_lies_there_is_found(tmp_path: Path) -> None:
     write_checkpoint(tmp_path / "mlp-a-b", _card(id="mlp-a@b"), {"policy.onnx": b"x"})
     assert find_checkpoint("mlp-a@b", tmp_path).card.id == "mlp-a@b"
-    with pytest.raises(CheckpointError, match=r"no checkpoint 'mlp@a-b'; there are: mlp-a@b$"):
+    with pytest.raises(CheckpointError, match=r"no checkpoint 'mlp@a-b'; did you mean mlp-a@b\? there are: mlp-a@b$"):
         find_checkpoint("mlp@a-b", tmp_path)
     with pytest.raises(CheckpointError, match="is the folder of mlp-a@b; choose another id than mlp@a-b"):
         write_checkpoint(tmp_path / "mlp-a-b", _card(id="mlp@a-b"), {"policy.onnx": b"x"})

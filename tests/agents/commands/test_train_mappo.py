@@ -74,7 +74,11 @@ def test_it_draws_as_in_training_or_plays_the_middle(here: Path) -> None:
     [
         (["--frames", "0"], "--frames 0: input should be greater than or equal to 1"),
         (["--map", "HandOf"], "did you mean HandOff"),
-        (["data/demos"], "mappo learns from its own play; name --map instead of recordings"),
+        (["data/demos"], "mappo learns from its own play, on maps that --map names; leave out the recordings"),
+        (
+            ["--without", "family:greedy"],
+            "mappo learns from its own play, on maps that --map names; leave out --without",
+        ),
         (["--envs", "20", "--frames-per-batch", "10"], "20 environments play at least one"),
         (["--width", "2"], "--width 2"),
     ],

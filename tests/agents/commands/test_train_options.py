@@ -28,6 +28,21 @@ def test_the_example_of_what_learns_from_its_own_play_names_no_recordings(kind: 
     assert parser.parse_args(words).recordings == []
 
 
+@pytest.mark.parametrize("kind", ["response", "mappo", "comedi"])
+def test_the_help_of_what_learns_from_its_own_play_has_only_options_that_apply(kind: str) -> None:
+    _, parser = configured("train")
+    [help_text] = [one.format_help() for one in parsers_below(parser) if one.prog.endswith(f" {kind}")]
+    for word in ("recordings", "--manifest", "--group", "--without", "--epochs", "--held-out", "--window-share"):
+        assert word not in help_text, word
+    assert "--seed" in help_text and "--rate" in help_text
+
+
+def test_an_option_that_a_training_does_not_use_is_unknown_to_it(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["train", "mappo", "--updates", "3"])
+    assert "unknown option --updates" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [

@@ -12,6 +12,7 @@ from movingout.agents.data.dagger import LabellingJob, label_episode, labelling_
 from movingout.agents.data.dataset import windows_of
 from movingout.agents.errors import DataError
 from movingout.maps import load_map
+from movingout.recordings import RecordingError
 from tests.agents.support import HERE
 
 STILL = f"{HERE}:Forward:distance=0.0"
@@ -73,6 +74,13 @@ def test_corrections_are_read_back_and_become_windows_of_the_learners_seat(tmp_p
     windows = windows_of(correction_samples([read], "aware-v1"))
     assert len(windows) == 12 and windows.names == ("expert:ann",)
     assert np.array_equal(windows.features, correction.trajectory.features(1, "aware-v1"))
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    """A full disk was told as a fault of the agents."""
+    path = tmp_path / "lost" / "lesson.corrections.npz"
+    with pytest.raises(RecordingError, match=r"cannot write .*lesson.corrections.npz: there is no such file or folder"):
+        save_correction(path, label_episode(_job(), slips=False))
 
 
 def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:

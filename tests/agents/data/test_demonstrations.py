@@ -10,6 +10,7 @@ from movingout.agents.data.dagger import LabellingJob
 from movingout.agents.data.demonstrations import EpisodeJob, label_all, write_all
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
+from movingout.recordings import RecordingError
 
 
 class Raising:
@@ -56,3 +57,12 @@ def test_what_was_written_before_is_kept(tmp_path: Path) -> None:
         list(write_all(jobs, tmp_path, 1))
     assert written.path.exists()
     assert list(write_all(jobs[:1], tmp_path, 1)) == []
+
+
+def test_a_file_where_the_folder_should_be_is_told_in_a_sentence(tmp_path: Path) -> None:
+    """It ended in a traceback."""
+    file = tmp_path / "taken"
+    file.write_text("x")
+    for play_all in (write_all, label_all):
+        with pytest.raises(RecordingError, match=r"cannot write to .*taken: File exists"):
+            list(play_all([], file, 1))

@@ -33,7 +33,7 @@ def test_maps_that_come_with_the_project_and_copies_of_them_need_no_caution(tmp_
 
 def test_a_file_with_faults_is_told_once_with_its_first_faults(tmp_path: Path) -> None:
     tiny = [{"x0": -1.2, "y0": 1.2, "x1": -1.19, "y1": 1.19}]
-    name = _written(tmp_path / "tiny.json", name="Tiny", goals=tiny)
+    name = _written(tmp_path / "tiny.json", name="Tiny", number=0, goals=tiny)
     faults = [str(fault) for fault in check_map(load_map(name))]
     assert len(faults) > 3
     assert map_cautions([name, name]) == [
@@ -54,14 +54,24 @@ def test_another_map_under_the_name_of_a_shipped_one_would_be_taken_for_it(tmp_p
 @pytest.mark.parametrize(
     ("changes", "hint"),
     [
-        ({"name": "all"}, "name: all means the paper's twelve maps where maps are named; choose another name"),
         (
-            {"name": "generated"},
+            {"name": "all", "number": 0},
+            "name: all means the paper's twelve maps where maps are named; choose another name",
+        ),
+        (
+            {"name": "generated", "number": 0},
             "name: generated means maps of the generator where maps are named; choose another name",
         ),
-        ({"name": "Den:mirror"}, "name: Den:mirror means the map Den, mirrored or turned; choose a name without :"),
         (
-            {"name": "Den", "robots": {"blue": {"x": -0.9, "y": 0.0, "angle": -90}, "red": _RED}},
+            {"name": "Den", "number": 13},
+            "number: numbers are those of the paper's maps; write 0 for a map of your own",
+        ),
+        (
+            {"name": "Den:mirror", "number": 0},
+            "name: Den:mirror means the map Den, mirrored or turned; choose a name without :",
+        ),
+        (
+            {"name": "Den", "number": 0, "robots": {"blue": {"x": -0.9, "y": 0.0, "angle": -90}, "red": _RED}},
             "robots.blue.angle: angles are radians; if -90 degrees are meant, write -1.5708",
         ),
     ],
@@ -73,4 +83,4 @@ def test_names_and_angles_that_mean_something_else_are_told(tmp_path: Path, chan
 
 
 def test_a_map_of_ones_own_after_a_symmetry_needs_no_hint(tmp_path: Path) -> None:
-    assert map_hints(f"{_written(tmp_path / 'den.json', name='Den')}:mirror") == ()
+    assert map_hints(f"{_written(tmp_path / 'den.json', name='Den', number=0)}:mirror") == ()

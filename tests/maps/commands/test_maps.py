@@ -53,7 +53,7 @@ def test_check_gives_hints_for_a_map_that_can_be_played(capsys: Output, tmp_path
     file = tmp_path / "mine.json"
     file.write_text(json.dumps(map_to_json(load_map("HandOff")) | {"name": "all"}))
     result = answer(capsys, "check", str(file))
-    assert (result["playable"], [hint["path"] for hint in result["hints"]]) == (True, ["name"])
+    assert (result["playable"], [hint["path"] for hint in result["hints"]]) == (True, ["name", "number"])
     assert main(["maps", "check", str(file)]) == 0
     assert capsys.readouterr().out.startswith("hint: name: all means the paper's twelve maps")
 
@@ -102,6 +102,7 @@ def test_check_of_a_broken_official_file_says_what_is_wrong(capsys: Output, tmp_
             ["generate", "--mode", "awareness", "--seed", "1", "--name", "HandOff"],
             "HandOff is the name of a shipped map",
         ),
+        (["gallery", "HandOff", "-o", "maps.txt"], "a gallery is a page; let the name of maps.txt end in .html"),
         (["gallery", "generated:tset:3"], "unknown maps generated:tset:3; did you mean test? known: test, validation"),
         (["gallery", "generated:awarenes:3"], "did you mean awareness? known: test, validation"),
         (["check", "mine.json:mirro"], "unknown symmetry 'mirro' of mine.json; did you mean mirror? known: mirror"),

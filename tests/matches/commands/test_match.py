@@ -33,7 +33,7 @@ def test_the_readmes_match_gives_the_fixed_json_fields(capsys: pytest.CaptureFix
         (["--red", "idle"], "name both agents"),
         (["--red", "idle", "--blue", "idel"], "unknown agent 'idel'; did you mean idle? known: scripted"),
         (["--red", "idle", "--blue", "idle", "--map", "HandOf"], "did you mean HandOff?"),
-        (["--red", "idle", "--blue", "idle", "--episodes", "0"], "--episodes from 1"),
+        (["--red", "idle", "--blue", "idle", "--episodes", "0"], "--episodes is a whole number from 1"),
         (["--red", "idle", "--blue", "idle", "--workers", "0"], "--workers must be at least 1"),
         (["--red", "idle", "--blue", "people:Z"], "unknown population 'Z'"),
         (["grid", "nothing.yaml"], "cannot read nothing.yaml"),
@@ -100,7 +100,7 @@ def test_a_map_with_more_goals_than_an_agent_sees_is_told_in_a_sentence(
     path = tmp_path / "five.json"
     path.write_text(json.dumps(drawn), encoding="utf-8")
     pair = ["--blue", "idle", "--red", "bass@any", "--ticks", "10", "--workers", "1"]
-    assert main(["match", *pair, "--map", str(path)]) == 1
+    assert main(["match", *pair, "--map", str(path)]) == 2
     said = capsys.readouterr().err
     assert "the layout relative-v1 has 4 slots for goals; Five has 5" in said
     assert said.count("movingout: ") == 1 and "Traceback" not in said

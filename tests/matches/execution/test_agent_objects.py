@@ -53,7 +53,7 @@ def test_objects_give_the_result_that_ids_give() -> None:
 
 
 def test_no_episodes_are_a_fault() -> None:
-    with pytest.raises(MatchError, match="at least 1 episode is played, not 0"):
+    with pytest.raises(MatchError, match="episodes is a whole number from 1 to 1000000, not 0"):
         play("idle", "idle", episodes=0)
 
 

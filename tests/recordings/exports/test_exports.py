@@ -304,7 +304,8 @@ def test_no_path_of_this_machine_gets_out(
 def test_a_missing_library_is_named_with_the_command_that_installs_it(
     recordings: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delitem(sys.modules, "movingout.recordings.exports.robomimic", raising=False)
+    for module in ("robomimic", "hdf5_file"):
+        monkeypatch.delitem(sys.modules, f"movingout.recordings.exports.{module}", raising=False)
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(
         MissingExtraError, match=r"robomimic \(h5py\) needs the extra `hdf5`.* pip install 'moving-out-live\[hdf5\]'"

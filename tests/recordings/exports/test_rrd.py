@@ -63,3 +63,17 @@ def test_a_trail_goes_back_five_seconds_and_no_farther_than_the_start(tmp_path: 
     last = trail(states, 1, TRAIL_TICKS + 5)
     assert len(last) == TRAIL_TICKS + 1
     np.testing.assert_array_equal(last[-1, :2], states[-1].robot_poses[1, :2])
+
+
+def test_what_rerun_cannot_write_is_told_in_a_sentence(
+    recordings: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A full disk ended in a traceback."""
+
+    def full(*_: object) -> None:
+        raise RuntimeError("File-writer thread shut down prematurely")
+
+    monkeypatch.setattr("movingout.recordings.exports.rrd.draw", full)
+    with pytest.raises(RecordingError, match=r"cannot write .*x: File-writer thread shut down"):
+        export("rrd", ExportPlan(recordings, tmp_path / "x"))
+    assert not list(tmp_path.iterdir())

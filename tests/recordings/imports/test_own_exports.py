@@ -93,3 +93,18 @@ def test_a_kind_said_for_a_trajectory_that_was_imported_before_changes_nothing_a
     assert "imported before, with human in blue and human in red; nothing changed." in out
     assert f"To import it otherwise, move {path.name} away" in out
     assert path.read_bytes() == before
+
+
+def test_angles_in_other_units_are_told_apart_from_places(
+    exported: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Such a file drifted "up to 0"."""
+    rows = (exported / "dataset.jsonl").read_text().splitlines()
+    row = json.loads(rows[0])
+    steps = json.loads(row["steps_data"])
+    for step in steps[1:]:
+        step[1]["robot_1"]["angle"] += 1.0
+    file = tmp_path / "degrees.jsonl"
+    file.write_text(json.dumps(row | {"steps_data": json.dumps(steps)}))
+    assert main(["recordings", "import", str(file), "--out", str(tmp_path / "in"), "--workers", "1"]) == 0
+    assert "(LeftRight) from tick 1, in angles [rad] or hands alone" in capsys.readouterr().out

@@ -32,10 +32,12 @@ def test_the_hint_says_who_can_connect(settings: Settings, hint: str) -> None:
     [
         ("no_such_module:Policy", "cannot import 'no_such_module': ModuleNotFoundError"),
         ("tests.agents.support:broken_factory", "could not be made: RuntimeError: no weights here (tests/agents"),
+        ("tests.agents.support:Untrained", "tests.agents.support:Untrained raised ValueError: no weights"),
+        ("tests.agents.support:Flat", "the partner tests.agents.support:Flat cannot play: an action chunk has shape"),
         ("scripted:patience=abc", "style: patience must lie between"),
     ],
 )
-def test_a_partner_that_cannot_be_made_is_refused_at_the_start(
+def test_a_partner_that_cannot_be_made_or_played_is_refused_at_the_start(
     partner: str, sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["play", "--partner", partner, "--port", "0", "--data", str(tmp_path)]) == 2

@@ -1,0 +1,36 @@
+"""The table of results that other programs read."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pyarrow as pa
+from pyarrow import parquet
+
+from movingout.matches.experiment.grid import Grid
+from movingout.matches.experiment.plan import matches_of, planned_matches
+from movingout.matches.match import MatchResult, failed_result
+from movingout.matches.report.parquet import write_parquet
+from movingout.matches.run import GridRun
+
+GRID = Grid.model_validate({"name": "x", "agents": ["idle"], "maps": ["HandOff"], "seeds": 2})
+
+
+def _written(folder: Path, *results: MatchResult) -> pa.Table:
+    run = GridRun(folder, GRID, planned_matches(GRID), {result.match: result for result in results})
+    assert write_parquet(run) == ""
+    return parquet.read_table(folder / "results.parquet")
+
+
+def test_columns_have_their_types_where_no_match_has_a_value(tmp_path: Path) -> None:
+    """Metrics without any value were columns of nulls, which do not go together with those of another grid."""
+    first, _ = matches_of(planned_matches(GRID))
+    table = _written(tmp_path, failed_result(first, "it raised"))
+    for name in ("tcr", "wt_s", "ac", "interdependence", "waiting_share"):
+        assert table.schema.field(name).type == pa.float64(), name
+
+
+def test_a_metric_that_the_first_match_lacks_is_a_column_all_the_same(tmp_path: Path) -> None:
+    first, second = matches_of(planned_matches(GRID))
+    played = replace(failed_result(second, ""), own_metrics={"walked": 3.5})
+    table = _written(tmp_path, failed_result(first, "it raised"), played)
+    assert table.column("walked").to_pylist() == [None, 3.5]
