@@ -162,8 +162,8 @@ def running_server(rooms: int, clients: int, processes: int = 1, partner: str = 
         command = [*PROGRAM, "play", "--port", "0", "--data", folder]
         command += ["--max-rooms", str(rooms + 10), "--max-sockets", sockets, "--processes", str(processes)]
         command += ["--partner", partner] if partner else []
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-        with ended_by_sigterm(), subprocess.Popen(command, **pipes, text=True) as process:
+        pipe = subprocess.PIPE
+        with ended_by_sigterm(), subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as process:
             try:
                 yield _wait_until_ready(process)
             finally:

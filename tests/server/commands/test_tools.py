@@ -14,11 +14,11 @@ import pytest
 
 from movingout.agents.catalogue import agent_card, agent_cards
 from movingout.server.cli import main
-from movingout.server.commands.with_parent import PROGRAM
 from movingout.server.commands import doctor, loadtest
 from movingout.server.commands.doctor import examine
 from movingout.server.commands.exactness_probe import PROBES, Probe, deviation
 from movingout.server.commands.loadtest import LoadTestError, RunningServer, measure
+from movingout.server.commands.with_parent import PROGRAM
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.public_host import PublicHost
 from movingout.server.security.certificate import certificate_in, host_names
@@ -167,8 +167,7 @@ finally:
 
 def test_a_server_ends_when_the_command_that_has_started_it_is_killed(tmp_path: Path) -> None:
     command = [*PROGRAM, "play", "--port", "0", "--data", str(tmp_path)]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with subprocess.Popen(command, **pipes, text=True) as server:
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:
         assert server.stdin is not None and server.stdout is not None
         assert next(line for line in server.stdout if "Admin token" in line)
         server.stdin.close()  # which is what a killed program leaves
