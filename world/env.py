@@ -2,7 +2,7 @@
 
 Agents are "blue" and "red"; both act at once, once per tick of 0.1 s. An action is the paper's four numbers
 (distance, cos, sin, grasp; `world.action`), an observation a vector of a named layout (`world.observation`) as
-float32. An episode terminates when everything is delivered and is truncated at its limit of ticks.
+float32; of the layout `image-v1` a picture (128, 128, 3) of bytes, as networks for pictures take it. An episode terminates when everything is delivered and is truncated at its limit of ticks.
 `agents.environment` has the same with one learner and a partner, as a Gymnasium Env.
 """
 
@@ -25,7 +25,7 @@ from movingout.world.action import POLICY_SIZE, to_world
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 from movingout.world.errors import ActionError, WorldError
 from movingout.world.metrics import METRICS, EpisodeMetrics
-from movingout.world.observation import layout_named
+from movingout.world.observation import Layout, layout_named
 from movingout.world.official_reward import OfficialDenseReward
 from movingout.world.physics import Snapshot, World
 from movingout.world.reward import PaperReward
@@ -38,7 +38,7 @@ with needs_extra("env", "the environment for reinforcement learning"):
 
 RewardName = Literal["paper-dense", "paper-agent-distance", "paper-sparse", "official-dense"]
 Reward = Callable[[WorldState, WorldState], Floats]
-Observation = npt.NDArray[np.float32]
+Observation = npt.NDArray[np.float32 | np.uint8]
 Info = dict[str, Any]
 RenderMode = Literal["rgb_array", "human"]
 RENDER_MODES: tuple[RenderMode, ...] = ("rgb_array", "human")
@@ -87,7 +87,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         """Raises WorldError or MapError, which name what is known, for arguments that are not."""
         if reward not in REWARDS:
             raise WorldError(f"unknown reward {reward!r}; known: {', '.join(REWARDS)}")
-        if not isinstance(limit_ticks, int | np.integer) or limit_ticks < 1:
+        if isinstance(limit_ticks, bool) or not isinstance(limit_ticks, int | np.integer) or limit_ticks < 1:
             raise WorldError(f"limit_ticks is a whole number of ticks from 1, not {limit_ticks!r}")
         if split is not None and split not in SPLITS:
             raise WorldError(f"unknown split {split!r}; {known_names(str(split), SPLITS)}, None")
@@ -105,11 +105,8 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         self._split = split
         self._generator = np.random.default_rng()
         self._layout = layout
-        self._bounds = layout_named(layout).bounds.astype(np.float32)
-        self.state_space = spaces.Box(-self._bounds, self._bounds, dtype=np.float32)
-        self.observation_spaces = {
-            agent: spaces.Box(-self._bounds, self._bounds, dtype=np.float32) for agent in self.possible_agents
-        }
+        self.state_space = _box(layout_named(layout))
+        self.observation_spaces = {agent: _box(layout_named(layout)) for agent in self.possible_agents}
         low, high = np.array([-1, -1, -1, 0], np.float32), np.ones(4, np.float32)
         self.action_spaces = {agent: spaces.Box(low, high, dtype=np.float32) for agent in self.possible_agents}
         self._start(self.map)
@@ -226,9 +223,10 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return self._reward(before, self._state)
 
     def _observations(self) -> dict[str, Observation]:
-        both = np.array(self._encode(self._state), np.float32)
-        np.minimum(both, self._bounds, out=both)
-        np.maximum(both, -self._bounds, out=both)
+        box = self.state_space
+        both = np.array(self._encode(self._state), box.dtype).reshape(2, *box.shape)
+        np.minimum(both, box.high, out=both)
+        np.maximum(both, box.low, out=both)
         return dict(zip(self.possible_agents, both, strict=True))
 
     def _infos(self, last: bool = False) -> dict[str, Info]:
@@ -241,6 +239,13 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
     def _show(self) -> None:
         if self._window is not None:
             self._window.show(raster.pixels(self._world.map, self._state))
+
+
+def _box(layout: Layout) -> spaces.Box:
+    if layout.picture is not None:
+        return spaces.Box(0, 255, layout.picture, np.uint8)
+    bounds = layout.bounds.astype(np.float32)
+    return spaces.Box(-bounds, bounds, dtype=np.float32)
 
 
 def _known_agent(agent: str) -> str:

@@ -1,6 +1,7 @@
 """A model of Stable-Baselines3 in a seat: `sb3:path=ppo.zip`. The file contains pickles: load only your own."""
 
 import json
+import math
 import pickle
 import zipfile
 from pathlib import Path
@@ -14,6 +15,7 @@ from movingout.agents.adapters.layout_choice import chosen_layout
 from movingout.agents.adapters.policy_file import MissingPackageError, existing
 from movingout.agents.base import THREADS
 from movingout.agents.errors import AgentError
+from movingout.world.observation import PICTURE_SHAPE
 
 try:
     import stable_baselines3
@@ -21,6 +23,7 @@ try:
 except ImportError as error:
     raise MissingPackageError("sb3", "stable-baselines3", "stable-baselines3") from error
 
+PICTURE_SIZE = math.prod(PICTURE_SHAPE)
 _OWN = ("PPO", "A2C", "SAC", "TD3", "DDPG")
 _CONTRIB = ("RecurrentPPO", "TQC", "TRPO")  # of sb3-contrib
 _MARKS = {"clip_range": "PPO", "line_search_shrinking_factor": "TRPO"}  # settings that one actor-critic alone has
@@ -47,6 +50,7 @@ class Sb3Agent(VectorPlayer):
         torch.set_num_threads(THREADS)
         self._model = _loaded(file, _class_of(file, algorithm))
         size = _size(self._model)
+        self._shows = size == PICTURE_SIZE
         self._scale = _normalizer(normalize, size)
         self._deterministic = deterministic
         self._state: Any = None
@@ -60,7 +64,9 @@ class Sb3Agent(VectorPlayer):
         torch.manual_seed(seed)  # of actions that are not deterministic
 
     def _infer(self, seen: Singles) -> npt.ArrayLike:
-        observation = seen if self._scale is None else self._scale.normalize_obs(seen)
+        observation = seen.reshape(-1, *PICTURE_SHAPE).astype(np.uint8) if self._shows else seen
+        if self._scale is not None:
+            observation = self._scale.normalize_obs(observation)
         begins = np.array([self._state is None])
         action, self._state = self._model.predict(observation, self._state, begins, self._deterministic)
         rows: npt.ArrayLike = action
@@ -112,8 +118,12 @@ def _size(model: Any) -> int:
     actions, seen = model.action_space.shape, model.observation_space.shape
     if actions != (4,):
         raise AgentError(f"the model's actions have shape {actions}; {ROW}")
+    if seen in (PICTURE_SHAPE, (3, *PICTURE_SHAPE[:2])):  # the library puts the colours first
+        return PICTURE_SIZE
     if seen is None or len(seen) != 1:
-        raise AgentError(f"the model's observations have shape {seen}; a layout is one row of numbers")
+        height, width, _ = PICTURE_SHAPE
+        wanted = f"a layout is one row of numbers, or a picture of {height} x {width} pixels"
+        raise AgentError(f"the model's observations have shape {seen}; {wanted}")
     return int(seen[0])
 
 
@@ -127,6 +137,6 @@ def _normalizer(path: str, size: int) -> Any:
         found = load_from_pkl(existing("sb3", path))
     except (pickle.UnpicklingError, EOFError, AttributeError, ImportError):
         found = None
-    if not isinstance(found, VecNormalize) or found.observation_space.shape != (size,):
+    if not isinstance(found, VecNormalize) or math.prod(found.observation_space.shape or ()) != size:
         raise AgentError(f"{path} is not the VecNormalize of observations of {size} numbers")
     return found

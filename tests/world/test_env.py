@@ -155,6 +155,17 @@ def test_bounds_are_finite_and_hold_under_wild_actions() -> None:
         seen, *_ = env.step(dict(zip(env.agents, np.array(rows, np.float32), strict=True)))
 
 
+def test_pictures_are_bytes_in_the_shape_of_a_picture() -> None:
+    env = MovingOutEnv("HandOff", layout="image-v1")
+    seen, _ = env.reset()
+    space = env.observation_space("red")
+    assert space.shape == (128, 128, 3) and space.dtype == np.uint8
+    assert (space.low.max(), space.high.min()) == (0, 255)
+    assert space.contains(seen["red"]) and seen["red"].max() > 200
+    flat = encode_state(env.current_map, env.world_state, 1, "image-v1")
+    assert np.array_equal(seen["red"].reshape(-1), flat)
+
+
 def test_the_map_of_an_episode_is_public_and_may_be_chosen_for_it() -> None:
     env = MovingOutEnv("HandOff", split="train")
     env.reset(seed=1)

@@ -122,7 +122,8 @@ function earnedLine({ earned }) {
   const amount = new Intl.NumberFormat(currentLanguage(), { style: "currency", currency: earned.currency }).format(
     earned.amount,
   );
-  return el("p", {}, say("study.code.earned", { amount, minutes: Math.round(earned.minutes) }));
+  const minutes = Math.round(earned.minutes);
+  return el("p", {}, minutes > 0 ? say("study.code.earned", { amount, minutes }) : amount);
 }
 
 /** @param {Step} step */
