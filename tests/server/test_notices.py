@@ -21,7 +21,7 @@ CODES = {
     "unrecorded": UnrecordedCode,
     "alert": AlertCode,
 }
-OF_PAGES = {"title", "offline", "http"}  # errors that a page finds by itself
+OF_PAGES = {"title", "offline", "http", "storage"}  # errors that a page finds by itself
 
 
 @pytest.mark.parametrize("catalogue", CATALOGUES, ids=lambda path: path.stem)

@@ -210,7 +210,8 @@ function stopSentence(game) {
 function seatRow(seat) {
   const name = el("span", { class: "seat-name" });
   const words = el("span", { class: "seat-words" });
-  return { box: el("div", { class: "seat" }, badge(seat), name, words), name, words };
+  const colour = el("span", { class: "sr-only" }, `${colourName(seat)}: `); // the badge is for eyes
+  return { box: el("div", { class: "seat" }, badge(seat), colour, name, words), name, words };
 }
 
 /** @param {SeatCard} card @param {Mapping} mapping @param {boolean} named @param {boolean} pings */
