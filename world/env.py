@@ -2,7 +2,8 @@
 
 Agents are "blue" and "red"; both act at once, once per tick of 0.1 s. An action is the paper's four numbers
 (distance, cos, sin, grasp; `world.action`), an observation a vector of a named layout (`world.observation`) as
-float32; of the layout `image-v1` a picture (128, 128, 3) of bytes, as networks for pictures take it. An episode terminates when everything is delivered and is truncated at its limit of ticks.
+float32; of the layout `image-v1` it is a picture (128, 128, 3) of bytes, as networks for pictures take it. An episode
+terminates when everything is delivered and is truncated at its limit of ticks.
 `agents.environment` has the same with one learner and a partner, as a Gymnasium Env.
 """
 
