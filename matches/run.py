@@ -20,7 +20,7 @@ from movingout.matches.execution.dispatch import WorkerPool, dispatch
 from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.execution.lockstep import AGENT_LIMIT_S, Lockstep
 from movingout.matches.experiment.grid import Grid, read_grid
-from movingout.matches.experiment.plan import PlannedMatch, matches_of, missing_agents, planned_matches
+from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed, matches_of, missing_agents, planned_matches
 from movingout.matches.match import Challenge, Match, MatchResult, check_numbers
 from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import Shard, open_folder, read_head, read_results, write_whole
@@ -94,8 +94,9 @@ def play(
         results = movingout.play("scripted", "idle", "HandOff", episodes=5)
         print([result.tcr for result in results])
 
-    `blue`, `red`: agent ids, such as "scripted", "person:name=A03", "bass@all" or "my_module:MyAgent"; or agents as
-    objects, a class or an instance, which play in this process, one match after the other.
+    `blue`, `red`: agent ids, such as "scripted", "person:name=A03", "bass@all" or "my_module:MyAgent"; a group such as
+    "people:A", whose members play in turn; or agents as objects, a class or an instance, which play in this process,
+    one match after the other.
     `map`: a name, the path of a map file, "all" for the paper's twelve, or another selection (`maps.selection`).
     `episodes`: matches per map, with the seeds `seed`, `seed` + 1, ...
     `challenge`: 1 plays the maps as designed; 2 varies the items' sizes and shapes by the seed.
@@ -109,8 +110,12 @@ def play(
     check_numbers(episodes, seed, ticks, challenge)
     seed, ticks = int(seed), int(ticks)  # numpy's integers are no JSON
     maps, objects = selected_maps(map), AgentObjects()
-    seats = objects.name(blue), objects.name(red)
-    matches = [Match(name, *seats, seed + k, challenge, ticks) for name in maps for k in range(episodes)]
+    one, other = objects.name(blue), objects.name(red)
+    matches = [
+        Match(name, agent_for_seed(one, each), agent_for_seed(other, each, one == other), each, challenge, ticks)
+        for name in maps
+        for each in range(seed, seed + episodes)
+    ]
     folder = None if record is None else Path(record)
     results = _play_here(matches, objects, folder) if objects else play_matches(matches, workers=workers, record=folder)
     if failed := [result for result in results if result.ending == "failed"]:

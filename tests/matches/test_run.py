@@ -224,3 +224,9 @@ def test_an_agent_that_is_missing_is_said_before_anything_is_played(tmp_path: Pa
 def test_play_returns_results_in_the_order_of_seeds() -> None:
     results = play(f"{HERE}:Wanderer", "idle", episodes=3, seed=5, ticks=20, workers=2)
     assert [result.match.seed for result in results] == [5, 6, 7]
+
+
+def test_members_of_a_group_play_in_turn() -> None:
+    results = play("people:A", "people:A", episodes=2, ticks=3, workers=1)
+    seats = [result.match.seats for result in results]
+    assert seats == [("person:name=A01", "person:name=A02"), ("person:name=A02", "person:name=A03")]
