@@ -23,7 +23,6 @@ try:
 except ImportError as error:
     raise MissingPackageError("sb3", "stable-baselines3", "stable-baselines3") from error
 
-PICTURE_SIZE = math.prod(PICTURE_SHAPE)
 _OWN = ("PPO", "A2C", "SAC", "TD3", "DDPG")
 _CONTRIB = ("RecurrentPPO", "TQC", "TRPO")  # of sb3-contrib
 _MARKS = {"clip_range": "PPO", "line_search_shrinking_factor": "TRPO"}  # settings that one actor-critic alone has
@@ -50,7 +49,7 @@ class Sb3Agent(VectorPlayer):
         torch.set_num_threads(THREADS)
         self._model = _loaded(file, _class_of(file, algorithm))
         size = _size(self._model)
-        self._shows = size == PICTURE_SIZE
+        self._shows = len(self._model.observation_space.shape) == 3
         self._scale = _normalizer(normalize, size)
         self._deterministic = deterministic
         self._state: Any = None
@@ -119,7 +118,7 @@ def _size(model: Any) -> int:
     if actions != (4,):
         raise AgentError(f"the model's actions have shape {actions}; {ROW}")
     if seen in (PICTURE_SHAPE, (3, *PICTURE_SHAPE[:2])):  # the library puts the colours first
-        return PICTURE_SIZE
+        return math.prod(seen)
     if seen is None or len(seen) != 1:
         height, width, _ = PICTURE_SHAPE
         wanted = f"a layout is one row of numbers, or a picture of {height} x {width} pixels"

@@ -13,12 +13,14 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(2400)]  # installations take
 TORCH = "torch==2.13.0"
 PICTURES = """
 import sys, gymnasium, movingout
+from gymnasium.wrappers import FlattenObservation
 from stable_baselines3 import PPO
 from movingout.matches import play
 env = gymnasium.make("MovingOut-v1", partner="idle", layout="image-v1", limit_ticks=20)
-PPO("CnnPolicy", env, n_steps=16, batch_size=16, n_epochs=1).learn(16).save(sys.argv[1])
-result, = play("idle", f"sb3:path={sys.argv[1]}", map="HandOff", ticks=3)
-print("played", result.ticks, "ticks from pictures")
+for policy, seen in (("CnnPolicy", env), ("MlpPolicy", FlattenObservation(env))):
+    PPO(policy, seen, n_steps=16, batch_size=16, n_epochs=1).learn(16).save(sys.argv[1])
+    result, = play("idle", f"sb3:path={sys.argv[1]}", map="HandOff", ticks=3)
+    print(policy, "played", result.ticks, "ticks from pictures")
 """
 
 
@@ -39,7 +41,9 @@ def test_stable_baselines_trains_one_seat_and_through_supersuit_both(tmp_path: P
     assert "both seats: 512 steps" in said
     seat = [str(python), "-P", "-m", "movingout.server.cli", "match", "--red", f"sb3:path={model}", "--blue", "idle"]
     assert "ppo.zip" in _run([*seat, "--map", "HandOff", "--ticks", "20"])
-    assert "played 3 ticks from pictures" in _run([str(python), "-P", "-c", PICTURES, str(tmp_path / "cnn.zip")])
+    said = _run([str(python), "-P", "-c", PICTURES, str(tmp_path / "pictures.zip")])
+    for policy in ("CnnPolicy", "MlpPolicy"):
+        assert f"{policy} played 3 ticks from pictures" in said
 
 
 def test_torchrl_rolls_out_past_the_end_of_an_episode(tmp_path: Path) -> None:
