@@ -23,6 +23,7 @@ class Network:
         options.intra_op_num_threads = THREADS
         options.inter_op_num_threads = THREADS
         options.log_severity_level = 3
+        options.enable_mem_reuse = False  # saves next to nothing; to plan it takes a minute for 36 steps of a U-Net
         where = providers()
         try:
             self._session = onnxruntime.InferenceSession(data, options, providers=where)

@@ -12,8 +12,9 @@ import torch
 from torch import Tensor
 
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.policies.denoisers import ResMlpDenoiser, UNetDenoiser
+from movingout.agents.policies.denoisers import ResMlpDenoiser
 from movingout.agents.policies.policy import Policy
+from movingout.agents.policies.unet import UNetDenoiser
 
 MAX_BETA = 0.999
 
