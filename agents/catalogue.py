@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field, replace
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import cast
 
@@ -37,7 +38,7 @@ from movingout.agents.llm.model_id import LLM, model_id
 from movingout.maps import MovingOutError, map_names
 from movingout.maps.extras import AGENTS, installed, package_of
 from movingout.maps.generated.names import PREFIX
-from movingout.maps.suggestion import known_names
+from movingout.maps.suggestion import known_names, probably_meant
 
 UNSEEN_TCR = "TCR with unseen scripted people"
 UNSEEN_NFD = "NFD with unseen scripted people"
@@ -334,6 +335,11 @@ def factory_of(agent_id: str) -> Callable[..., object]:
     return _factory(id_parts(agent_id)[0])
 
 
+def _names() -> list[str]:
+    """What an id may begin with, for answers to one that is unknown."""
+    return list(dict.fromkeys([*(card.id for card in agent_cards()), *POLICY_FILES, LLM, _GROUPS[-1]]))
+
+
 def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     """What an id names, and the options behind it. Raises AgentError."""
     head, _, rest = agent_id.strip().partition(":")
@@ -353,9 +359,10 @@ def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     if sentence := named_instead(Path(head)):
         raise AgentError(sentence)
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
-        names = [*(card.id for card in agent_cards()), *POLICY_FILES, LLM, _GROUPS[-1]]
-        known = known_names(head, dict.fromkeys(names))
+        known = known_names(head, _names())
         raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")
+    if "." not in head and find_spec(head) is None and (meant := probably_meant(head, [*_names(), *_GROUPS])):
+        raise AgentError(f"cannot import {head!r}: there is no such module{meant}")
     return f"{head}:{attribute}", parse_options(agent_id, options)
 
 

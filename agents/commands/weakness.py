@@ -4,7 +4,8 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -108,6 +109,8 @@ def _checked(args: argparse.Namespace) -> tuple[SearchPlan, Occasion]:
     maps = tuple(selected_maps(args.map))
     for name in maps:
         load_map(name)
+    if args.out is not None:
+        _check_writable(args.out)
     return plan, Occasion(maps, args.episodes, args.ticks)
 
 
@@ -154,11 +157,27 @@ def _gains(one: Measured) -> list[float]:
     return one.gains
 
 
+def _check_writable(path: Path) -> None:
+    """Before hours of search. What is in the file stays until there is something better."""
+    with _writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        fresh = not path.exists()
+        with path.open("a", encoding="utf-8"):
+            pass
+        if fresh:
+            path.unlink()
+
+
 def _write(path: Path, worst: Sequence[Measured]) -> None:
+    with _writing(path):
+        path.write_text("".join(f"{one.partner}\n" for one in worst), encoding="utf-8")
+    print(f"wrote {path}", file=sys.stderr)
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
     """Raises AgentError when the file cannot be written."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("".join(f"{one.partner}\n" for one in worst), encoding="utf-8")
+        yield
     except OSError as error:
         raise AgentError(f"cannot write {path}: {error.strerror or error}") from error
-    print(f"wrote {path}", file=sys.stderr)

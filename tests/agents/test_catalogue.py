@@ -43,6 +43,7 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
         ("familie", "unknown agent 'familie'; did you mean families? known: scripted,"),
         ("scripted:patient=3", "did you mean patience? known: heavy_first"),
         ("no_such_module:Factory", "cannot import 'no_such_module'"),
+        ("famly:greedy", "cannot import 'famly': there is no such module; did you mean family?"),
         (f"{HERE}:Missing", "has no factory 'Missing'"),
         (f"{HERE}:HERE", f"'HERE' in '{HERE}' is a str, not a class or a function that makes agents"),
         (f"{HERE}:ending_factory", "could not be made: SystemExit: 2 (tests/agents/support.py, line"),

@@ -33,6 +33,18 @@ def test_it_names_partners_that_can_play(tmp_path: Path, capsys: pytest.CaptureF
         load_agent(name)
 
 
+def test_a_file_that_cannot_be_written_is_named_before_anything_is_played(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["agents", "weakness", "greedy", "--partner", MODEL, *SMALL, "-o"]
+    assert main([*command, str(tmp_path)]) == 2
+    printed = capsys.readouterr()
+    assert printed.err == f"movingout: cannot write {tmp_path}: Is a directory\n" and not printed.out
+    earlier = tmp_path / "partners.txt"
+    earlier.write_text("kept\n")
+    assert main([*command, str(earlier), "--rounds", "0"]) == 2 and earlier.read_text() == "kept\n"
+
+
 def test_equal_seeds_find_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     command = ["agents", "weakness", "idle", "--partner", MODEL, *SMALL, "--minimise", "tcr", "--seed", "3", "--json"]
     found = []
