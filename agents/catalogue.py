@@ -8,9 +8,9 @@ agents are imported when they are loaded, so that heavy dependencies cost nothin
 """
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,6 +19,7 @@ from typing import cast
 from movingout.agents.adapters.policy_file import POLICY_FILES, existing, policy_file
 from movingout.agents.agent_options import OptionValue, check_options, parse_options
 from movingout.agents.base import Agent
+from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN, AgentCard
 from movingout.agents.checkpoint.card import Card
 from movingout.agents.checkpoint.checkpoint import (
     checkpoint_folders,
@@ -45,130 +46,14 @@ UNSEEN_NFD = "NFD with unseen scripted people"
 ALONE_TCR = "TCR of these people with an idle partner"
 """Names of the scores of a trained agent that are shown to a person who chooses a partner."""
 
-
-@dataclass(frozen=True, slots=True)
-class AgentCard:
-    """What a person who chooses a partner should know."""
-
-    id: str
-    name: str
-    kind: str  # scripted, idle, policy
-    maps: str  # "all", or names joined by commas
-    description: str
-    scores: Mapping[str, float] = field(default_factory=dict)
-    policy: str = ""  # of a trained agent: the kind of its policy, which is the base where kind is bass
-    population: str = ""  # of a trained agent: whose play it was trained on
-    layout: str = ""  # of a trained agent: the layout of observations that it sees
-    offered: bool = True  # to people who choose a partner in the lobby; the others are for training and measuring
-
-
 _GROUPS = ("people", "family", "families")  # of partners (agents.partners.families), where commands take several
-
-
-@dataclass(frozen=True, slots=True)
-class _Entry:
-    card: AgentCard
-    factory: str  # "module:attribute", imported when asked for
-
-
-TUTORIAL_PARTNER = "movingout.agents.scripted.patient_partner:PatientPartner"
-"""Waits for the player in tutorials; never offered in a list, since it does nothing else."""
-
-_ENTRIES = (
-    _Entry(
-        AgentCard(
-            "scripted",
-            "Scripted",
-            "scripted",
-            "all",
-            "A computer partner that fetches, passes on and helps with heavy items. "
-            "Options: seed and the fields of its style.",
-        ),
-        "movingout.agents.scripted:ScriptedAgent",
-    ),
-    _Entry(
-        AgentCard(
-            "person",
-            "Scripted person",
-            "scripted",
-            "all",
-            "One of sixty scripted people with habits of their own. Options: name, A01 to C20, and habits to change.",
-        ),
-        "movingout.agents.scripted.human_model:HumanModel",
-    ),
-    _Entry(
-        AgentCard(
-            "greedy",
-            "Greedy walker",
-            "scripted",
-            "all",
-            "Carries whatever is nearest the shortest way home, without a plan. "
-            "Options: order (near, far, light, heavy), patience, seed.",
-            offered=False,
-        ),
-        "movingout.agents.partners.greedy_walker:GreedyWalker",
-    ),
-    _Entry(
-        AgentCard(
-            "porter",
-            "Stubborn porter",
-            "scripted",
-            "all",
-            "One item after the other in an order of its own, straight to a goal that it never changes. "
-            "Options: patience, seed.",
-            offered=False,
-        ),
-        "movingout.agents.partners.porter:StubbornPorter",
-    ),
-    _Entry(
-        AgentCard(
-            "novice",
-            "Novice",
-            "scripted",
-            "all",
-            "Lets go early, pulls elsewhere, presses twice, wanders off; learns within the episode. "
-            "Options: learns_in, seed.",
-            offered=False,
-        ),
-        "movingout.agents.partners.novice:Novice",
-    ),
-    _Entry(
-        AgentCard(
-            "late",
-            "Late hands",
-            "scripted",
-            "all",
-            "Another agent with late and jittery hands. Options: agent, delay, jitter, slips, keys, seed.",
-            offered=False,
-        ),
-        "movingout.agents.partners.wrapped:late",
-    ),
-    _Entry(
-        AgentCard(
-            "clone",
-            "Learned clone",
-            "policy",
-            "all",
-            "A trained policy with noise and delay of its own. Options: policy, delay, jitter, slips, seed.",
-            offered=False,
-        ),
-        "movingout.agents.partners.wrapped:clone",
-    ),
-    _Entry(
-        AgentCard("idle", "Idle", "idle", "all", "Does nothing: the control condition."),
-        "movingout.agents.baseline.idle:IdleAgent",
-    ),
-)
-_CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}
-BUILT_IN = frozenset(_CATALOGUE)
 LAG = "lag"  # option of every agent: delay in ticks
-AROUND_OTHERS = {"late": "agent", "clone": "policy"}  # agents around others, and the option that names the other
 GHOST = "ghost"  # ghost:FILE#red, a recorded seat; never offered in a list, since it names a file of this machine
 
 
 def agent_cards() -> list[AgentCard]:
     """The built-in agents, those with a checkpoint, then those of installed packages, in display order."""
-    return [*(entry.card for entry in _ENTRIES), *trained_cards(), *map(_installed_card, _registered())]
+    return [*(entry.card for entry in BUILT_IN.values()), *trained_cards(), *map(_installed_card, _registered())]
 
 
 def open_to_all(agent_id: str) -> bool:
@@ -190,7 +75,7 @@ def _registered() -> list[str]:
 
 
 def _reserved() -> frozenset[str]:
-    return frozenset((*_CATALOGUE, *POLICY_FILES, GHOST, LLM))
+    return frozenset((*BUILT_IN, *POLICY_FILES, GHOST, LLM))
 
 
 def _installed_card(name: str) -> AgentCard:
@@ -234,8 +119,8 @@ def agent_card(agent_id: str) -> AgentCard:
     Raises AgentError for an unknown id, CheckpointError for a damaged card.
     """
     reference, options = id_parts(agent_id)
-    if reference in _CATALOGUE:
-        return _CATALOGUE[reference].card
+    if reference in BUILT_IN:
+        return BUILT_IN[reference].card
     if reference == GHOST:
         return AgentCard(agent_id, "Ghost", GHOST, "its own", f"Replays a recorded seat: {options['recording']}.")
     if reference in POLICY_FILES:
@@ -256,7 +141,7 @@ def agent_card(agent_id: str) -> AgentCard:
     if "@" in reference:
         if any(folder.name == folder_name(reference) for folder in checkpoint_folders(*model_roots())):
             return _trained_card(find_checkpoint(reference, *model_roots()).card)
-        known = [*(card.id for card in trained_cards()), *_CATALOGUE, *_registered()]
+        known = [*(card.id for card in trained_cards()), *BUILT_IN, *_registered()]
         raise AgentError(f"unknown agent {agent_id!r}; {known_names(reference, known)}{missing_models()}")
     named = f" with {', '.join(f'{key}={value}' for key, value in options.items())}" if options else ""
     return AgentCard(agent_id, reference.rpartition(":")[2], "policy", "all", f"Your own policy {reference}{named}.")
@@ -345,7 +230,7 @@ def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     head, _, rest = agent_id.strip().partition(":")
     if head == GHOST:
         return GHOST, {"recording": rest}
-    named = "@" in head or head in _CATALOGUE or head in POLICY_FILES or head == LLM
+    named = "@" in head or head in BUILT_IN or head in POLICY_FILES or head == LLM
     if named or (head in _registered() and (not rest or "=" in rest.partition(":")[0])):
         return head, parse_options(agent_id, rest)
     if head in _GROUPS:
@@ -379,5 +264,5 @@ def _factory(reference: str) -> Callable[..., object]:
         return factory_at(POLICY_FILES[reference].factory)
     if reference in _registered():
         return factory_at(installed(AGENTS)[reference].value)
-    entry = _CATALOGUE.get(reference)
+    entry = BUILT_IN.get(reference)
     return factory_at(entry.factory if entry else reference)

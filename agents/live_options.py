@@ -5,7 +5,8 @@ from functools import partial
 from movingout.agents.agent_options import OptionValue, check_options
 from movingout.agents.baseline.delayed_agent import DelayedAgent
 from movingout.agents.baseline.idle import IdleAgent
-from movingout.agents.catalogue import AROUND_OTHERS, BUILT_IN, LAG, agent_card, factory_of, id_parts, load_agent
+from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN
+from movingout.agents.catalogue import LAG, agent_card, factory_of, id_parts, load_agent
 from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.agents.errors import AgentError
 from movingout.agents.kinds.registry import kind_of

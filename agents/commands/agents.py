@@ -14,10 +14,10 @@ from rich.table import Table
 from movingout.agents.base import THREADS
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.baseline.timed_agent import TimedAgent
+from movingout.agents.built_in import AgentCard
 from movingout.agents.catalogue import (
     UNSEEN_NFD,
     UNSEEN_TCR,
-    AgentCard,
     agent_card,
     agent_cards,
     damaged_cards,

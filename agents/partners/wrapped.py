@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from movingout.agents.agent_options import OptionValue, parse_options
 from movingout.agents.base import Agent
 from movingout.agents.baseline.idle import IdleAgent
-from movingout.agents.catalogue import AROUND_OTHERS, load_agent
+from movingout.agents.built_in import AROUND_OTHERS
+from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.late_hands import LateHands
 

@@ -12,7 +12,8 @@ from fastapi import APIRouter, Depends, FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse, Response
 
-from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, AgentCard, agent_card, agent_cards
+from movingout.agents.built_in import AgentCard
+from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, agent_card, agent_cards
 from movingout.agents.errors import CheckpointError
 from movingout.recordings import RecordingError
 from movingout.server import messages as m

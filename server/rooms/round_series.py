@@ -3,7 +3,7 @@
 import logging
 from dataclasses import dataclass
 
-from movingout.agents.catalogue import TUTORIAL_PARTNER
+from movingout.agents.built_in import TUTORIAL_PARTNER
 from movingout.maps import MapSpec
 from movingout.recordings import RecordingError
 from movingout.recordings.episode import Outcome

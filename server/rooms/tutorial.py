@@ -10,7 +10,7 @@ import math
 from dataclasses import replace
 from typing import get_args
 
-from movingout.agents.catalogue import TUTORIAL_PARTNER
+from movingout.agents.built_in import TUTORIAL_PARTNER
 from movingout.maps import TUTORIAL, MapSpec, load_map
 from movingout.maps.spec import Pose
 from movingout.server import messages as m

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from movingout.agents.catalogue import TUTORIAL_PARTNER
+from movingout.agents.built_in import TUTORIAL_PARTNER
 from movingout.maps import TUTORIAL, MapError, load_map, map_names
 from movingout.maps.randomize import Split
 from movingout.study.design.instruments import instrument, instrument_names
