@@ -1,4 +1,4 @@
-"""How long steps take, roughly, in seconds of one core: measured on 2026-11-23 and -25 or called an estimate.
+"""How long steps take, roughly, in seconds of one core: measured on 2026-11-23, -25 and -26 or called an estimate.
 
 Where the paper's networks are trained for the paper's epochs, its own times stand here (sections "Computing Resources"
 and "Inference Speed of DP/BASS"): on an NVIDIA RTX A6000. On a CPU they take many times as long.
@@ -16,14 +16,14 @@ from movingout.world.constants import LIMIT_TICKS
 _EPISODE = 0.7  # of two scripted people, 500 ticks
 _START = 4.0  # of a training: reading episodes, exporting
 _UPDATE = {"mlp": 0.01, "gru": 0.02, "dp": 0.045, "bass": 0.015}  # of a small network, 128 windows
-_PAPER_UPDATE = {"mlp": 0.12, "gru": 0.42, "dp": 1.5, "bass": 0.03}  # 256 windows in bf16; BASS an estimate
+_PAPER_UPDATE = {"mlp": 0.12, "gru": 0.48, "dp": 0.6, "bass": 0.03}  # 256 windows in bf16, on a core; BASS an estimate
 _PICTURES = 5.0  # drawing the episodes of map 6
 _PICTURE_UPDATE = {"dp": 0.05, "bass": 0.44}  # 32 pictures; with BASS, of the simulator and of its progress
 _PAPER_TRAINING = {"mlp": 2700.0, "gru": 2700.0, "dp": 7200.0, "bass": 2700.0}  # A6000; not said for BASS's simulator
 _FRAMES, _PAPER_FRAMES = 750.0, 1000.0  # per second of reinforcement learning; the paper: 30 M in 5 to 15 hours
 _MATCH = {"mlp": 0.4, "gru": 0.4, "mappo": 0.4, "comedi": 0.4, "dp": 0.5, "bass": 1.0}  # both seats, 500 ticks
 _ORACLE = 60.0  # an estimate
-_PAPER_DP_CPU = 50.0  # an estimate: on a CPU what follows for a GPU
+_PAPER_DP_CPU = {"dp": 3.0, "bass": 25.0}  # eight steps, twelve matches at once
 _PAPER_DP = 17.0  # 69 ms per decision, every four ticks in both seats
 
 
@@ -63,8 +63,9 @@ def match_seconds(match: Match, budget: Budget) -> float:
     seconds = max(_MATCH[kind] for kind in kinds)
     if any("simulator=oracle" in agent_id for agent_id in match.seats):
         seconds = _ORACLE
-    if budget.preset == "paper" and {"dp", "bass"}.intersection(kinds):
-        seconds += _PAPER_DP if budget.gpu else _PAPER_DP_CPU
+    if budget.preset == "paper":
+        on_a_cpu = max(_PAPER_DP_CPU.get(kind, 0.0) for kind in kinds)
+        seconds += _PAPER_DP if budget.gpu and on_a_cpu else on_a_cpu
     return seconds * match.ticks / LIMIT_TICKS
 
 

@@ -95,8 +95,10 @@ def test_who_learns_from_its_own_play_plays_varied_maps_for_the_second_challenge
 @pytest.mark.parametrize(
     ("agent", "budget", "said"),
     [
-        ("dp@c1", "paper-size", {"--preset": "paper", "--updates": "600", "--batch": "256", "--warmup": "50"}),
-        ("gru@c1", "paper-size", {"--preset": "paper", "--updates": "600", "--batch": "256", "--warmup": ""}),
+        ("dp@c1", "paper-size", {"--preset": "paper", "--updates": "6000", "--batch": "256"}),
+        ("dp@c1", "paper-size", {"--process": "ddim", "--sample-steps": "8"}),
+        ("dp@c1", "full", {"--process": "", "--sample-steps": ""}),
+        ("gru@c1", "paper-size", {"--preset": "paper", "--updates": "6000", "--process": ""}),
         ("dp-image@c1", "full", {"--preset": "paper", "--updates": "", "--batch": "256"}),
         ("dp@c1", "full", {"--preset": "paper", "--updates": "", "--batch": ""}),
         ("dp-image@c1", "small", {"--preset": "fast", "--updates": "250", "--batch": "32"}),
