@@ -6,7 +6,7 @@ Weights are stored in half precision, which halves a checkpoint, and used in sin
 import json
 import tempfile
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -60,16 +60,26 @@ def export(
             module, example, path, input_names=list(inputs), output_names=list(outputs), dynamic_axes=free,
             opset_version=OPSET, dynamo=False,
         )  # fmt: skip
-        data = _described(_halved(path.read_bytes()), {**inputs, **outputs}, about)
+        made = module(*example)
+        shapes = [tensor.shape for tensor in ((made,) if isinstance(made, Tensor) else made)]
+        data = _described(_halved(path.read_bytes()), {**inputs, **outputs}, shapes, about)
     check_onnx(data)
     return data
 
 
-def _described(data: bytes, meanings: Mapping[str, str], about: Mapping[str, object]) -> bytes:
-    """The model with what its values mean, for whoever has the file without its card."""
+def _described(
+    data: bytes, meanings: Mapping[str, str], made: Iterable[Sequence[int]], about: Mapping[str, object]
+) -> bytes:
+    """The model with what its values mean, for whoever has the file without its card.
+
+    `made` are the shapes of its outputs; of them the exporter does not always know more than their number.
+    """
     model = onnx.load_from_string(data)
     for value in (*model.graph.input, *model.graph.output):
         value.doc_string = meanings[value.name]
+    for value, shape in zip(model.graph.output, made, strict=True):
+        kind = value.type.tensor_type.elem_type
+        value.type.CopyFrom(helper.make_tensor_type_proto(kind, ["batch", *shape[1:]]))
     helper.set_model_props(model, {NETWORK_KEY: json.dumps(about)})
     described: bytes = model.SerializeToString()
     return described

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 
+from movingout.agents.checkpoint.onnx_interface import onnx_interface
 from movingout.agents.inference.network import PolicyNetwork
 from movingout.agents.kinds.policy import build_policy
 from movingout.agents.policies.diffusion_policy import Diffusion, Flow
@@ -30,7 +31,9 @@ def test_an_exported_policy_gives_the_numbers_of_the_trained_one(variant: dict[s
     policy = build_policy(spec).eval()
     policy.fit_normaliser(torch.randn(spec.features), torch.rand(spec.features))
     policy.load_state_dict(halved_weights(policy))  # as they are stored
-    served = PolicyNetwork(spec, export_policy(policy))
+    data = export_policy(policy)
+    assert onnx_interface(data)[1] == {"chunk": ("batch", 8, 5)}
+    served = PolicyNetwork(spec, data)
     seen = np.random.default_rng(1).standard_normal((3, 2, spec.features), dtype=np.float32)
     noise = np.random.default_rng(7).standard_normal((3, max(policy.noise_rows, 1), 8, 5), dtype=np.float32)
     with torch.inference_mode():
