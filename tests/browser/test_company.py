@@ -35,6 +35,24 @@ def test_a_player_who_drops_out_comes_back_to_the_same_seat_and_the_partner_is_t
     assert blue.evaluate("window.__movingout.seats") == [0]
 
 
+@pytest.mark.parametrize(
+    ("width", "height", "language"), [(375, 553, "de-DE"), (360, 640, "en-GB"), (740, 360, "de-DE")]
+)
+def test_all_of_the_invitation_s_code_is_in_sight_on_a_phone(
+    server: Server, open_page: OpenPage, width: int, height: int, language: str
+) -> None:
+    room = server.make_room("HandOff")
+    phone = {"viewport": {"width": width, "height": height}, "is_mobile": True, "has_touch": True, "locale": language}
+    page = open_page(room["join_path"], room, **phone)
+    code, card = page.locator("#ready .qr"), page.locator("#ready")
+    expect(code).to_be_visible()
+    inner, outer = code.bounding_box(), card.bounding_box()
+    assert inner is not None
+    assert outer is not None
+    assert outer["y"] <= inner["y"]
+    assert inner["y"] + inner["height"] <= min(outer["y"] + outer["height"], height)
+
+
 @pytest.mark.slow
 def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("HandOff", blue="link", red="scripted")

@@ -21,7 +21,7 @@ export function invitation(welcome, open, watching) {
 }
 
 /**
- * Invites the other player: the link, a button that copies it, a QR code.
+ * Invites the other player: a QR code, in sight also in a low window, the link, a button that copies it.
  * @param {string} link
  * @param {string} room
  */
@@ -37,15 +37,14 @@ function shareLink(link, room) {
     class: "qr",
     src: `/api/rooms/${room}/qr.svg`,
     alt: say("play.waiting.qr"),
-    width: 144,
-    height: 144,
+    width: 128,
+    height: 128,
   });
   return [
     el("h2", {}, say("play.waiting.title")),
-    el("p", { class: "muted small" }, say("play.waiting.sentence")),
+    el("div", { class: "invite" }, el("p", { class: "muted small" }, say("play.waiting.sentence")), qr),
     field,
     linkButtons(link, document.title, true),
     loopbackWarning(link, PLAY_EVERYWHERE),
-    qr,
   ].filter((part) => part !== null);
 }
