@@ -181,6 +181,22 @@ def test_a_page_of_another_protocol_asks_to_be_reloaded(server: Server, open_pag
     expect(page.get_by_role("button", name="Reload")).to_be_visible()
 
 
+PARTS_OF_A_ROUND = "#time-bar, #done-bar, #seats, #stop, #connection, #arena"
+
+
+def test_a_room_that_lets_nobody_in_shows_nothing_but_why(server: Server, open_page: OpenPage) -> None:
+    taken = server.make_room("HandOff", red="idle")["join_path"]
+    phone = {"viewport": {"width": 375, "height": 553}, "is_mobile": True, "has_touch": True}
+    for path, text in (("/play/aaaaaaaaaaaa", "no longer exists"), (taken, "This room is full")):
+        for window in ({}, phone):
+            page = open_page(path, **window)
+            expect(page.get_by_role("alert")).to_contain_text(text)
+            expect(page.locator(PARTS_OF_A_ROUND).filter(visible=True)).to_have_count(0)
+            middle = page.locator("#overlay").bounding_box()
+            assert middle is not None
+            assert abs(middle["y"] + middle["height"] / 2 - page.evaluate("innerHeight") / 2) < 40
+
+
 def test_the_invitation_has_a_link_a_code_and_no_fault_for_assistive_technology(
     server: Server, open_page: OpenPage, pictures: Path
 ) -> None:

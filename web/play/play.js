@@ -183,6 +183,7 @@ class Play {
     this.#away = away;
     if (status === "over" && this.#study && ending?.kind !== "replaced") return this.#study.leave();
     if (ending === undefined) return;
+    this.#root.toggleAttribute("data-refused", this.#game.round === null);
     const watchPath = mode === "play" && ending.kind !== "notFound" ? `/watch/${room}` : "";
     this.#panels.showOver(ending, watchPath);
   }
