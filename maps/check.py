@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, Literal, NamedTuple
 
+from movingout.maps.errors import DocumentFault
 from movingout.maps.packing import fits_alone, narrowest, unplaced_items
 from movingout.maps.passage import GRID, areas_near, best_near, robot_areas, way_to_goal, window
 from movingout.maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
@@ -32,7 +33,7 @@ class MapFault:
 
     path: str
     message: str
-    code: FaultCode = "unreadable"
+    code: FaultCode | DocumentFault = "unreadable"
     values: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
     def __str__(self) -> str:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from movingout.maps.check import MapFault, check_map
-from movingout.maps.errors import MapError
+from movingout.maps.errors import MapDocumentError
 from movingout.maps.json_format import map_from_json, map_to_json
 from movingout.maps.library import PRACTICE, load_map
 
@@ -14,8 +14,8 @@ def check_document(document: object) -> tuple[MapFault, ...]:
     """All faults of a JSON document in our format: what makes it unreadable or, if it can be read, unplayable."""
     try:
         return check_map(map_from_json(document))
-    except MapError as error:
-        first = _fault_of(error)
+    except MapDocumentError as error:
+        first = fault_of(error)
     faults = list(_unreadable(document)) if isinstance(document, dict) else []
     return tuple(faults or [first])
 
@@ -25,17 +25,16 @@ def _unreadable(document: dict[str, Any]) -> Iterator[MapFault]:
     sound = map_to_json(load_map(PRACTICE))
     for key in sound:
         if key not in document and key != "units":
-            yield MapFault(key, "is missing")
+            yield MapFault(key, "is missing", "missing_part")
     for key, value in document.items():
         entries = value if key in ("walls", "goals", "items") and isinstance(value, list) and value else [value]
         for index, entry in enumerate(entries):
             try:
                 map_from_json({**sound, key: [entry] if entries is value else entry})
-            except MapError as error:
-                fault = _fault_of(error)
+            except MapDocumentError as error:
+                fault = fault_of(error)
                 yield replace(fault, path=fault.path.replace(f"{key}[0]", f"{key}[{index}]", 1))
 
 
-def _fault_of(error: MapError) -> MapFault:
-    path, _, message = str(error).partition(": ")
-    return MapFault(path, message)
+def fault_of(error: MapDocumentError) -> MapFault:
+    return MapFault(error.path, error.message, error.code, error.values)

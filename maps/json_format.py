@@ -3,12 +3,13 @@
 `map.schema.json` beside this file says the same to editors and other programs.
 """
 
+import json
 import math
 import re
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from movingout.maps.errors import MapError
+from movingout.maps.errors import DocumentFault, MapDocumentError
 from movingout.maps.spec import ARENA_HALF, MODES, SHAPES, SIZES, ItemSpec, MapSpec, Pose, Rect
 
 FORMAT = 1
@@ -24,6 +25,7 @@ NAME_PATTERN = (
 )
 MAX_ITEMS = 7  # the observation has seven item slots
 MAX_RECTS = 64
+LONGEST_TEXT = 500
 _LONGEST_QUOTE = 60
 
 _POSE = ("x", "y", "angle")
@@ -57,18 +59,19 @@ def map_to_json(spec: MapSpec) -> dict[str, Any]:
 
 
 def map_from_json(document: object) -> MapSpec:
-    """The map of a JSON document; MapError names the first fault and where it is."""
+    """The map of a JSON document; MapDocumentError names the first fault and where it is."""
     fields = _object(document, "", _MAP, _MAP_OPTIONAL)
     if fields["format"] != FORMAT:
-        raise _fault("format", f"format {_quoted(fields['format'])} is unknown; this program reads format {FORMAT}")
+        what = f"format {_quoted(fields['format'])} is unknown; this program reads format {FORMAT}"
+        raise _fault("format", what, "format", value=_json(fields["format"]), known=FORMAT)
     if fields.get("units", UNITS) != UNITS:
-        raise _fault("units", f"other units are not supported; leave it out or write {UNITS}")
+        raise _fault("units", f"other units are not supported; leave it out or write {UNITS}", "units")
     robots = _object(fields["robots"], "robots", ("blue", "red"))
     items = _list(fields["items"], "items", _item, 1, MAX_ITEMS)
     if len({item.id for item in items}) < len(items):
-        raise _fault("items", "two items have the same id; give each its own")
+        raise _fault("items", "two items have the same id; give each its own", "same_id")
     if not isinstance(fields["name"], str) or not re.fullmatch(NAME_PATTERN, fields["name"]):
-        raise _fault("name", "1 to 40 letters, digits, '-' or '_' are needed, a letter first")
+        raise _fault("name", "1 to 40 letters, digits, '-' or '_' are needed, a letter first", "bad_name")
     return MapSpec(
         name=fields["name"],
         title=_text(fields["title"], "title"),
@@ -118,7 +121,7 @@ def _rect(value: object, path: str) -> Rect:
     fields = _object(value, path, _RECT)
     rect = Rect(*(_number(fields[key], f"{path}.{key}", -ARENA_HALF, ARENA_HALF) for key in _RECT))
     if rect.x0 == rect.x1 or rect.y0 == rect.y1:
-        raise _fault(path, "the rectangle has no area; give two opposite corners")
+        raise _fault(path, "the rectangle has no area; give two opposite corners", "no_area")
     return rect
 
 
@@ -133,41 +136,46 @@ def _pose(value: object, path: str, keys: tuple[str, ...]) -> Pose:
 
 def _object(value: object, path: str, keys: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, Any]:
     if not isinstance(value, dict):
-        raise _fault(path, "an object is needed here")
+        raise _fault(path, "an object is needed here", "no_object")
     for key in keys:
         if key not in value:
-            raise _fault(path, f"{key!r} is missing")
+            raise _fault(path, f"{key!r} is missing", "missing", key=key)
     for key in value:
         if key not in keys and key not in optional:
-            raise _fault(path, f"unknown key {_quoted(key)}; known: {', '.join((*keys, *optional))}")
+            known = (*keys, *optional)
+            what = f"unknown key {_quoted(key)}; known: {', '.join(known)}"
+            raise _fault(path, what, "unknown_key", key=_json(key), known=known)
     return value
 
 
 def _list(value: object, path: str, read: Callable[[object, str], _T], least: int, most: int) -> tuple[_T, ...]:
     if not isinstance(value, list):
-        raise _fault(path, "a list is needed here")
+        raise _fault(path, "a list is needed here", "no_list")
     if not least <= len(value) <= most:
-        raise _fault(path, f"{least} to {most} entries are allowed, not {len(value)}")
+        what = f"{least} to {most} entries are allowed, not {len(value)}"
+        raise _fault(path, what, "entries", least=least, most=most, number=len(value))
     return tuple(read(entry, f"{path}[{index}]") for index, entry in enumerate(value))
 
 
 def _number(value: object, path: str, least: float, most: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or value != value or abs(value) == math.inf:
-        raise _fault(path, f"a number is needed here, not {_quoted(value)}")
+        raise _fault(path, f"a number is needed here, not {_quoted(value)}", "no_number", value=_json(value))
     if not least <= value <= most:
-        raise _fault(path, f"{_quoted(value)} is outside {least:g} to {most:g}")
+        what = f"{_quoted(value)} is outside {least:g} to {most:g}"
+        raise _fault(path, what, "out_of_range", value=_json(value), least=least, most=most)
     return float(value)
 
 
 def _whole(value: object, path: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**31:
-        raise _fault(path, f"a whole number from 0 is needed here, not {_quoted(value)}")
+        what = f"a whole number from 0 is needed here, not {_quoted(value)}"
+        raise _fault(path, what, "no_whole_number", value=_json(value))
     return value
 
 
 def _text(value: object, path: str) -> str:
-    if not isinstance(value, str) or len(value) > 500:
-        raise _fault(path, "a text of at most 500 characters is needed here")
+    if not isinstance(value, str) or len(value) > LONGEST_TEXT:
+        raise _fault(path, f"a text of at most {LONGEST_TEXT} characters is needed here", "no_text", most=LONGEST_TEXT)
     return value
 
 
@@ -175,14 +183,24 @@ def _choice(value: object, path: str, choices: tuple[_T, ...]) -> _T:
     for choice in choices:
         if value == choice:
             return choice
-    raise _fault(path, f"{_quoted(value)} is unknown; known: {', '.join(map(str, choices))}")
+    known = tuple(map(str, choices))
+    what = f"{_quoted(value)} is unknown; known: {', '.join(known)}"
+    raise _fault(path, what, "unknown_value", value=_json(value), known=known)
 
 
 def _quoted(value: object) -> str:
     """A value as it stands in an error, not longer than a line."""
-    text = repr(value)
+    return _cut(repr(value))
+
+
+def _json(value: object) -> str:
+    """A value as it stands in the document, not longer than a line."""
+    return _cut(json.dumps(value, ensure_ascii=False, default=repr))
+
+
+def _cut(text: str) -> str:
     return text if len(text) <= _LONGEST_QUOTE else f"{text[:_LONGEST_QUOTE]}…"
 
 
-def _fault(path: str, what: str) -> MapError:
-    return MapError(f"{path or 'the map'}: {what}")
+def _fault(path: str, what: str, code: DocumentFault, **values: object) -> MapDocumentError:
+    return MapDocumentError(path or "the map", what, code, values)

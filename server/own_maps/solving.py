@@ -11,8 +11,8 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import rollout
 from movingout.maps import MapSpec, load_map, map_from_json
 from movingout.maps.check import MapFault, check_map
-from movingout.maps.document_check import check_document
-from movingout.maps.errors import MapError
+from movingout.maps.document_check import check_document, fault_of
+from movingout.maps.errors import MapDocumentError, MapError
 from movingout.maps.official import is_official, map_from_official
 from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
 from movingout.server.own_maps.folder import Outcome, read_map_file
@@ -41,9 +41,10 @@ def check(document: object) -> Checked:
         try:
             official = isinstance(document, dict) and is_official(document)
             spec = map_from_official(document, "Map") if official else map_from_json(document)  # type: ignore[arg-type]
+        except MapDocumentError as error:
+            return None, (fault_of(error),) if official else check_document(document)
         except MapError as error:
-            official_fault = (MapFault("the map", str(error)),)
-            return None, official_fault if official else check_document(document)
+            return None, (MapFault("the map", str(error), "official"),)
         return spec, check_map(spec)
 
 

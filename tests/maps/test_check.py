@@ -129,7 +129,8 @@ def test_every_unreadable_part_of_a_document_is_named_with_its_path() -> None:
 
 def test_a_fault_between_entries_is_found_too() -> None:
     [fault] = check_document(broken(("items/1/id", 0)))
-    assert (fault.path, fault.message) == ("items", "two items have the same id; give each its own")
+    assert (fault.path, fault.code) == ("items", "same_id")
+    assert fault.message == "two items have the same id; give each its own"
 
 
 @pytest.mark.parametrize("document", [None, 3, [], "map", {}, {"format": 1}])

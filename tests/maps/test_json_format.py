@@ -2,6 +2,7 @@
 
 import copy
 import json
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from movingout import maps
 from movingout.maps import MapError, load_map, map_from_json, map_names, map_to_json
+from movingout.maps.errors import MapDocumentError
 
 SCHEMA = json.loads((Path(str(maps.__file__)).parent / "map.schema.json").read_text())
 ALL_MAPS = (*map_names(), "Simple")
@@ -75,6 +77,14 @@ def test_a_fault_is_named_with_its_path(path: str, value: object, message: str) 
     with pytest.raises(MapError) as caught:
         map_from_json(changed(path, value))
     assert str(caught.value).startswith(message)
+
+
+def test_a_fault_has_a_code_and_values_for_pages_in_other_languages() -> None:
+    with pytest.raises(MapDocumentError) as caught:
+        map_from_json(changed("items/2/mass", "heavy"))
+    fault = caught.value
+    assert (fault.path, fault.code, fault.values) == ("items[2].mass", "no_number", {"value": '"heavy"'})
+    assert str(pickle.loads(pickle.dumps(fault))) == str(fault), "also out of a worker process"
 
 
 BEYOND_SCHEMA = ("a number is needed here, not nan", "the rectangle has no area", "two items have the same id")

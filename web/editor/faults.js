@@ -35,7 +35,12 @@ export function partName({ kind, index }) {
 /** @param {unknown} path */
 function placeName(path) {
   const part = partAt(String(path));
-  return part ? partName(part) : String(path);
+  return part ? partName(part) : placeInFile(String(path));
+}
+
+/** Where something stands in the file of a map: "items[1].shape". @param {string} path */
+function placeInFile(path) {
+  return path === "the map" ? say("editor.open.wholeMap") : path;
 }
 
 /** A fault as a sentence; what no page has words for stays the checker's own. @param {Fault} fault */
@@ -46,6 +51,7 @@ export function faultText({ path, message, code, values }) {
   return say(key, {
     ...numbers,
     place: placeName(path),
+    path: placeInFile(path),
     other: placeName(other),
     items: Array.isArray(items) ? items.map(placeName) : [],
     colours: Array.isArray(colours) ? colours.map((colour) => colourWord(COLOURS.indexOf(colour))) : [],
