@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Page, expect
 
+from movingout.maps import load_map, map_to_json
 from tests.browser.pages import overflow, sent_body, violations
 from tests.browser.support import Server, start, wait_for
 from tests.browser.test_languages import english_on
@@ -71,6 +72,24 @@ def test_one_plays_on_with_the_same_partner_or_chooses_another(server: Server, o
     page.get_by_role("link", name="Another partner").click()
     expect(page.get_by_label("Red")).to_be_focused()
     expect(page.locator("#chosen h2")).to_have_text("Hand Off")
+
+
+def test_a_drawn_map_is_there_when_one_chooses_another_partner(server: Server, open_page: OpenPage) -> None:
+    drawn = map_to_json(load_map("Simple")) | {"name": "Attic", "title": "The attic", "mode": "practice"}
+    seats = [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]
+    room = server.post("/api/rooms", {"maps": [], "map": drawn, "seats": seats, "limit_ticks": 15})
+    page = open_page(room["join_path"], room)
+    start(page)
+    page.get_by_role("link", name="Another partner").click(timeout=60_000)
+    expect(page.locator("#chosen h2")).to_have_text("The attic")
+    group = page.locator(".map-group", has=page.get_by_role("heading", name="Just played"))
+    expect(group.get_by_role("radio", name="The attic")).to_be_checked()
+    expect(page.get_by_label("Red")).to_be_focused()
+    with page.expect_request("**/api/rooms") as request:
+        page.get_by_role("button", name="Play The attic").click()
+    assert sent_body(request.value)["map"]["title"] == "The attic"
+    page.wait_for_url(lambda url: "/play/" in url)
+    expect(page.locator("#title")).to_have_text("The attic")
 
 
 @pytest.mark.slow

@@ -18,6 +18,7 @@ import { drawFirstPictures, firstChoice, firstRequest, showFirstGame } from "./n
 import { researchLine } from "./partners.js";
 import { mapPicture } from "../view/render.js";
 import { openRoom } from "../wire/open_room.js";
+import { keptPlayed, wantedMap } from "../wire/played_map.js";
 import { showShare } from "../components/share.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
@@ -50,6 +51,8 @@ let maps = [];
 let surprises = [];
 /** @type {import("./map_cards.js").OwnMaps} */
 let own = { maps: [], leftOut: 0 };
+/** @type {GameMap | null} that was just played, where the server does not offer it */
+let played = null;
 /** @type {GameMap | null} */
 let practiceMap = null;
 /** @type {AgentCard[]} */
@@ -72,6 +75,7 @@ async function load(lists) {
     surprises = mapList.surprise ?? [];
     own = { maps: mapList.own ?? [], leftOut: mapList.own_left_out ?? 0 };
     practiceMap = mapList.practice;
+    played = comesFrom();
     agents = agentList.agents;
     partner = defaultPartner(agents, agentList.default);
     showChoices(remembered());
@@ -92,7 +96,7 @@ async function load(lists) {
 
 /** @param {Choice} choice */
 function showChoices(choice) {
-  mapsBox.replaceChildren(...mapGroups(maps, own, choice.map));
+  mapsBox.replaceChildren(...mapGroups(maps, own, played, choice.map));
   seatsBox.replaceChildren(
     seatField(0, choice.seats[0]),
     seatField(1, choice.seats[1]),
@@ -113,9 +117,20 @@ function offerPartner() {
   select.focus();
 }
 
-/** The maps of the paper and the operator's own. */
+/** The maps of the paper, the operator's own and the one that was just played. */
 function everyMap() {
-  return [...maps, ...own.maps];
+  return [...maps, ...own.maps, ...(played ? [played] : [])];
+}
+
+/** The map that the address asks for. */
+function wantedName() {
+  return new URLSearchParams(location.search).get("map") ?? "";
+}
+
+/** The map that the reader comes from, unless the server offers it anyway. */
+function comesFrom() {
+  const offered = [...maps, ...own.maps, ...(practiceMap ? [practiceMap] : [])];
+  return offered.some(({ name }) => name === wantedName()) ? null : keptPlayed(wantedName());
 }
 
 function drawPictures() {
@@ -197,9 +212,9 @@ function showResearch(seats) {
 
 /** @returns {Choice} the address's map (?map=) and the last visit's choice, else a first visitor's */
 function remembered() {
-  const wanted = new URLSearchParams(location.search).get("map");
+  const wanted = wantedName();
   const kept = lastChoice(firstChoice(maps, partner));
-  return everyMap().some(({ name }) => name === wanted) ? { ...kept, map: wanted ?? kept.map } : kept;
+  return everyMap().some(({ name }) => name === wanted) ? { ...kept, map: wanted } : kept;
 }
 
 /** @param {Choice} first @returns {Choice} */
@@ -236,7 +251,9 @@ async function play(names) {
     return seedInput.focus();
   }
   remember(chosen);
-  await enter(roomRequest(chosen, names, false, partner), chosen.seats, problemBox);
+  const request = roomRequest(chosen, names, false, partner);
+  const drawn = played && names[0] === played.name ? wantedMap(played, played.name, []) : {};
+  await enter({ ...request, ...drawn }, chosen.seats, problemBox);
 }
 
 async function practise() {

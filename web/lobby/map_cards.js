@@ -14,10 +14,11 @@ import { difficulty } from "./difficulty.js";
 /** @typedef {{maps: readonly GameMap[], leftOut: number}} OwnMaps of the folder that the server was started with */
 
 /**
- * The operator's own maps, where there are any, then the others by mode; one of them is chosen.
- * @param {readonly GameMap[]} maps @param {OwnMaps} own @param {string} selected
+ * A drawn or generated map that was just played, the operator's own maps, where there are any, then the others by mode;
+ * one of them is chosen.
+ * @param {readonly GameMap[]} maps @param {OwnMaps} own @param {GameMap | null} played @param {string} selected
  */
-export function mapGroups(maps, own, selected) {
+export function mapGroups(maps, own, played, selected) {
   const modes = MODES.map((mode) =>
     mapGroup(
       modeKey(mode),
@@ -25,11 +26,12 @@ export function mapGroups(maps, own, selected) {
       selected,
     ),
   );
-  if (own.maps.length + own.leftOut === 0) return modes;
+  const first = played ? [mapGroup("lobby.played", [played], selected)] : [];
+  if (own.maps.length + own.leftOut === 0) return [...first, ...modes];
   const yours = mapGroup("lobby.own", own.maps, selected);
   if (own.leftOut > 0)
     yours.append(el("p", { class: "map-note muted small" }, say("lobby.own.leftOut", { count: own.leftOut })));
-  return [yours, ...modes];
+  return [...first, yours, ...modes];
 }
 
 /** @param {string} key of its heading @param {readonly GameMap[]} maps @param {string} selected */

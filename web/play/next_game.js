@@ -6,6 +6,7 @@
 
 import { requestJson } from "../core/api.js";
 import { openRoom } from "../wire/open_room.js";
+import { wantedMap } from "../wire/played_map.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../messages.js").SeatState} SeatState */
@@ -54,15 +55,6 @@ export async function goOn(game, which) {
   const known = [...offered, ...own, practice].map(nameOf);
   const room = await openRoom({ ...wantedMap(map, name, known), seats, limit_ticks });
   location.assign(room.join_path);
-}
-
-/**
- * A drawn map is sent along: the server does not keep it. Varied and generated ones, "HandOff:mirror", have a name.
- * @param {{name: string}} played @param {string} name the map to play now @param {readonly string[]} known
- */
-export function wantedMap(played, name, known) {
-  const drawn = name === played.name && !name.includes(":") && !known.includes(name);
-  return drawn ? { maps: [], map: played } : { maps: [name] };
 }
 
 /** @param {{name: string}} map */

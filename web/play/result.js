@@ -18,7 +18,10 @@ import { roundText } from "./seat_phrases.js";
  * The server's `round` message.
  * @typedef {{index: number, total: number, map: import("../view/render.js").GameMap}} Round
  */
-/** @typedef {{text: string, href?: string, onclick?: () => void}} Way a way on: a link or a button */
+/**
+ * @typedef {{text: string, href?: string, onclick?: () => void}} Way a way on: a link, which may do something first, or
+ *   a button
+ */
 /**
  * @typedef {object} Options
  * @property {Result} result
@@ -70,7 +73,9 @@ function headWords(heading, { result, round, stoppedHere = false, reason, best =
 /** @param {Way} way @param {number} place */
 function wayOn({ text, href, onclick }, place) {
   const look = place === 0 ? "button button-primary" : "button";
-  return href ? el("a", { class: look, href }, text) : el("button", { type: "button", class: look, onclick }, text);
+  return href
+    ? el("a", { class: look, href, onclick }, text)
+    : el("button", { type: "button", class: look, onclick }, text);
 }
 
 /** @param {Options} options */

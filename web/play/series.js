@@ -11,6 +11,7 @@ import { countRound } from "./best_rounds.js";
 import { goOn, sameSeats } from "./next_game.js";
 import { reasonText, seatName } from "./seat_phrases.js";
 import { shareButtons } from "./share_round.js";
+import { keepPlayed } from "../wire/played_map.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../view/render.js").View} View */
@@ -95,7 +96,7 @@ export class Series {
     if (!over) return [{ text: say("play.result.next"), onclick: () => this.#next() }, again];
     if (game.round?.practice) return [start, again];
     const repeat = COMPLETE.includes(outcome) ? again : seats ? anew : null;
-    const other = { text: say("play.result.partner"), href: `/?map=${game.round?.map.name ?? ""}#partner` };
+    const other = { text: say("play.result.partner"), ...toChoose(game.round) };
     return [seats ? next : null, repeat, seats ? other : null, start].filter((way) => way !== null);
   }
 
@@ -192,6 +193,12 @@ export class Series {
     this.#play.hidden = false;
     focus.focus();
   }
+}
+
+/** To the lobby with the map that was played. @param {Game["round"]} round */
+function toChoose(round) {
+  const name = encodeURIComponent(round?.map.name ?? "");
+  return { href: `/?map=${name}#partner`, onclick: () => round && keepPlayed(round.map) };
 }
 
 /** What to call the players of a round. @param {Game} game */

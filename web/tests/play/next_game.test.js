@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { nextMap, sameSeats, wantedMap } from "../../play/next_game.js";
+import { nextMap, sameSeats } from "../../play/next_game.js";
 
 /** @param {import("../../messages.js").SeatState["kind"]} kind @param {string} [name] */
 const seat = (kind, name = "") => ({
@@ -38,12 +38,4 @@ test("after the last map comes the first, and after an unknown one too", () => {
   assert.equal(nextMap(["a", "b"], "a"), "b");
   assert.equal(nextMap(["a", "b"], "b"), "a");
   assert.equal(nextMap(["a", "b"], "of my own"), "a");
-});
-
-test("a drawn map, which the server does not keep, is sent along; any other goes by its name", () => {
-  const drawn = { name: "MyMap" };
-  assert.deepEqual(wantedMap(drawn, "MyMap", ["a", "b"]), { maps: [], map: drawn });
-  assert.deepEqual(wantedMap(drawn, "a", ["a", "b"]), { maps: ["a"] });
-  assert.deepEqual(wantedMap({ name: "b" }, "b", ["a", "b"]), { maps: ["b"] });
-  assert.deepEqual(wantedMap({ name: "a:mirror" }, "a:mirror", ["a", "b"]), { maps: ["a:mirror"] });
 });

@@ -1,0 +1,39 @@
+// @ts-check
+/*
+ * The map that was just played, for the game after it. The server keeps no drawn map: the page sends it along, and on
+ * the way to another page it lies in the storage of the tab.
+ */
+
+/** @typedef {import("../view/render.js").GameMap} GameMap */
+
+const MEMORY = "movingout.played";
+
+/** @param {GameMap} map */
+export function keepPlayed(map) {
+  try {
+    sessionStorage.setItem(MEMORY, JSON.stringify(map));
+  } catch {
+    // the next page offers the maps that the server has
+  }
+}
+
+/** The map of this name, if it was the last one kept here. @param {string} name @returns {GameMap | null} */
+export function keptPlayed(name) {
+  try {
+    const map = JSON.parse(sessionStorage.getItem(MEMORY) ?? "null");
+    return map?.name === name && Array.isArray(map.items) ? map : null;
+  } catch {
+    return null; // storage is forbidden, or not ours
+  }
+}
+
+/**
+ * The map to play, for the request that opens a room. A drawn one is sent along: the server does not keep it. Varied
+ * and generated ones, "HandOff:mirror", have a name.
+ * @template {{name: string}} Map
+ * @param {Map} played @param {string} name the map to play now @param {readonly string[]} known
+ */
+export function wantedMap(played, name, known) {
+  const drawn = name === played.name && !name.includes(":") && !known.includes(name);
+  return drawn ? { maps: [], map: played } : { maps: [name] };
+}
