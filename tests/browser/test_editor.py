@@ -1,6 +1,7 @@
 """The map editor: drawing by mouse, touch and keyboard, checks, a trial by computer players, files, and playing it."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -189,6 +190,13 @@ def test_on_a_phone_a_map_is_changed_by_touch(open_page: OpenPage, pictures: Pat
     assert len(drawn(page)["walls"]) == 1
     assert overflow(page) <= 0
     page.screenshot(path=pictures / "editor-phone-german.png")
+
+
+def test_a_copy_of_a_shipped_map_has_its_description_in_the_readers_language(open_page: OpenPage) -> None:
+    page = open_page("/editor?lang=de")
+    expect(page.locator("#verdict")).to_have_text("Diese Karte ist spielbar.", timeout=20_000)
+    page.locator("#start").select_option("HandOff")
+    expect(page.locator("#about")).to_have_value(re.compile("^Ein enger Gang"))
 
 
 def test_on_a_phone_that_lies_on_its_side_the_whole_arena_is_seen_at_once(open_page: OpenPage) -> None:

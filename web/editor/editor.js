@@ -7,7 +7,7 @@ import { ApiError, requestJson } from "../core/api.js";
 import { byId, el, notice } from "../core/dom.js";
 import { save } from "../replay/source.js";
 import { say, sayError } from "../text/catalogue.js";
-import { mapTitle } from "../text/names.js";
+import { mapDescription, mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 import { fitCanvas } from "../view/render.js";
 import { openRoom } from "../wire/open_room.js";
@@ -172,7 +172,8 @@ function startFrom() {
   const from = starts.find(({ name }) => name === startSelect.value);
   const title = from ? say("editor.copy", { title: mapTitle(from) }) : say("editor.untitled");
   startSelect.value = "";
-  replace(from ? { ...from, title, name: nameOf(title), number: 0, mode: "practice" } : emptyMap(title));
+  if (from === undefined) return replace(emptyMap(title));
+  replace({ ...from, title, description: mapDescription(from), name: nameOf(title), number: 0, mode: "practice" });
 }
 
 /** @param {Settings["tool"]} tool */
