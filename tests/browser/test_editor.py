@@ -199,6 +199,23 @@ def test_a_copy_of_a_shipped_map_has_its_description_in_the_readers_language(ope
     expect(page.locator("#about")).to_have_value(re.compile("^Ein enger Gang"))
 
 
+def test_on_a_phone_what_follows_a_press_is_in_sight(open_page: OpenPage, tmp_path: Path) -> None:
+    page = open_page("/editor?lang=de", viewport=SMALL_PHONE, has_touch=True, is_mobile=True)
+    expect(page.locator("#verdict")).to_have_text("Diese Karte ist spielbar.", timeout=20_000)
+    page.locator("#start").scroll_into_view_if_needed()
+    page.locator("#start").select_option("HandOff")
+    expect(page.get_by_label("Titel")).to_have_value("Übergabe, geändert")
+    expect(page.locator("#arena")).to_be_in_viewport(ratio=0.99)
+    (tmp_path / "odd.json").write_text(json.dumps(map_to_json(load_map("Simple")) | {"goals": 3}), encoding="utf-8")
+    page.locator("#open").scroll_into_view_if_needed()
+    page.locator("#file").set_input_files(tmp_path / "odd.json")
+    expect(page.locator("#message")).to_contain_text("goals: Hier muss eine Liste stehen.")
+    expect(page.locator("#message")).to_be_in_viewport(ratio=0.99)
+    page.locator("#solve").tap()
+    expect(page.locator("#trial")).to_be_visible(timeout=40_000)
+    expect(page.locator("#arena")).to_be_in_viewport(ratio=0.99)
+
+
 def test_on_a_phone_that_lies_on_its_side_the_whole_arena_is_seen_at_once(open_page: OpenPage) -> None:
     lying = {"width": 740, "height": 360}
     page = ready(open_page("/editor?lang=en", viewport=lying, has_touch=True, is_mobile=True))

@@ -91,9 +91,15 @@ function endTrial() {
   trial = null;
 }
 
-/** @param {string} kind @param {string} text */
-function tell(kind, text) {
-  message.replaceChildren(notice(kind, text));
+/** @param {string} kind @param {...(Node | string)} parts */
+function tell(kind, ...parts) {
+  message.replaceChildren(notice(kind, ...parts));
+  bringToSight(message); // a phone shows only a part of the page, and what was pressed may be far away
+}
+
+/** @param {HTMLElement} part */
+function bringToSight(part) {
+  part.scrollIntoView({ block: "nearest" });
 }
 
 /** Runs what asks the server, with its button off meanwhile. @param {string} id @param {() => Promise<void>} work */
@@ -124,6 +130,7 @@ async function solve() {
     arena.focus();
   };
   trial = new Trial(solution, (view) => drawMoment(arena, map, view), close);
+  bringToSight(arena);
 }
 
 async function play() {
@@ -153,9 +160,7 @@ async function open(file) {
     const { map, faults } = await askServer(document);
     if (map) return replace(map);
     const sentences = faults.slice(0, 5).map((fault) => el("li", {}, faultText(fault)));
-    message.replaceChildren(
-      notice("bad", say("editor.open.noMap"), el("ul", { class: "editor-faults" }, ...sentences)),
-    );
+    tell("bad", say("editor.open.noMap"), el("ul", { class: "editor-faults" }, ...sentences));
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     tell("bad", sayError(error));
@@ -166,6 +171,7 @@ async function open(file) {
 function replace(map) {
   drawing.selected = null;
   drawing.change(map);
+  bringToSight(arena);
 }
 
 function startFrom() {
