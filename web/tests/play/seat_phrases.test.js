@@ -53,8 +53,8 @@ const view = (held) => ({ poses: [], held, delivered: [] });
 test("a pause says how long it lasts at most where somebody waits", () => {
   /** @param {import("../../messages.js").SeatState[]} seats @param {string} [code] */
   const limit = (seats, code = "paused") => pauseLimitText({ reason_code: code, seats }, 40);
-  assert.equal(limit([seat({ ready: true }), seat()]), "The game goes on in 40 seconds at the latest");
-  assert.equal(limit([seat({ ready: true }), seat({ present: false })], "waiting"), "40 seconds left to come back");
+  assert.equal(limit([seat({ ready: true }), seat()]), "The game goes on in 40 seconds at the latest.");
+  assert.equal(limit([seat({ ready: true }), seat({ present: false })], "waiting"), "40 seconds left to come back.");
   assert.equal(limit([seat(), seat()]), "");
   assert.equal(limit([seat(), seat({ kind: "agent", ready: true })]), "");
   assert.equal(limit([seat({ ready: true }), seat()], "study_paused"), "");
