@@ -26,6 +26,14 @@ for (const language of Object.keys(LANGUAGES)) {
   });
 }
 
+test("no line begins with an ellipsis: in German it stands apart from its word, by a space that does not break", () => {
+  const texts = Object.keys(LANGUAGES).flatMap((language) => Object.entries(textsOf(language)));
+  assert.deepEqual(
+    texts.filter(([, text]) => text.includes(" …")),
+    [],
+  );
+});
+
 test("every key in the code and the pages has a text, and no text is there for nothing", () => {
   const files = readdirSync(WEB, { recursive: true })
     .map(String)
