@@ -36,7 +36,6 @@ _TINY_PLAY = (
 _SMALL_PLAY = "--frames", 12_000, "--members", 2
 _SMALL = "--evaluate-every", 500, "--batch", 128, "--width", 128
 _PAPER_SIZE = "--updates", 6000, "--evaluate-every", 1000, "--batch", 256, "--precision", "bf16"
-_SHORT_SAMPLING = "--process", "ddim", "--sample-steps", 8  # 36 steps would take most of the time of every match
 _BUDGETS = (
     Budget(
         name="smoke",
@@ -60,7 +59,7 @@ _BUDGETS = (
         about="the paper's networks, with the episodes of small and six times its updates; a night for a table",
         preset="paper", people=4, episodes=2, variants=6, seeds=1, moments=2, states=400,
         options={
-            "mlp": _PAPER_SIZE, "gru": _PAPER_SIZE, "dp": (*_PAPER_SIZE, *_SHORT_SAMPLING),
+            "mlp": _PAPER_SIZE, "gru": _PAPER_SIZE, "dp": _PAPER_SIZE,
             "bass": (*_PAPER_SIZE, "--progress-updates", 6000),
             "mappo": _SMALL_PLAY[:2], "comedi": _SMALL_PLAY,
         },

@@ -23,7 +23,7 @@ _PAPER_TRAINING = {"mlp": 2700.0, "gru": 2700.0, "dp": 7200.0, "bass": 2700.0}  
 _FRAMES, _PAPER_FRAMES = 750.0, 1000.0  # per second of reinforcement learning; the paper: 30 M in 5 to 15 hours
 _MATCH = {"mlp": 0.4, "gru": 0.4, "mappo": 0.4, "comedi": 0.4, "dp": 0.5, "bass": 1.0}  # both seats, 500 ticks
 _ORACLE = 60.0  # an estimate
-_PAPER_DP_CPU = {"dp": 3.0, "bass": 25.0}  # eight steps, twelve matches at once
+_PAPER_DP_CPU = {"dp": 14.0, "bass": 110.0}  # twelve matches at once; BASS an estimate, from one with eight steps
 _PAPER_DP = 17.0  # 69 ms per decision, every four ticks in both seats
 
 

@@ -96,9 +96,8 @@ def test_who_learns_from_its_own_play_plays_varied_maps_for_the_second_challenge
     ("agent", "budget", "said"),
     [
         ("dp@c1", "paper-size", {"--preset": "paper", "--updates": "6000", "--batch": "256"}),
-        ("dp@c1", "paper-size", {"--process": "ddim", "--sample-steps": "8"}),
-        ("dp@c1", "full", {"--process": "", "--sample-steps": ""}),
-        ("gru@c1", "paper-size", {"--preset": "paper", "--updates": "6000", "--process": ""}),
+        ("dp@c1", "paper-size", {"--process": "", "--sample-steps": ""}),
+        ("gru@c1", "paper-size", {"--preset": "paper", "--updates": "6000", "--batch": "256"}),
         ("dp-image@c1", "full", {"--preset": "paper", "--updates": "", "--batch": "256"}),
         ("dp@c1", "full", {"--preset": "paper", "--updates": "", "--batch": ""}),
         ("dp-image@c1", "small", {"--preset": "fast", "--updates": "250", "--batch": "32"}),
