@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from dataclasses import replace
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import cast
 
@@ -246,8 +245,6 @@ def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
         known = known_names(head, _names())
         raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")
-    if "." not in head and find_spec(head) is None and (meant := probably_meant(head, [*_names(), *_GROUPS])):
-        raise AgentError(f"cannot import {head!r}: there is no such module{meant}")
     return f"{head}:{attribute}", parse_options(agent_id, options)
 
 
@@ -265,4 +262,16 @@ def _factory(reference: str) -> Callable[..., object]:
     if reference in _registered():
         return factory_at(installed(AGENTS)[reference].value)
     entry = BUILT_IN.get(reference)
-    return factory_at(entry.factory if entry else reference)
+    return factory_at(entry.factory) if entry else _own_factory(reference)
+
+
+def _own_factory(reference: str) -> Callable[..., object]:
+    module = reference.partition(":")[0]
+    try:
+        return factory_at(reference)
+    except AgentError as error:
+        cause = error.__cause__
+        absent = isinstance(cause, ModuleNotFoundError) and cause.name == module
+        if absent and (meant := probably_meant(module, [*_names(), *_GROUPS])):
+            raise AgentError(f"cannot import {module!r}: there is no such module{meant}") from cause
+        raise

@@ -3,6 +3,7 @@
 import gc
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -58,6 +59,14 @@ def test_a_wrong_id_is_answered_with_a_sentence(agent_id: str, sentence: str) ->
     with pytest.raises(AgentError) as raised:
         load_agent(agent_id)
     assert sentence in str(raised.value)
+
+
+def test_a_policy_of_the_running_script_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A script has no import specification, and may define its policy itself."""
+    script = ModuleType("__main__")
+    script.Mine = Forward  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "__main__", script)
+    assert isinstance(load_agent("__main__:Mine"), Forward)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from movingout.agents.catalogue import load_agent
+from movingout.agents.errors import AgentError
 from movingout.agents.generative.trials import Occasion, Trial, completion
 from movingout.server.cli import main
 from tests.agents.generative.toy import MODEL, untrained
@@ -34,7 +35,7 @@ def test_it_names_partners_that_can_play(tmp_path: Path, capsys: pytest.CaptureF
 
 
 def test_a_file_that_cannot_be_written_is_named_before_anything_is_played(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     command = ["agents", "weakness", "greedy", "--partner", MODEL, *SMALL, "-o"]
     assert main([*command, str(tmp_path)]) == 2
@@ -42,7 +43,14 @@ def test_a_file_that_cannot_be_written_is_named_before_anything_is_played(
     assert printed.err == f"movingout: cannot write {tmp_path}: Is a directory\n" and not printed.out
     earlier = tmp_path / "partners.txt"
     earlier.write_text("kept\n")
-    assert main([*command, str(earlier), "--rounds", "0"]) == 2 and earlier.read_text() == "kept\n"
+    monkeypatch.setattr("movingout.agents.commands.weakness.search", _broken_off)
+    for out in (earlier, tmp_path / "new.txt"):
+        assert main([*command, str(out)]) == 2
+    assert earlier.read_text() == "kept\n" and not (tmp_path / "new.txt").exists()
+
+
+def _broken_off(*_: object) -> None:
+    raise AgentError("broken off")
 
 
 def test_equal_seeds_find_the_same(capsys: pytest.CaptureFixture[str]) -> None:
