@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import cast
 
-from movingout.agents.adapters.policy_file import POLICY_FILES, existing, policy_file
+from movingout.agents.adapters.policy_file import POLICY_FILES, existing, id_of_file, policy_file
 from movingout.agents.agent_options import OptionValue, check_options, parse_options
 from movingout.agents.base import Agent
 from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN, AgentCard
@@ -242,6 +242,8 @@ def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
         raise AgentError(f"unknown agent {agent_id!r}; name the module instead of its file: {right}")
     if sentence := named_instead(Path(head)):
         raise AgentError(sentence)
+    if right := id_of_file(head):
+        raise AgentError(f"unknown agent {agent_id!r}; name the file with its kind: {right}")
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
         known = known_names(head, _names())
         raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")

@@ -19,17 +19,21 @@ class PolicyFileKind:
     title: str
     factory: str  # "module:attribute", imported when asked for
     what: str  # that its path names
+    suffix: str = ""  # of its files
 
 
 _KINDS = (
-    PolicyFileKind("onnx", "ONNX", "movingout.agents.adapters.onnx_agent:OnnxAgent", "an .onnx file"),
+    PolicyFileKind("onnx", "ONNX", "movingout.agents.adapters.onnx_agent:OnnxAgent", "an .onnx file", ".onnx"),
     PolicyFileKind(
         "torchscript",
         "TorchScript",
         "movingout.agents.adapters.torchscript_agent:TorchScriptAgent",
         "a file of torch.jit.save",
+        ".pt",
     ),
-    PolicyFileKind("sb3", "Stable-Baselines3", "movingout.agents.adapters.sb3_agent:Sb3Agent", "a .zip of model.save"),
+    PolicyFileKind(
+        "sb3", "Stable-Baselines3", "movingout.agents.adapters.sb3_agent:Sb3Agent", "a .zip of model.save", ".zip"
+    ),
     PolicyFileKind(
         "lerobot", "LeRobot", "movingout.agents.adapters.lerobot_agent:LeRobotAgent", "a folder pretrained_model"
     ),
@@ -52,6 +56,12 @@ def existing(kind: str, path: object, folder: bool = False) -> Path:
         return wanted
     there = f"{wanted} is a {'file' if folder else 'folder'}" if wanted.exists() else f"there is no {wanted}"
     raise AgentError(f"{there}; {kind}:path= names {POLICY_FILES[kind].what}")
+
+
+def id_of_file(path: str) -> str:
+    """The id of the agent that a file is, by its suffix; empty where there is no such file."""
+    kind = next((kind.name for kind in _KINDS if kind.suffix and path.endswith(kind.suffix)), "")
+    return f"{kind}:path={path}" if kind and Path(path).expanduser().is_file() else ""
 
 
 def policy_file(agent_id: str) -> Path | None:

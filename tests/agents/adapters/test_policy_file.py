@@ -1,7 +1,9 @@
 """A policy's file in a seat: what it takes, and what is said about a file that cannot play."""
 
+import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import onnx
@@ -54,6 +56,20 @@ def onnx_file(path: Path, features: int, rows: int = 1, history: int = 0, batch:
     return path
 
 
+def exported(path: Path, version: int, seen: list[int], nodes: list[onnx.NodeProto], **constants: Any) -> Path:
+    """A policy of `nodes`, from `obs` to `features` (1, 121), which answers ROW."""
+    arrays = {"w": np.zeros((121, 4), np.float32), "b": np.array(ROW, np.float32), **constants}
+    graph = helper.make_graph(
+        [*nodes, helper.make_node("Gemm", ["features", "w", "b"], ["actions"])],
+        "policy",
+        [helper.make_tensor_value_info("obs", TensorProto.FLOAT, seen)],
+        [helper.make_tensor_value_info("actions", TensorProto.FLOAT, [1, 4])],
+        [numpy_helper.from_array(np.asarray(array), name) for name, array in arrays.items()],
+    )
+    onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", version)], ir_version=10), str(path))
+    return path
+
+
 def scripted(path: Path, module: torch.nn.Module, layout: str = "") -> Path:
     with pytest.warns(DeprecationWarning):
         torch.jit.save(torch.jit.script(module), str(path), _extra_files={LAYOUT_KEY: layout} if layout else None)
@@ -90,6 +106,39 @@ def test_an_onnx_file_may_say_its_layout_and_is_held_to_it(tmp_path: Path) -> No
     with pytest.raises(AgentError, match="takes 169 numbers, official-v1 has 121"):
         load_agent(f"onnx:path={file}")
     assert first_rows(load_agent(f"onnx:path={file},layout=map-v1"))
+
+
+def test_operators_that_exporters_of_torch_write_are_taken(tmp_path: Path) -> None:
+    node = helper.make_node
+    nan_to_num = [node("IsNaN", ["obs"], ["nan"]), node("Where", ["nan", "zero", "obs"], ["features"])]
+    one_hot = [
+        node("ArgMax", ["obs"], ["best"], axis=1, keepdims=0),
+        node("OneHot", ["best", "depth", "values"], ["features"]),
+    ]
+    attention = [
+        node("Attention", ["obs", "obs", "obs"], ["after"], q_num_heads=1, kv_num_heads=1),
+        node("Flatten", ["after"], ["features"]),
+    ]
+    values = {"depth": np.int64(121), "values": np.array([0, 1], np.float32)}
+    for file in (
+        exported(tmp_path / "atan2.onnx", 18, [1, 121], nan_to_num, zero=np.float32(0)),
+        exported(tmp_path / "one_hot.onnx", 18, [1, 121], one_hot, **values),
+        exported(tmp_path / "attention.onnx", 23, [1, 1, 121], attention),
+    ):
+        assert first_rows(load_agent(f"onnx:path={file}")) == [ROW]
+
+
+def test_a_file_named_without_its_kind_is_answered_with_its_id(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, right in (("p.onnx", "onnx"), ("p.pt", "torchscript"), ("p.zip", "sb3")):
+        (tmp_path / name).touch()
+        for path in (name, f"./{name}"):
+            with pytest.raises(AgentError, match=f"name the file with its kind: {right}:path={re.escape(path)}$"):
+                load_agent(path)
+    with pytest.raises(AgentError, match=r"package\.module:Factory for your own"):
+        load_agent("nowhere.onnx")
 
 
 class Linear(torch.nn.Module):
