@@ -104,7 +104,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         self._reward_name = reward
         self._limit_ticks = limit_ticks
         self._split = split
-        self._generator = np.random.default_rng()
+        self.np_random = np.random.default_rng()  # its name in wrappers, such as SuperSuit's frame_skip
         self._layout = layout
         self.state_space = _box(layout_named(layout))
         self.observation_spaces = {agent: _box(layout_named(layout)) for agent in self.possible_agents}
@@ -126,12 +126,12 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         The option "map" (as in the constructor) is played in this episode only; other options are warned about.
         """
         if seed is not None:
-            self._generator = _seeded(seed)
+            self.np_random = _seeded(seed)
         designed = self._chosen_map(options or {})
         if self._split is None:
             self._start(designed)
         else:
-            self._start(randomize(designed, int(self._generator.integers(_LARGEST_SEED)), self._split))
+            self._start(randomize(designed, int(self.np_random.integers(_LARGEST_SEED)), self._split))
         self.agents = list(self.possible_agents)
         self._show()
         return self._observations(), self._infos()

@@ -250,3 +250,12 @@ def test_the_world_package_itself_needs_no_pettingzoo() -> None:
         "import sys, world, movingout.world.metrics, movingout.world.raster; sys.exit('pettingzoo' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+def test_wrappers_find_the_random_numbers_that_a_seed_of_reset_begins() -> None:
+    env = MovingOutEnv("HandOff")
+    drawn = []
+    for _ in range(2):
+        env.reset(seed=3)
+        drawn.append(env.np_random.integers(1000, size=3).tolist())
+    assert drawn[0] == drawn[1]
