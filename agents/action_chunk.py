@@ -27,8 +27,8 @@ def checked_chunk(answer: object) -> ActionChunk:
     if answer is None:
         raise AgentError("act() returned None; it returns an action chunk, a (H, 4) array of numbers")
     try:
-        chunk = np.array(answer, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        chunk = np.asarray(answer, dtype=np.float64).copy()  # np.array would warn of tensors
+    except Exception as error:  # what a foreign array raises: a tensor of torch that requires grad, a RuntimeError
         what = type(answer).__name__
         raise AgentError(
             f"an action chunk is a (H, 4) array of numbers, which this {what} is not: {error}"[:200]

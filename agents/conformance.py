@@ -133,7 +133,7 @@ def _decided(agent: Agent, state: WorldState, episode: EpisodeInfo, found: Confo
     trace = decision_trace(agent)
     if UNWRITABLE in trace:
         raise ConformanceError(f"{where}: `detail` cannot be written as JSON ({trace[UNWRITABLE]}); use plain values")
-    return np.array(answer, dtype=np.float64)
+    return np.asarray(answer, dtype=np.float64).copy()
 
 
 def _check_ranges(answer: object, where: str) -> None:

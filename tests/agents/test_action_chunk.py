@@ -4,6 +4,7 @@ import gc
 
 import numpy as np
 import pytest
+import torch
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
 from movingout.agents.errors import AgentError
@@ -16,6 +17,12 @@ def test_a_good_chunk_is_clipped_and_its_toggles_made_whole() -> None:
     assert world_action(chunk[0]) == (1.0, np.pi / 2, 1.0)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_tensor_is_taken_without_a_warning_and_left_as_it_is() -> None:
+    answer = torch.tensor([[3.0, 1.0, 0.0, 0.0]], dtype=torch.float64)
+    assert checked_chunk(answer).tolist() == [[1.0, 1.0, 0.0, 0.0]] and answer[0, 0] == 3.0
+
+
 @pytest.mark.parametrize(
     ("answer", "sentence"),
     [
@@ -25,6 +32,7 @@ def test_a_good_chunk_is_clipped_and_its_toggles_made_whole() -> None:
         (np.zeros((0, 4)), "not (0, 4)"),
         ([[np.nan, 1.0, 0.0, 0.0]], "finite"),
         ([[1.0, 0.0, 0.0, 0.0]], "never both 0"),
+        (torch.ones(1, 4, requires_grad=True), "which this Tensor is not: Can't call numpy() on Tensor that requires grad"),
         ("forward", "which this str is not: could not convert string to float"),
     ],
 )
