@@ -32,7 +32,10 @@ def test_a_tensor_is_taken_without_a_warning_and_left_as_it_is() -> None:
         (np.zeros((0, 4)), "not (0, 4)"),
         ([[np.nan, 1.0, 0.0, 0.0]], "finite"),
         ([[1.0, 0.0, 0.0, 0.0]], "never both 0"),
-        (torch.ones(1, 4, requires_grad=True), "which this Tensor is not: Can't call numpy() on Tensor that requires grad"),
+        (
+            torch.ones(1, 4, requires_grad=True),
+            "which this Tensor is not: Can't call numpy() on Tensor that requires grad",
+        ),
         ("forward", "which this str is not: could not convert string to float"),
     ],
 )

@@ -128,9 +128,7 @@ def test_operators_that_exporters_of_torch_write_are_taken(tmp_path: Path) -> No
         assert first_rows(load_agent(f"onnx:path={file}")) == [ROW]
 
 
-def test_a_file_named_without_its_kind_is_answered_with_its_id(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_named_without_its_kind_is_answered_with_its_id(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name, right in (("p.onnx", "onnx"), ("p.pt", "torchscript"), ("p.zip", "sb3")):
         (tmp_path / name).touch()

@@ -155,7 +155,9 @@ def test_a_network_with_a_forbidden_operator_or_outside_data_is_refused(tmp_path
     crafted = {
         "operator 'Loop'": model(helper.make_node("Loop", ["x"], ["y"]), []),
         "operators of 'evil'": model(helper.make_node("Add", ["x", "x"], ["y"], domain="evil"), []),
-        "in other files, which is not allowed; torch.onnx.export(…, external_data=False)": model(helper.make_node("Add", ["x", "w"], ["y"]), [outside]),
+        "in other files, which is not allowed; torch.onnx.export(…, external_data=False)": model(
+            helper.make_node("Add", ["x", "w"], ["y"]), [outside]
+        ),
         "sparse tensors": model(
             helper.make_node("Constant", [], ["y"], sparse_value=onnx.SparseTensorProto(values=outside, dims=[1])), []
         ),
