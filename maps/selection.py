@@ -4,15 +4,16 @@ import os
 from pathlib import Path
 
 from movingout.maps.errors import MapError
-from movingout.maps.generated.names import MODE_WORDS, PREFIX, SPLITS
-from movingout.maps.generated.proved import in_turn, proved_maps, read_table
+from movingout.maps.files.list_file import LIST, listed_lines
+from movingout.maps.generated.names import MODE_WORDS, PREFIX, SPLITS, is_generated
+from movingout.maps.generated.proved import in_turn, proved_maps
 from movingout.maps.library import map_names
 from movingout.maps.suggestion import known_names
 from movingout.maps.symmetry import ALL_SYMMETRIES, SEPARATOR
 
 HELP = (
     "a map's name, several joined by commas, all (the paper's twelve), all:symmetries (these mirrored and turned), "
-    "generated:test, generated:test:60 (so many of them), @FILE or @FILE:60 (a list of maps by `demos prove`)"
+    "generated:test, generated:test:60 (so many of them), @FILE or @FILE:60 (a list: one of these per line)"
 )
 
 
@@ -32,7 +33,7 @@ def _meant(word: str) -> list[str]:
         return list(map_names())
     if word == "all:symmetries":
         return [SEPARATOR.join((name, *one.names)) for one in ALL_SYMMETRIES if one.names for name in map_names()]
-    if word.startswith("@"):
+    if word.startswith(LIST):
         return _listed(word[1:])
     split, _, count = rest.partition(SEPARATOR)
     if base == PREFIX and split in (*SPLITS, ""):
@@ -45,13 +46,35 @@ def _meant(word: str) -> list[str]:
 
 
 def _listed(text: str) -> list[str]:
-    """The maps of a file, the modes in turn, or the first so many. Raises MapError when there are none."""
+    """The maps of a file, or the first so many; of generated ones the modes in turn. Raises MapError for none."""
     file, separator, count = text.rpartition(SEPARATOR)
     if not (separator and count.isdecimal()):
         file, count = text, ""
-    names = in_turn(list(read_table(Path(file))))
+    names = list(dict.fromkeys(name for line in _lines(file) for name in _on_line(*line, file)))
+    if all(map(is_generated, names)):
+        names = in_turn(names)
     if not names:
-        raise MapError(f"there is no list of maps {file}; `movingout demos prove --out {file}` makes one")
+        raise MapError(f"the list of maps {file} names none")
     if count and not 1 <= int(count) <= len(names):
         raise MapError(f"{file} has 1 to {len(names)} maps, not {count}")
     return names[: int(count)] if count else names
+
+
+def _lines(file: str) -> list[tuple[int, str]]:
+    try:
+        return listed_lines(Path(file))
+    except FileNotFoundError:
+        raise MapError(f"there is no list of maps {file}; `movingout demos prove --out {file}` makes one") from None
+    except UnicodeDecodeError:
+        raise MapError(f"the list of maps {file} is no text in UTF-8") from None
+    except OSError as error:
+        raise MapError(f"cannot read the list of maps {file}: {error.strerror or error}") from error
+
+
+def _on_line(number: int, said: str, file: str) -> list[str]:
+    name, _, ticks = said.rpartition(" ")
+    if is_generated(name) and ticks.isdecimal():  # by `demos prove`: how long the pair of experts took
+        said = name
+    if said.startswith(LIST):
+        raise MapError(f"{file}, line {number}: a list names no other list, such as {said}")
+    return _meant(said)
