@@ -1,5 +1,6 @@
 """Episodes of scripted pairs, recorded like live play: one MCAP file each, in parallel processes."""
 
+import hashlib
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -22,6 +23,8 @@ from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRec
 from movingout.recordings.errors import cannot
 from movingout.world.metrics import EpisodeMetrics, task_completion_rate
 from movingout.world.scoring import delivered_items
+
+MOST_OF_ID = 80  # characters of the id of an episode
 
 
 class Player(Protocol):
@@ -76,7 +79,7 @@ def episode_jobs(
         for number, pair in enumerate(pairs):
             for episode in range(episodes):
                 seats = pair if episode < (episodes + 1) // 2 else (pair[1], pair[0])
-                name = f"{prefix}-{_map_name(the_map)}-{pair[0].name}{pair[1].name}-{episode:02d}"
+                name = _episode_id(f"{prefix}-{_map_name(the_map)}-{pair[0].name}{pair[1].name}-{episode:02d}")
                 made.append(EpisodeJob(name, the_map, seats, seed + number * episodes + episode, ticks))
     return made
 
@@ -95,9 +98,17 @@ def variant_jobs(
             turn, pair = divmod(number, len(pairs))
             seats = pairs[pair] if turn % 2 == 0 else pairs[pair][::-1]
             varied = randomize(the_map, seed + number, split)
-            name = f"{prefix}-{_map_name(varied)}-{seats[0].name}{seats[1].name}"
+            name = _episode_id(f"{prefix}-{_map_name(varied)}-{seats[0].name}{seats[1].name}")
             made.append(EpisodeJob(name, varied, (seats[0], seats[1]), seed + number, ticks))
     return made
+
+
+def _episode_id(said: str) -> str:
+    """The same as the id of an episode: signs that it cannot have replaced, what is too long cut off, but unique."""
+    name = re.sub(r"[^A-Za-z0-9_-]", "-", said).lstrip("-_")
+    if len(name) <= MOST_OF_ID:
+        return name
+    return f"{name[: MOST_OF_ID - 9]}-{hashlib.sha256(said.encode()).hexdigest()[:8]}"
 
 
 def _map_name(the_map: MapSpec) -> str:

@@ -7,10 +7,11 @@ import pytest
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.data.dagger import LabellingJob
-from movingout.agents.data.demonstrations import EpisodeJob, label_all, write_all
+from movingout.agents.data.demonstrations import EpisodeJob, episode_jobs, label_all, write_all
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
 from movingout.recordings import RecordingError
+from movingout.recordings.file_format.metadata import EPISODE_ID
 
 
 class Raising:
@@ -66,3 +67,14 @@ def test_a_file_where_the_folder_should_be_is_told_in_a_sentence(tmp_path: Path)
     for play_all in (write_all, label_all):
         with pytest.raises(RecordingError, match=r"cannot write to .*taken: File exists"):
             list(play_all([], file, 1))
+
+
+def test_episodes_have_ids_whatever_the_map_and_the_players_are_called() -> None:
+    """The longest name of a map, with players of a family, was refused in the middle of the writing."""
+    the_map = load_map("generated:coordination:123456:hard:mirror:rot270")
+    players = [Somebody("planner01", "idle"), Somebody("dp@mine-lag-0.5", "idle")]
+    jobs = episode_jobs(players, [the_map], 3, ticks=1, seed=0, prefix="families1s0")
+    ids = [job.episode_id for job in jobs]
+    assert len(set(ids)) == 3 and all(EPISODE_ID.fullmatch(one) for one in ids)
+    (plain,) = episode_jobs([Somebody("A01", "idle"), Somebody("A02", "idle")], [load_map("Simple")], 1, 1, 0, "A1s0")
+    assert plain.episode_id == "A1s0-Simple-A01A02-00"
