@@ -37,6 +37,7 @@ from movingout.agents.kinds.registry import KINDS, kind_of
 from movingout.agents.llm.model_id import LLM, model_id
 from movingout.maps import MovingOutError, map_names
 from movingout.maps.extras import AGENTS, installed, package_of
+from movingout.maps.files.list_file import LIST
 from movingout.maps.generated.names import PREFIX
 from movingout.maps.suggestion import known_names, probably_meant
 
@@ -229,11 +230,12 @@ def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     head, _, rest = agent_id.strip().partition(":")
     if head == GHOST:
         return GHOST, {"recording": rest}
+    if head in _GROUPS or head.startswith(LIST):
+        where = "" if head.startswith(LIST) else ", which `movingout demos people` lists"
+        raise AgentError(f"{agent_id} names several partners; name one of them{where}")
     named = "@" in head or head in BUILT_IN or head in POLICY_FILES or head == LLM
     if named or (head in _registered() and (not rest or "=" in rest.partition(":")[0])):
         return head, parse_options(agent_id, rest)
-    if head in _GROUPS:
-        raise AgentError(f"{agent_id} names several partners; name one of them, which `movingout demos people` lists")
     attribute, _, options = rest.partition(":")
     if head.endswith(".py"):
         file = Path(head).with_suffix("")

@@ -71,7 +71,7 @@ def main(words: Sequence[str] | None = None) -> dict[str, Played]:
     """Parse, play and print; returns what was played, by group of partners. Exits with a message if impossible."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_options(parser, ["scripted", CONTROL])
-    parser.add_argument("--partners", nargs="+", default=["C"], help="groups: C, family:greedy, …, or agent ids")
+    parser.add_argument("--partners", nargs="+", default=["C"], help="groups: C, family:greedy, @FILE, …, or agent ids")
     parser.add_argument("--groups", nargs="+", choices=map_groups(), default=list(map_groups()), help="columns")
     parser.add_argument("--runs", type=int, default=24, help="episodes per cell")
     args = parser.parse_args(words)

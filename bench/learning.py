@@ -103,7 +103,7 @@ def main(words: Sequence[str] | None = None) -> None:
     """Parse, play and print; exit with a message if that is impossible."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_options(parser, ["dp@all", "bass@all", "scripted", "idle"])
-    parser.add_argument("--partners", default="C", help="C, family:greedy, … or an agent id")
+    parser.add_argument("--partners", default="C", help="C, family:greedy, @FILE, … or an agent id")
     parser.add_argument("--maps", default="all", help=MAPS_HELP)
     parser.add_argument("--episodes", type=int, default=2, help="per map")
     args = parser.parse_args(words)

@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from movingout.agents.catalogue import load_agent
 from movingout.agents.data.dagger import EXPERT, labelling_jobs, shuffled_partners
 from movingout.agents.data.demonstrations import (
     Player,
@@ -21,11 +22,12 @@ from movingout.agents.data.demonstrations import (
 )
 from movingout.agents.data.proving import prove
 from movingout.agents.errors import AgentError, DataError
-from movingout.agents.partners.families import ALL, FAMILY, families, group, is_group, test_people_caution
+from movingout.agents.partners.families import ALL, FAMILY, families, group, is_group, test_people_caution, to_try
 from movingout.agents.scripted.populations import POPULATIONS, manifest, population
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.commands.parser import add_out
+from movingout.maps.files.list_file import LIST
 from movingout.maps.generated.names import PREFIX, SPLITS, is_generated, test_maps_caution
 from movingout.maps.randomize import SPLITS as VARIANT_SPLITS
 from movingout.maps.randomize import Split, randomize
@@ -36,6 +38,8 @@ from movingout.maps.symmetry import SEPARATOR, split_name
 from movingout.recordings.commands import imports
 from movingout.recordings.ray_cluster import connect, processors
 from movingout.world.constants import LIMIT_TICKS
+
+_GROUPS_HELP = "a family as family:greedy, families, families:without-greedy, or @FILE (agent ids, one per line)"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +54,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--population",
         metavar="WHO",
         default="A",
-        help="who plays: A, B, C (for tests), a family as family:greedy, families, or families:without-greedy",
+        help=f"who plays: A, B, C (for tests), {_GROUPS_HELP}",
     )
     generate.add_argument("--people", type=int, default=0, help="how many of them, an even number; default: all")
     generate.add_argument("--map", default="all", help=MAPS_HELP)
@@ -81,7 +85,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--population",
         metavar="WHO",
         default="AB",
-        help="the partners: A, B, AB, a family as family:greedy, families, or families:without-greedy",
+        help=f"the partners: A, B, AB, {_GROUPS_HELP}",
     )
     label.add_argument("--map", default="all", help=MAPS_HELP)
     label.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
@@ -164,25 +168,34 @@ def _players(who: str) -> Sequence[Player]:
     if who in POPULATIONS:
         return population(who)
     if not is_group(who):
-        known = [*POPULATIONS, *(FAMILY + name for name in families()), ALL]
+        known = [*POPULATIONS, *(FAMILY + name for name in families()), ALL, "@FILE"]
         raise DataError(f"unknown population {who!r}; {known_names(who, known)}")
     try:
+        for agent_id in to_try(who):  # fail now rather than in some episode
+            load_agent(agent_id)
         return group(who)
     except AgentError as error:
         raise DataError(f"--population: {error}") from error
+
+
+def _short(who: str) -> str:
+    """`--population` as the names of files begin with it."""
+    return Path(who.removeprefix(LIST)).stem if who.startswith(LIST) else who.replace(":", "-")
 
 
 def _generate(args: argparse.Namespace) -> int:
     players = _players(args.population)
     most = len(players) - len(players) % 2
     count = args.people or most
+    if args.population.startswith(LIST) and len(players) % 2 and (not args.people or most < 2):
+        raise DataError(f"{args.population} names {counted(len(players), 'partner')}; pairs take an even number")
     if count < 2 or count > most or count % 2:
         raise DataError(f"--people must be an even number from 2 to {most}, not {count}")
     _check_counts(args)
     if args.variants < 0 or (args.variants and args.challenge == 1):
         raise DataError("--variants is a number of episodes per map for --challenge 2")
     people = players[:count]
-    prefix = f"{args.population.replace(':', '-')}{args.challenge}s{args.seed}"
+    prefix = f"{_short(args.population)}{args.challenge}s{args.seed}"
     if args.variants and args.challenge == 2:
         designed = [load_map(name) for name in selected_maps(args.map)]
         todo = variant_jobs(people, designed, args.variants, args.ticks, args.seed, prefix, args.split)

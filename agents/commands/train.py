@@ -64,7 +64,7 @@ def _recordings(parser: argparse.ArgumentParser, kind: AgentKind[Any]) -> None:
         default=[],
         metavar="WHO",
         help=shown(
-            "leave out episodes with these partners, as family:greedy, people:B or an agent id; may be repeated"
+            "leave out episodes with these partners, as family:greedy, people:B, @FILE or an agent id; may be repeated"
         ),
     )
 

@@ -13,7 +13,7 @@ from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint, folder
 from movingout.agents.curriculum.steps import Stage, TrainingStep, count_option
 from movingout.agents.data.dagger import EXPERT
 from movingout.agents.errors import AgentError, DataError
-from movingout.agents.partners.families import PEOPLE, group, is_group
+from movingout.agents.partners.families import is_group, test_people_caution
 from movingout.maps.generated.proved import read_table
 from movingout.world.constants import LIMIT_TICKS
 
@@ -69,16 +69,19 @@ def check_partners(partners: str) -> None:
     """Raises DataError for partners that `demos label` does not know, or that are for tests alone."""
     if partners in ("A", "B", "AB"):
         return
-    if partners in ("C", f"{PEOPLE}C"):
-        raise DataError("--partners C: people of C are for tests and never trained with; A, B or AB are for training")
-    if not is_group(partners):
+    if partners != "C" and not is_group(partners):
         raise DataError(
-            f"--partners {partners}: known are A, B, AB, a family as family:greedy, families, families:without-greedy"
+            f"--partners {partners}: known are A, B, AB, a family as family:greedy, families, families:without-greedy, "
+            "@FILE"
         )
     try:
-        group(partners)
+        for_tests = test_people_caution([partners])
     except AgentError as error:
         raise DataError(f"--partners: {error}") from error
+    if for_tests:
+        raise DataError(
+            f"--partners {partners}: people of C are for tests and never trained with; A, B or AB are for training"
+        )
 
 
 def of_seeds(agent_id: str, seeds: int) -> list[str]:

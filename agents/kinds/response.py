@@ -11,7 +11,7 @@ from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.kinds.policy import check_policy, load_policy, weighted_policy
-from movingout.agents.partners.families import group, test_people_caution
+from movingout.agents.partners.families import group, test_people_caution, to_try
 from movingout.agents.reinforcement.config import ResponseConfig
 from movingout.agents.training.run import TrainingRun
 from movingout.maps import load_map
@@ -30,7 +30,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         "--partners",
         nargs="+",
         default=["families"],
-        help="whom it plays with, each as often: ids, people:A, families, …",
+        help="whom it plays with, each as often: ids, people:A, families, @FILE, …",
     )
     parser.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode")
 
@@ -74,8 +74,8 @@ def _company(run: TrainingRun[ResponseConfig]) -> "Company":
     if caution := test_people_caution(options.partners):
         run.tell(f"movingout: {caution}")
     groups = tuple(tuple(one.agent_id for one in group(name)) for name in options.partners)
-    for one in groups:
-        run.load_agent(one[0])  # fail now rather than in some round
+    for agent_id in (one for name in options.partners for one in to_try(name)):
+        run.load_agent(agent_id)  # fail now rather than in some round
     if options.ticks < 1:
         raise DataError("--ticks must be at least 1")
     return Company(tuple(maps), groups, options.ticks, run.load_agent)

@@ -6,24 +6,29 @@
 | `family:greedy` | the members of a family |
 | `families` | the members of every family for training, each family as often as the others |
 | `families:without-greedy` | the same but for one: to measure an agent with a family that it was not trained with |
+| `@FILE` | the partners of a list of one's own: a text file with an id, or one of the names above, per line |
 
 Members differ within a family in options and seeds; families differ in how they are built. A family of learned partners
 has the members whose checkpoints are here.
 """
 
 import hashlib
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import cycle, islice
+from pathlib import Path
 from types import MappingProxyType
 
 from movingout.agents.checkpoint.checkpoint import checkpoint_folders, folder_name, model_roots
 from movingout.agents.errors import AgentError
 from movingout.agents.scripted.populations import POPULATIONS, population
+from movingout.maps.files.list_file import LIST, listed_lines
 from movingout.maps.suggestion import known_names
 
 MEMBERS = 20  # of each family
+LONGEST_NAME = 50  # of a partner in a list
 CLONE_SEEDS = 3  # trainings of each age
 LATENT_MODEL = "latent@families"  # `movingout train latent`
 PEOPLE, FAMILY, ALL, WITHOUT = "people:", "family:", "families", "families:without-"
@@ -68,14 +73,17 @@ def families() -> Mapping[str, Family]:
 
 def is_group(name: str) -> bool:
     """Whether a name stands for several agents rather than one."""
-    return name == ALL or name.startswith((PEOPLE, FAMILY, WITHOUT))
+    return name == ALL or name.startswith((PEOPLE, FAMILY, WITHOUT, LIST))
 
 
 def group(name: str) -> tuple[FamilyMember, ...]:
     """The partners that a name stands for; one alone for the id of an agent.
 
-    Raises AgentError for an unknown population or family, and for a family without any checkpoint here.
+    Raises AgentError for an unknown population or family, for a family without any checkpoint here, and for a list that
+    cannot be read or names nobody. Ids of agents are not looked up.
     """
+    if name.startswith(LIST):
+        return _listed(name.removeprefix(LIST))
     if name.startswith(PEOPLE):
         return _people(name.removeprefix(PEOPLE))
     if name == ALL:
@@ -93,8 +101,12 @@ def group(name: str) -> tuple[FamilyMember, ...]:
 
 
 def test_people_caution(names: Iterable[str]) -> str:
-    """A sentence for whoever trains with population C, when it is among these groups; else empty."""
-    if not {"C", f"{PEOPLE}C"}.intersection(names):
+    """A sentence for whoever trains with population C, when some of it are among these groups; else empty.
+
+    Raises AgentError as `group`.
+    """
+    for_tests = {person.agent_id for person in population("C")}
+    if not any(name == "C" or for_tests.intersection(one.agent_id for one in group(name)) for name in names):
         return ""
     return "people of C are for tests: who is trained with them is measured too well"
 
@@ -103,6 +115,43 @@ def member(name: str, number: int) -> str:
     """The agent id that a name stands for in episode `number`: another member for each, or the id itself."""
     partners = group(name)
     return partners[number % len(partners)].agent_id
+
+
+def to_try(name: str) -> tuple[str, ...]:
+    """The agent ids to make before anything is played: one of a family, whose members are alike; all of a list."""
+    partners = group(name)
+    return tuple(dict.fromkeys(one.agent_id for one in (partners if name.startswith(LIST) else partners[:1])))
+
+
+def _listed(file: str) -> tuple[FamilyMember, ...]:
+    if not file:
+        raise AgentError("@ is followed by the path of a list of partners, as in @partners.txt")
+    try:
+        lines = listed_lines(Path(file))
+    except UnicodeDecodeError:
+        raise AgentError(f"the list of partners {file} is no text in UTF-8") from None
+    except OSError as error:
+        raise AgentError(f"cannot read the list of partners {file}: {error.strerror or error}") from error
+    if not lines:
+        raise AgentError(f"the list of partners {file} names nobody; write the id of an agent per line")
+    return tuple(one for number, said in lines for one in _on_line(file, number, said))
+
+
+def _on_line(file: str, number: int, said: str) -> tuple[FamilyMember, ...]:
+    if not is_group(said):
+        return (FamilyMember(_name_of(said), said),)
+    if said.startswith(LIST):
+        raise AgentError(f"{file}, line {number}: a list names no other list, such as {said}")
+    try:
+        return group(said)
+    except AgentError as error:
+        raise AgentError(f"{file}, line {number}: {error}") from error
+
+
+def _name_of(agent_id: str) -> str:
+    """A short name of an id, the same in every list; `@` tells a trained agent from a person."""
+    name = re.sub(r"[^A-Za-z0-9@.]+", "-", agent_id.removeprefix("person:name="))
+    return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]}-{FamilyMember(name, agent_id).sha256[:8]}"
 
 
 def _people(name: str) -> tuple[FamilyMember, ...]:

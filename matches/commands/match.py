@@ -28,7 +28,9 @@ from movingout.world.exactness import inexact_engine
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--red", metavar="AGENT", help="agent id, package.module:Factory, people:C or family:greedy")
+    parser.add_argument(
+        "--red", metavar="AGENT", help="agent id, package.module:Factory, people:C, family:greedy or @FILE"
+    )
     parser.add_argument("--blue", metavar="AGENT")
     parser.add_argument("--map", default="all", metavar="NAME|all", help=f"{MAPS_HELP}; default: all")
     parser.add_argument("--episodes", type=int, default=1, help="per map; default 1")

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
-from movingout.agents.partners.families import group, member
-from movingout.matches.experiment.grid import Condition, Contestant, Grid
+from movingout.agents.partners.families import group, member, to_try
+from movingout.matches.experiment.grid import Grid
 from movingout.matches.match import Challenge, Match
 
 
@@ -61,14 +61,14 @@ def agent_for_seed(agent_id: str, seed: int, other: bool = False) -> str:
     return member(agent_id, seed + other)
 
 
-def _agent_ids(grid: Grid) -> set[str]:
+def agent_names(grid: Grid) -> set[str]:
+    """All agents and groups of them that a grid names."""
     pairs = [(condition, one) for condition in grid.all_conditions for one in condition.contestants]
-    ids = {agent_id for condition, one in pairs for agent_id in _ids_of(condition, one)}
-    return {agent_for_seed(agent_id, 0) for agent_id in ids}
+    return {name for condition, one in pairs for name in (one.agent, *condition.partners_of(one))}
 
 
-def _ids_of(condition: Condition, one: Contestant) -> list[str]:
-    return [one.agent, *condition.partners_of(one)]
+def _agent_ids(grid: Grid) -> set[str]:
+    return {one for name in agent_names(grid) for one in to_try(name)}
 
 
 def _seats(grid: Grid, agent: str, partner: str) -> tuple[int, ...]:

@@ -1,16 +1,20 @@
-"""What the results of a grid depend on beside the grid's own text, by SHA-256: weights, own code, own map files."""
+"""What the results of a grid depend on beside its own text, by SHA-256: weights, own code, own map files and lists."""
 
 import hashlib
 import json
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import code_fingerprint
+from movingout.agents.partners.families import group
 from movingout.agents.partners.wrapped import inner_id
 from movingout.maps import load_map, map_to_json
+from movingout.maps.files.list_file import LIST
 from movingout.maps.library import is_generated_or_shipped
+from movingout.maps.selection import selected_maps
 from movingout.matches.experiment.grid import Grid
-from movingout.matches.experiment.plan import planned_matches
+from movingout.matches.experiment.plan import agent_names, planned_matches
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +24,7 @@ class Provenance:
     checkpoints: dict[str, str]
     code: dict[str, str]  # of one's own agents: the file that defines them, not what it imports
     maps: dict[str, str]  # of one's own map files: what they say, not how it is written
+    lists: dict[str, str] = field(default_factory=dict)  # of lists of partners or maps (@FILE): whom they name
 
 
 def provenance_of(grid: Grid) -> Provenance:
@@ -32,8 +37,21 @@ def provenance_of(grid: Grid) -> Provenance:
         checkpoints={agent_id: sha for agent_id in agents if (sha := fingerprint(agent_id))},
         code={agent_id: sha for agent_id in agents if (sha := code_fingerprint(agent_id))},
         maps={name: _map_fingerprint(name) for name in own_maps},
+        lists={name: _fingerprint(named) for name, named in sorted(_lists(grid))},
     )
 
 
+def _lists(grid: Grid) -> Iterator[tuple[str, list[str]]]:
+    """The lists that a grid names, and what each of them names."""
+    words = [grid.maps] if isinstance(grid.maps, str) else grid.maps
+    yield from ((word, selected_maps(word)) for word in words if word.startswith(LIST))
+    names = [name for name in agent_names(grid) if name.startswith(LIST)]
+    yield from ((name, [partner.agent_id for partner in group(name)]) for name in names)
+
+
 def _map_fingerprint(name: str) -> str:
-    return hashlib.sha256(json.dumps(map_to_json(load_map(name)), sort_keys=True).encode()).hexdigest()
+    return _fingerprint(map_to_json(load_map(name)))
+
+
+def _fingerprint(said: object) -> str:
+    return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()

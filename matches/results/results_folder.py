@@ -1,6 +1,6 @@
 """A results folder: the grid, and one line per finished match, appended and never changed.
 
-grid.json              the grid, its hash, and the versions, checkpoints, own code and own maps of the first run
+grid.json              the grid, its hash, and the versions, checkpoints, own code, maps and lists of the first run
 results-0-of-1.jsonl   one file per shard; a torn last line (a killed driver, a full disk) is cut off by the next run
 """
 
@@ -23,7 +23,12 @@ from movingout.recordings.versions import versions
 GRID = "grid.json"
 FORMAT = 2
 _EXACT = ("movingout", "pymunk")  # another version may give other results
-_PROVENANCE = {"checkpoints": "other weights of", "code": "other code of", "maps": "another version of the map"}
+_PROVENANCE = {
+    "checkpoints": "other weights of",
+    "code": "other code of",
+    "maps": "another version of the map",
+    "lists": "another version of the list",
+}
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -9,9 +9,10 @@ import pytest
 from movingout.agents.catalogue import load_agent
 from movingout.agents.curriculum.partners import clone_stage
 from movingout.agents.curriculum.recipe import Sizes
+from movingout.agents.curriculum.recipe_anywhere import check_partners
 from movingout.agents.environment.partners import partner_groups
-from movingout.agents.errors import AgentError
-from movingout.agents.partners.families import MEMBERS, Family, families, group, is_group, member
+from movingout.agents.errors import AgentError, DataError
+from movingout.agents.partners.families import MEMBERS, Family, families, group, is_group, member, to_try
 from movingout.agents.partners.families import test_people_caution as caution
 from movingout.server.cli import main
 
@@ -113,3 +114,79 @@ def test_families_are_listed_with_the_people(capsys: pytest.CaptureFixture[str])
 def test_who_trains_with_people_of_c_is_told_that_they_are_for_tests() -> None:
     assert caution(["families", "people:B", "family:greedy"]) == ""
     assert caution(["families", "people:C"]) == caution(["C"]) != ""
+
+
+def test_a_list_of_ones_own_is_a_group(tmp_path: Path) -> None:
+    file = tmp_path / "partners.txt"
+    file.write_text("# mine\nmy_lab.partners:Careful:speed=0.5,lag=2\nfamily:greedy\nperson:name=A03\n")
+    listed = group(f"@{file}")
+    assert listed[0].agent_id == member(f"@{file}", 0) == "my_lab.partners:Careful:speed=0.5,lag=2"
+    assert listed[1:-1] == families()["greedy"].members
+    assert [listed[0].name, listed[-1].name] == ["my-lab.partners-Careful-speed-0.5-lag-2", "A03"]
+    assert is_group(f"@{file}") and partner_groups(["idle", f"@{file}"])[1][-1] == "person:name=A03"
+    assert to_try(f"@{file}") == tuple(one.agent_id for one in listed) and to_try("people:B") == ("person:name=B01",)
+
+
+def test_names_on_a_list_are_short_enough_for_files_and_differ(tmp_path: Path) -> None:
+    ids = [f"latent@families:z={'/'.join(['0.123'] * 12)}/{last}" for last in (1, 2)]
+    (tmp_path / "worst.txt").write_text("\n".join(ids))
+    one, other = (partner.name for partner in group(f"@{tmp_path / 'worst.txt'}"))
+    assert one != other and len(one) < 60 and "@" in one  # with the sign it counts as an agent, not as a person
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("# nobody\n", "names nobody; write the id of an agent per line"),
+        ("idle\n\n@more.txt", "line 3: a list names no other list, such as @more.txt"),
+        ("family:gready", "line 1: unknown family 'gready'; did you mean greedy?"),
+        ("\xff", "is no text in UTF-8"),
+    ],
+)
+def test_a_list_without_partners_is_refused(content: str, sentence: str, tmp_path: Path) -> None:
+    (tmp_path / "partners.txt").write_text(content, encoding="latin-1")
+    with pytest.raises(AgentError) as raised:
+        group(f"@{tmp_path / 'partners.txt'}")
+    assert sentence in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [("@none.txt", "cannot read the list of partners none.txt: No such file"), ("@", "as in @partners.txt")],
+)
+def test_a_list_that_is_not_there_is_refused(name: str, sentence: str) -> None:
+    with pytest.raises(AgentError, match=sentence):
+        group(name)
+    with pytest.raises(AgentError, match=f"{name} names several partners; name one of them$"):
+        load_agent(name)
+
+
+def test_demonstrations_are_played_by_a_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = tmp_path / "mine.txt", tmp_path / "out"
+    file.write_text("greedy:order=heavy\nporter:patience=80\n")
+    command = f"demos generate --population @{file} --map Simple --episodes 1 --ticks 5 --workers 1 --out {out}"
+    assert main(command.split()) == 0
+    assert [path.name for path in out.glob("*.mcap")] == ["mine1s0-Simple-greedy-order-heavyporter-patience-80-00.mcap"]
+    file.write_text("greedy\nporter\nidle\n")
+    assert main(command.split()) == 2 and main([*command.split(), "--people", "2"]) == 0
+    assert "names 3 partners; pairs take an even number" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("action", ["generate", "label"])
+def test_everybody_on_a_list_is_made_before_anything_is_played(
+    action: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "mine.txt").write_text("greedy\ngready\n")
+    command = ["demos", action, "--population", f"@{tmp_path / 'mine.txt'}", "--map", "Simple", "--ticks", "5"]
+    assert main([*command, "--out", str(tmp_path / "out")]) == 2
+    assert "unknown agent 'gready'; did you mean greedy?" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_people_of_c_on_a_list_are_for_tests_too(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("idle\nperson:name=C07\n")
+    assert caution([f"@{tmp_path / 'mine.txt'}"]) == caution(["C"])
+    with pytest.raises(DataError, match="people of C are for tests and never trained with"):
+        check_partners(f"@{tmp_path / 'mine.txt'}")
+    with pytest.raises(DataError, match="--partners C: people of C"):
+        check_partners("C")

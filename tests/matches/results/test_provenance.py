@@ -54,6 +54,27 @@ def test_results_of_earlier_code_are_not_added_to(
     del sys.modules["own_driver"]
 
 
+@pytest.mark.parametrize("where", ["partners", "maps"])
+def test_results_with_an_earlier_version_of_a_list_are_not_added_to(where: str, tmp_path: Path) -> None:
+    said, more = {"partners": ("idle", "greedy"), "maps": ("Simple", "HandOff")}[where]
+    file = tmp_path / "list.txt"
+    file.write_text(said)
+    grid = small_grid(**{"agents": ["idle"], "maps": ["Simple"], "seeds": 1, "ticks": 2, where: [f"@{file}"]})
+    run_grid(grid, tmp_path / "out", workers=1)
+    file.write_text(f"# the same\n{said}\n")
+    run_grid(grid, tmp_path / "out", workers=1)
+    file.write_text(f"{said}\n{more}\n")
+    with pytest.raises(MatchError, match=r"started with another version of the list @\S*list.txt;"):
+        run_grid(grid, tmp_path / "out", workers=1)
+
+
+def test_everybody_on_a_list_must_be_there_before_a_grid_is_played(tmp_path: Path) -> None:
+    (tmp_path / "list.txt").write_text("idle\ngready\n")
+    grid = small_grid(agents=["idle"], partners=[f"@{tmp_path / 'list.txt'}"], maps=["Simple"], seeds=1, ticks=2)
+    with pytest.raises(MatchError, match="needs agents that are not here: gready: unknown agent"):
+        run_grid(grid, tmp_path / "out", workers=1)
+
+
 @pytest.mark.slow
 def test_a_folder_of_before_there_were_hashes_of_code_and_maps_goes_on(tmp_path: Path) -> None:
     grid = small_grid(agents=["idle"], maps=[_map_file(tmp_path / "own.json", 0.2)], seeds=1, ticks=2)
