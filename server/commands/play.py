@@ -45,9 +45,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     settings = _settings(args)
     check_live_agent(settings.partner)
-    check_partner(settings.partner)
     if settings.maps is not None:
         map_files(settings.maps)
+    if caution := check_partner(settings.partner, settings.maps):
+        print(f"movingout: {caution}", file=sys.stderr)
     refuse_study_folder(settings.data)
     (refuse_served_folder if settings.cluster else refuse_cluster_folder)(settings.data)
     os.umask(0o077)  # what people do and say is for whoever runs the server
