@@ -64,6 +64,18 @@ def narrowest(shape: Shape, scale: float) -> float:
     return float(np.ptp(np.array(outline(shape, scale)) @ across, axis=0).min()) + 2 * corner_radius(shape, scale)
 
 
+def is_home(box: Rect, goals: Iterable[Rect]) -> bool:
+    """Whether an item with this bounding box counts as delivered."""
+    margin = GOAL_MARGIN
+    return any(
+        goal.left - margin <= box.left
+        and box.right <= goal.right + margin
+        and goal.bottom - margin <= box.bottom
+        and box.top <= goal.top + margin
+        for goal in goals
+    )
+
+
 def _usable(goal: Rect) -> Rect:
     """Where an item's box may lie to be delivered: the goal with its margin, within the arena."""
     wide = _enlarged(goal, GOAL_MARGIN)

@@ -27,7 +27,7 @@ import numpy as np
 
 from movingout.maps.check import seats_at
 from movingout.maps.errors import MapError
-from movingout.maps.packing import GOAL_MARGIN, unplaced_items
+from movingout.maps.packing import is_home, unplaced_items
 from movingout.maps.passage import best_near, way_to_goal
 from movingout.maps.shapes import circumradius, corner_radius
 from movingout.maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
@@ -182,12 +182,7 @@ def _free_pose(
 def _item_at(spec: MapSpec, item: ItemSpec, pose: Pose) -> Solid | None:
     """The item as a solid, or None where it would be delivered from the start."""
     solid = item_solid(replace(item, pose=pose))
-    box, margin = solid.box, GOAL_MARGIN
-    for goal in spec.goals:
-        across = goal.left - margin <= box.left and box.right <= goal.right + margin
-        if across and goal.bottom - margin <= box.bottom and box.top <= goal.top + margin:
-            return None
-    return solid
+    return None if is_home(solid.box, spec.goals) else solid
 
 
 def _has_ways(spec: MapSpec) -> bool:

@@ -7,6 +7,8 @@ from movingout.maps.check import MapFault, check_map
 from movingout.maps.errors import MapError
 from movingout.maps.generated.names import PREFIX
 from movingout.maps.library import is_generated_or_shipped, is_reserved, load_map
+from movingout.maps.packing import is_home
+from movingout.maps.solid import item_solid
 from movingout.maps.spec import SEAT_COLOURS, MapSpec, Pose
 from movingout.maps.symmetry import SEPARATOR, split_name
 
@@ -26,11 +28,23 @@ def map_cautions(names: Iterable[str]) -> list[str]:
 def map_hints(name: str) -> tuple[MapFault, ...]:
     """What in a map probably means something else than its author thinks, though it can be played.
 
-    That is a name that commands understand otherwise, a number of the paper's maps, and angles [rad] of more than a
-    turn. Of a map after symmetries, the map as designed is looked at. Raises MapError for one that cannot be read.
+    Of a map after symmetries, the map as designed is looked at. Raises MapError for one that cannot be read.
     """
-    spec = load_map(split_name(name)[0])
-    return (*_misunderstood_name(spec), *_misunderstood_number(spec), *_angles_in_degrees(spec))
+    return hints_on(load_map(split_name(name)[0]))
+
+
+def hints_on(spec: MapSpec) -> tuple[MapFault, ...]:
+    """The same of a map that has been read.
+
+    That is a name that commands understand otherwise, a number of the paper's maps, angles [rad] of more than a turn,
+    and items that are delivered before anybody moves.
+    """
+    return (
+        *_misunderstood_name(spec),
+        *_misunderstood_number(spec),
+        *_angles_in_degrees(spec),
+        *_delivered_from_the_start(spec),
+    )
 
 
 def _about(file: str) -> Iterator[str]:
@@ -84,6 +98,12 @@ def _angles_in_degrees(spec: MapSpec) -> Iterator[MapFault]:
         if abs(pose.angle) > math.tau:
             message = f"angles are radians; if {pose.angle:g} degrees are meant, write {math.radians(pose.angle):.4f}"
             yield MapFault(f"{path}.angle", message)
+
+
+def _delivered_from_the_start(spec: MapSpec) -> Iterator[MapFault]:
+    for index, item in enumerate(spec.items):
+        if is_home(item_solid(item).box, spec.goals):
+            yield MapFault(f"items[{index}]", "lies in a goal from the start and counts as delivered; move it out")
 
 
 def _poses(spec: MapSpec) -> Iterator[tuple[str, Pose]]:

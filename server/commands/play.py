@@ -8,6 +8,7 @@ from dataclasses import replace
 from fastapi import FastAPI
 
 from movingout.agents.live_options import check_live_agent
+from movingout.maps.commands.map_cautions import hints_on
 from movingout.server.app import create_app
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.commands.partner_check import check_partner
@@ -15,7 +16,7 @@ from movingout.server.logs import log_to
 from movingout.server.network_options import is_loopback
 from movingout.server.open_files import raise_open_files
 from movingout.server.options import add_options, values_of
-from movingout.server.own_maps.folder import map_files
+from movingout.server.own_maps.folder import MapFolder, map_files
 from movingout.server.persistence.data_folder import (
     BadDataFolder,
     exclusive_data_folder,
@@ -64,8 +65,7 @@ def run(args: argparse.Namespace) -> int:
         log_to(form="json" if settings.log_format == "json" else "text")
         app = app_for(settings, lock, certificate)
         links = _links(settings, app.state.host)
-        for problem in app.state.host.own_maps.problems.values():
-            print(f"movingout: own map left out: {problem}", file=sys.stderr)
+        tell_own_maps(app.state.host.own_maps)
         serve = game_server if settings.processes == 1 else front_server
         server = serve(app, settings, certificate, on_ready=lambda: print(links, flush=True))
         server.run([listening])
@@ -79,6 +79,13 @@ def tell_cautions(settings: Settings) -> None:
     for caution in (inexact_engine(), raise_open_files(settings.limits)):
         if caution:
             print(f"movingout: {caution}", file=sys.stderr)
+
+
+def tell_own_maps(own: MapFolder) -> None:
+    """Say on standard error which of the operator's maps are left out, and what others probably mean otherwise."""
+    hints = [f"own map {name}: {hint}" for name, spec in own.maps.items() for hint in hints_on(spec)]
+    for sentence in (*(f"own map left out: {problem}" for problem in own.problems.values()), *hints):
+        print(f"movingout: {sentence}", file=sys.stderr)
 
 
 def app_for(settings: Settings, lock: int, certificate: Certificate | None) -> FastAPI:

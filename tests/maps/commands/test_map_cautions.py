@@ -11,6 +11,7 @@ from movingout.maps.check import check_map
 from movingout.maps.commands.map_cautions import map_cautions, map_hints
 
 _RED = {"x": 0.9, "y": 0.0, "angle": 0.0}
+_ONE = map_to_json(load_map("HandOff"))["items"][:1]
 
 
 def _written(path: Path, **changes: Any) -> str:
@@ -74,9 +75,13 @@ def test_another_map_under_the_name_of_a_shipped_one_would_be_taken_for_it(tmp_p
             {"name": "Den", "number": 0, "robots": {"blue": {"x": -0.9, "y": 0.0, "angle": -90}, "red": _RED}},
             "robots.blue.angle: angles are radians; if -90 degrees are meant, write -1.5708",
         ),
+        (
+            {"name": "Den", "number": 0, "goals": [{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}], "items": _ONE},
+            "items[0]: lies in a goal from the start and counts as delivered; move it out",
+        ),
     ],
 )
-def test_names_and_angles_that_mean_something_else_are_told(tmp_path: Path, changes: dict[str, Any], hint: str) -> None:
+def test_what_probably_means_something_else_is_told(tmp_path: Path, changes: dict[str, Any], hint: str) -> None:
     name = _written(tmp_path / "den.json", **changes)
     assert [str(found) for found in map_hints(f"{name}:rot90")] == [hint]
     assert f"{name}: {hint}" in map_cautions([name])

@@ -1,11 +1,14 @@
 """What `movingout play` prints at its start."""
 
+import json
 from pathlib import Path
 
 import pytest
 
+from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
-from movingout.server.commands.play import hints
+from movingout.server.commands.play import hints, tell_own_maps
+from movingout.server.own_maps.folder import MapFolder
 from movingout.server.settings import Settings
 
 
@@ -69,3 +72,18 @@ def test_a_partner_with_options_that_cannot_be_is_refused_at_the_start(
     assert main(["play", "--data", str(tmp_path / "data"), "--port", "0", "--partner", partner]) == 2
     assert why in capsys.readouterr().err
     assert not (tmp_path / "data").exists()
+
+
+def test_what_is_wrong_with_own_maps_and_what_probably_is_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    den = map_to_json(load_map("HandOff")) | {"name": "Den", "number": 4}
+    (tmp_path / "den.json").write_text(json.dumps(den))
+    (tmp_path / "none.json").write_text("[]")
+    own = MapFolder(tmp_path)
+    own.read()
+    tell_own_maps(own)
+    assert capsys.readouterr().err.splitlines() == [
+        "movingout: own map left out: none.json: the map: an object is needed here",
+        "movingout: own map Den: number: numbers are those of the paper's maps; write 0 for a map of your own",
+    ]
