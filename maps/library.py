@@ -8,6 +8,7 @@ from typing import Any
 
 from movingout.maps.errors import MapError
 from movingout.maps.files.input_file import read_input
+from movingout.maps.files.list_file import LIST
 from movingout.maps.generated.names import PREFIX, is_generated, read_name
 from movingout.maps.json_format import map_from_json
 from movingout.maps.official import is_official, map_from_official
@@ -107,6 +108,8 @@ def _designed(text: str) -> MapSpec:
         named = read_name(text)
         return generate(named.seed, named.mode, named.difficulty)
     path = Path(text)
+    if os.path.isdir(text):
+        raise MapError(f"{text} is a folder; name the files in it, as {path / 'NAME.json'}")
     if path.suffix == ".json" or len(path.parts) > 1 or path.is_file():
         return _read(path)
     before, _, word = text.rpartition(SEPARATOR)
@@ -162,4 +165,6 @@ def _read(path: Path) -> MapSpec:
 
 
 def _unknown(name: str) -> str:
+    if name in ("all", "all:symmetries") or name.startswith(LIST):
+        return f"{name!r} names several maps; name each of them"
     return f"unknown map {name!r}; {known_names(name, loadable_map_names())}"

@@ -8,6 +8,7 @@ from typing import get_args
 from movingout.agents.errors import AgentError
 from movingout.agents.live_options import check_live_agent
 from movingout.maps import load_map
+from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.consent_text import contradictions, unfilled
 from movingout.study.design.definition import Element, Study
@@ -140,6 +141,7 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
         yield f"participants were told {study.minutes} minutes, and it can take {minutes:.0f}"
     yield from _impatient_partners(study)
     yield from origin_warnings(study)
+    yield from map_warnings(study)
     missing = [name for name in get_args(Element) if name not in study.consent.covers]
     if missing:
         yield f"the consent does not mention (in `covers`): {', '.join(missing)}"
@@ -190,6 +192,19 @@ def _order_confounds(study: Study) -> Iterator[str]:
     firsts = [set(block.partners) for block in study.blocks if block.partners]
     if len(firsts) > 1 and not set.intersection(*firsts):
         yield "some partners always come in an earlier block than others, so order and model are confounded"
+
+
+def map_warnings(study: Study) -> Iterator[str]:
+    """Maps of one's own that cannot be played as they should, or would be taken for others in the data."""
+    maps = list(dict.fromkeys(name for block in study.blocks for name in block.maps))
+    practised = [study.practice.map] if study.practice and not study.practice.tutorial else []
+    yield from map_cautions([*maps, *practised])
+    files: dict[str, list[str]] = defaultdict(list)
+    for name in maps:
+        files[load_map(name).name].append(name)
+    for name, several in files.items():
+        if several[1:]:
+            yield f"{' and '.join(several)} have one name, {name}, and are one map in the data; change it in the files"
 
 
 def _ping_weaknesses(study: Study) -> Iterator[str]:

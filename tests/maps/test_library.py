@@ -76,6 +76,9 @@ def test_a_faulty_official_file_says_what_is_missing(tmp_path: Path) -> None:
     [
         ("HandOf", r"unknown map 'HandOf'; did you mean HandOff\? known: HandOff, PassOrSplit"),
         ("fourcorners", r"did you mean FourCorners\?"),
+        ("@maps.txt", "^'@maps.txt' names several maps; name each of them$"),
+        ("all", "^'all' names several maps"),
+        ("", "^unknown map ''; known: HandOff"),
         ("zzz", r"unknown map 'zzz'; known: HandOff.*, Simple, Tutorial$"),
         ("tutorail", r"did you mean Tutorial\?"),
         ("../secret", r"cannot read the map file ../secret: No such file"),
@@ -109,7 +112,7 @@ def test_a_folder_or_binary_file_is_refused(tmp_path: Path) -> None:
     binary = tmp_path / "picture.json"
     binary.write_bytes(b"\xff\xfe\x00\x01")
     for path in (tmp_path, binary):
-        with pytest.raises(MapError, match=r"cannot read|not JSON"):
+        with pytest.raises(MapError, match=r"is a folder|not JSON"):
             load_map(path)
 
 
@@ -139,3 +142,11 @@ def test_a_map_whose_text_was_rewritten_is_the_same_map() -> None:
     rewritten = replace(spec, title="Übergabe", description="Ein enger Gang.")
     assert rewritten == spec and hash(rewritten) == hash(spec)
     assert replace(spec, number=2) != spec
+
+
+def test_a_folder_is_no_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("maps").mkdir()
+    for name in ("maps", "./maps", str(tmp_path / "maps")):
+        with pytest.raises(MapError, match="is a folder; name the files in it, as "):
+            load_map(name)

@@ -1,14 +1,16 @@
 """Study files: what is read, and that every fault is found with its line."""
 
+import json
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from movingout.maps import load_map, map_to_json
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
-from movingout.study.design.review import review
+from movingout.study.design.review import map_warnings, review
 from movingout.study.design.study_file import parse_study, read_study
 from movingout.study.design.templates import template_names, template_text
 from movingout.study.errors import StudyError, StudyFileError
@@ -255,6 +257,31 @@ def test_practice_that_is_neither_is_refused_with_what_works(practice: str, said
 def test_a_practice_partner_who_can_finish_alone_is_warned_of(practice: str, warned: bool) -> None:
     found = review(parse_study(SMALL + f"practice: {practice}\n")).warnings
     assert any("can deliver everything on Simple alone" in warning for warning in found) == warned
+
+
+def test_own_maps_that_cannot_be_played_or_have_one_name_are_warned_of(tmp_path: Path) -> None:
+    document = map_to_json(load_map("HandOff")) | {"name": "Den", "number": 0}
+    closed = {"walls": [{"x0": -1.2, "y0": 0.05, "x1": 1.2, "y1": 0.0}]}
+    for file, changes in {
+        "den": {},
+        "copy": {},
+        "closed": closed | {"name": "Shut"},
+        "numbered": {"number": 3},
+    }.items():
+        (tmp_path / f"{file}.json").write_text(json.dumps(document | changes))
+    paths = {file: str(tmp_path / f"{file}.json") for file in ("den", "copy", "closed")}
+    study = parse_study(
+        SMALL.replace("FourCorners", ", ".join(paths.values())) + f"practice: {{map: {tmp_path}/numbered.json}}\n"
+    )
+    found = list(map_warnings(study))
+    assert [one.partition(": ")[0] for one in found[:2]] == [
+        f"{paths['closed']} cannot be played as it should",
+        f"{tmp_path}/numbered.json",
+    ]
+    assert found[2:] == [
+        f"{paths['den']} and {paths['copy']} have one name, Den, and are one map in the data; change it in the files"
+    ]
+    assert set(found) <= set(review(study).warnings)
 
 
 @pytest.mark.parametrize("name", template_names())
