@@ -9,7 +9,7 @@ from importlib.metadata import EntryPoint
 from movingout.maps.errors import MovingOutError
 
 DISTRIBUTION = "moving-out-live"
-AGENTS, METRICS = "movingout.agents", "movingout.metrics"  # groups of entry points
+AGENTS, FAMILIES, METRICS = "movingout.agents", "movingout.families", "movingout.metrics"  # groups of entry points
 
 
 class MissingExtraError(MovingOutError):
@@ -34,7 +34,7 @@ def needs_extra(extra: str, what: str) -> Iterator[None]:
         raise MissingExtraError(extra, what) from error
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def installed(group: str) -> Mapping[str, EntryPoint]:
     """The entry points of a group by name, in order; nothing is imported. Of two with one name the first counts."""
     found: dict[str, EntryPoint] = {}

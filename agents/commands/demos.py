@@ -22,7 +22,18 @@ from movingout.agents.data.demonstrations import (
 )
 from movingout.agents.data.proving import prove
 from movingout.agents.errors import AgentError, DataError
-from movingout.agents.partners.families import ALL, FAMILY, families, group, is_group, test_people_caution, to_try
+from movingout.agents.partners.families import (
+    ALL,
+    FAMILY,
+    Family,
+    families,
+    family_of,
+    group,
+    installed_families,
+    is_group,
+    test_people_caution,
+    to_try,
+)
 from movingout.agents.scripted.populations import POPULATIONS, manifest, population
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
@@ -142,7 +153,7 @@ def _people(args: argparse.Namespace) -> int:
     for name in POPULATIONS:
         for person in population(name):
             print(f"{person.name:4}  {person.sha256[:12]}  {person.agent_id}")
-    for family in families().values():
+    for family in _all_families():
         print(f"\nfamily:{family.name}: {family.about}{'' if family.trains else '; for measuring only'}")
         if not family.members:
             print(f"(none is trained here; the recipe is in agents/curriculum/partners.py: {family.ids[0]}, …)")
@@ -159,8 +170,18 @@ def _families() -> dict[str, object]:
             "trains": family.trains,
             "members": [{"name": partner.name, "id": partner.agent_id} for partner in family.members],
         }
-        for family in families().values()
+        for family in _all_families()
     }
+
+
+def _all_families() -> Iterator[Family]:
+    """Ours, then those of installed packages; a sentence about one that cannot be loaded."""
+    yield from families().values()
+    for name in installed_families():
+        try:
+            yield family_of(name)
+        except AgentError as error:
+            print(f"movingout: left out: {error}", file=sys.stderr)
 
 
 def _players(who: str) -> Sequence[Player]:
@@ -168,7 +189,7 @@ def _players(who: str) -> Sequence[Player]:
     if who in POPULATIONS:
         return population(who)
     if not is_group(who):
-        known = [*POPULATIONS, *(FAMILY + name for name in families()), ALL, "@FILE"]
+        known = [*POPULATIONS, *(FAMILY + name for name in (*families(), *installed_families())), ALL, "@FILE"]
         raise DataError(f"unknown population {who!r}; {known_names(who, known)}")
     try:
         for agent_id in to_try(who):  # fail now rather than in some episode

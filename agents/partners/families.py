@@ -3,7 +3,7 @@
 | name | means |
 |---|---|
 | `people:A` | the twenty scripted people of a population |
-| `family:greedy` | the members of a family |
+| `family:greedy` | the members of a family; also of one that an installed package adds |
 | `families` | the members of every family for training, each family as often as the others |
 | `families:without-greedy` | the same but for one: to measure an agent with a family that it was not trained with |
 | `@FILE` | the partners of a list of one's own: a text file with an id, or one of the names above, per line |
@@ -14,7 +14,9 @@ has the members whose checkpoints are here.
 
 import hashlib
 import re
+import sys
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from functools import cache
 from itertools import cycle, islice
@@ -23,7 +25,9 @@ from types import MappingProxyType
 
 from movingout.agents.checkpoint.checkpoint import checkpoint_folders, folder_name, model_roots
 from movingout.agents.errors import AgentError
+from movingout.agents.fault_place import located
 from movingout.agents.scripted.populations import POPULATIONS, population
+from movingout.maps.extras import FAMILIES, installed, package_of
 from movingout.maps.files.list_file import LIST, listed_lines
 from movingout.maps.suggestion import known_names
 
@@ -71,6 +75,16 @@ def families() -> Mapping[str, Family]:
     return MappingProxyType({family.name: family for family in _make()})
 
 
+def installed_families() -> Iterator[str]:
+    """Names of the families that installed packages add, where none of ours has the name."""
+    return (name for name in installed(FAMILIES) if name not in families())
+
+
+def is_own(name: str) -> bool:
+    """Whether a group is somebody's own: a list, or a family of an installed package."""
+    return name.startswith(LIST) or (name.startswith(FAMILY) and name.removeprefix(FAMILY) in installed_families())
+
+
 def is_group(name: str) -> bool:
     """Whether a name stands for several agents rather than one."""
     return name == ALL or name.startswith((PEOPLE, FAMILY, WITHOUT, LIST))
@@ -92,7 +106,7 @@ def group(name: str) -> tuple[FamilyMember, ...]:
         return _in_turn(_training_families(_known(name.removeprefix(WITHOUT)).name))
     if not name.startswith(FAMILY):
         return (FamilyMember(name, name),)
-    family = _known(name.removeprefix(FAMILY))
+    family = family_of(name.removeprefix(FAMILY))
     if not family.members:
         raise AgentError(
             f"family {family.name!r} has no trained members here: {', '.join(family.ids[:3])}, … are missing"
@@ -118,9 +132,9 @@ def member(name: str, number: int) -> str:
 
 
 def to_try(name: str) -> tuple[str, ...]:
-    """The agent ids to make before anything is played: one of a family, whose members are alike; all of a list."""
+    """The agent ids to make before anything is played: one of a family of ours, whose members are alike; else all."""
     partners = group(name)
-    return tuple(dict.fromkeys(one.agent_id for one in (partners if name.startswith(LIST) else partners[:1])))
+    return tuple(dict.fromkeys(one.agent_id for one in (partners if is_own(name) else partners[:1])))
 
 
 def _listed(file: str) -> tuple[FamilyMember, ...]:
@@ -163,8 +177,24 @@ def _people(name: str) -> tuple[FamilyMember, ...]:
 def _known(name: str) -> Family:
     known = families()
     if name not in known:
-        raise AgentError(f"unknown family {name!r}; {known_names(name, known)}")
+        raise AgentError(f"unknown family {name!r}; {known_names(name, [*known, *installed_families()])}")
     return known[name]
+
+
+def family_of(name: str) -> Family:
+    """A family of ours or of an installed package. Raises AgentError for one that is unknown or cannot be loaded."""
+    if name not in installed_families():
+        return _known(name)
+    entry = installed(FAMILIES)[name]
+    whose = f"the family {name!r} of {package_of(entry)}"
+    try:
+        with redirect_stdout(sys.stderr):
+            ids = entry.load()
+    except Exception as error:
+        raise AgentError(located(f"cannot load {whose}: {type(error).__name__}: {error}", error)) from error
+    if not isinstance(ids, list | tuple) or not ids or not all(isinstance(one, str) for one in ids):
+        raise AgentError(f"{whose}: {entry.value} is no list of agent ids")
+    return Family(name, f"of the package {package_of(entry)}", tuple(ids))
 
 
 def _training_families(without: str) -> list[Family]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import code_fingerprint
-from movingout.agents.partners.families import group
+from movingout.agents.partners.families import group, is_own
 from movingout.agents.partners.wrapped import inner_id
 from movingout.maps import load_map, map_to_json
 from movingout.maps.files.list_file import LIST
@@ -24,7 +24,7 @@ class Provenance:
     checkpoints: dict[str, str]
     code: dict[str, str]  # of one's own agents: the file that defines them, not what it imports
     maps: dict[str, str]  # of one's own map files: what they say, not how it is written
-    lists: dict[str, str] = field(default_factory=dict)  # of lists of partners or maps (@FILE): whom they name
+    lists: dict[str, str] = field(default_factory=dict)  # of lists (@FILE) and families of packages: whom they name
 
 
 def provenance_of(grid: Grid) -> Provenance:
@@ -45,7 +45,7 @@ def _lists(grid: Grid) -> Iterator[tuple[str, list[str]]]:
     """The lists that a grid names, and what each of them names."""
     words = [grid.maps] if isinstance(grid.maps, str) else grid.maps
     yield from ((word, selected_maps(word)) for word in words if word.startswith(LIST))
-    names = [name for name in agent_names(grid) if name.startswith(LIST)]
+    names = [name for name in agent_names(grid) if is_own(name)]
     yield from ((name, [partner.agent_id for partner in group(name)]) for name in names)
 
 

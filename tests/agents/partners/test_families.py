@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
@@ -190,3 +191,46 @@ def test_people_of_c_on_a_list_are_for_tests_too(tmp_path: Path) -> None:
         check_partners(f"@{tmp_path / 'mine.txt'}")
     with pytest.raises(DataError, match="--partners C: people of C"):
         check_partners("C")
+
+
+IDS = ["idle", "greedy:order=heavy"]
+NOBODY: list[str] = []
+
+
+@pytest.fixture
+def package(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An installed package with families, one of which has a name of ours."""
+    values = {"mine": "IDS", "empty": "NOBODY", "gone": "GONE", "greedy": "IDS"}
+    entries = {name: EntryPoint(name, f"{__name__}:{value}", "movingout.families") for name, value in values.items()}
+    monkeypatch.setattr("movingout.agents.partners.families.installed", lambda _: entries)
+
+
+@pytest.mark.usefixtures("package")
+def test_a_package_adds_a_family(capsys: pytest.CaptureFixture[str]) -> None:
+    assert [(one.name, one.agent_id) for one in group("family:mine")] == [("mine01", IDS[0]), ("mine02", IDS[1])]
+    assert (
+        to_try("family:mine") == tuple(IDS) and len(group("family:greedy")) == MEMBERS == len(to_try("families")) * 20
+    )
+    assert not any(one.name.startswith("mine") for one in group("families"))  # which means the same everywhere
+    assert main(["demos", "people"]) == 0
+    printed, told = capsys.readouterr()
+    assert "family:mine: of the package" in printed and "mine02  greedy:order=heavy" in printed
+    assert [line.partition(" of ")[0] for line in told.splitlines()] == [
+        "movingout: left out: the family 'empty'",
+        "movingout: left out: cannot load the family 'gone'",
+    ]
+
+
+@pytest.mark.usefixtures("package")
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("family:empty", "NOBODY is no list of agent ids"),
+        ("family:gone", "cannot load the family 'gone' of .*AttributeError"),
+        ("family:mien", "did you mean mine"),
+        ("families:without-mine", "unknown family 'mine'"),
+    ],
+)
+def test_a_family_of_a_package_that_cannot_be_used_is_refused(name: str, sentence: str) -> None:
+    with pytest.raises(AgentError, match=sentence):
+        group(name)
