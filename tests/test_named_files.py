@@ -15,8 +15,8 @@ FOLDERS = "maps|world|recordings|agents|matches|study|server|web|tests|bench|doc
 FILE = re.compile(rf"(?<![\w/.:<>{{}}-])((?:{FOLDERS})/[\w./-]*\w\.(?:py|js|css|json|md|svg|html|toml))\b")
 MODULE = re.compile(r"(?<![\w./-])((?:movingout|bench|tests)(?:\.[A-Za-z_]\w*)+)")
 BENCHMARK = re.compile(r"python -m bench ([a-z_]+)")
-OTHER_NAMES = ("movingout.v1", "movingout.admin", "movingout.metrics", "movingout.layout")
-"""The protocol, a key of the browser storage, a group of entry points, a key of files."""
+OTHER_NAMES = ("movingout.v1", "movingout.admin", "movingout.families", "movingout.metrics", "movingout.layout")
+"""The protocol, a key of the browser storage, groups of entry points, a key of files."""
 
 
 def files_of(text: str) -> set[str]:

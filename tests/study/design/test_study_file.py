@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -261,13 +262,9 @@ def test_a_practice_partner_who_can_finish_alone_is_warned_of(practice: str, war
 
 def test_own_maps_that_cannot_be_played_or_have_one_name_are_warned_of(tmp_path: Path) -> None:
     document = map_to_json(load_map("HandOff")) | {"name": "Den", "number": 0}
-    closed = {"walls": [{"x0": -1.2, "y0": 0.05, "x1": 1.2, "y1": 0.0}]}
-    for file, changes in {
-        "den": {},
-        "copy": {},
-        "closed": closed | {"name": "Shut"},
-        "numbered": {"number": 3},
-    }.items():
+    closed = {"walls": [{"x0": -1.2, "y0": 0.05, "x1": 1.2, "y1": 0.0}], "name": "Shut"}
+    files: dict[str, dict[str, Any]] = {"den": {}, "copy": {}, "closed": closed, "numbered": {"number": 3}}
+    for file, changes in files.items():
         (tmp_path / f"{file}.json").write_text(json.dumps(document | changes))
     paths = {file: str(tmp_path / f"{file}.json") for file in ("den", "copy", "closed")}
     study = parse_study(
