@@ -200,14 +200,18 @@ def test_the_replay_is_accessible_in_both_themes(open_page: OpenPage, episode: E
     assert violations(page) == []
 
 
-def test_on_a_phone_the_replay_is_one_column_without_overflow(open_page: OpenPage, episode: Episode) -> None:
-    page = replay(open_page(f"/replay/{EPISODE}", viewport=PHONE))
+@pytest.mark.parametrize("window", [PHONE, {"width": 320, "height": 225}], ids=["phone", "zoom of 400 %"])
+def test_in_a_small_window_the_replay_is_one_column_without_overflow(
+    open_page: OpenPage, episode: Episode, window: dict[str, int]
+) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}", viewport=window))
     assert overflow(page) == 0
     assert page.locator("#play").bounding_box()["width"] >= 44  # type: ignore[index]
 
 
 @pytest.mark.parametrize(
-    ("width", "height", "arena"), [(375, 553, 290), (360, 640, 320), (740, 360, 320), (568, 320, 280), (768, 1024, 680)]
+    ("width", "height", "arena"),
+    [(375, 553, 290), (360, 640, 320), (280, 653, 240), (740, 360, 320), (568, 320, 280), (768, 1024, 680)],
 )
 def test_arena_and_time_line_share_a_small_window(
     open_page: OpenPage, episode: Episode, width: int, height: int, arena: int
@@ -233,6 +237,8 @@ def test_an_unknown_recording_says_so_and_leads_on(browser: Browser, server: Ser
         assert said is not None and way_on is not None
         assert way_on["y"] - said["y"] - said["height"] >= 12, "the buttons stand clear of the message"
         expect(page.get_by_role("link", name="All recordings")).to_be_visible()
+        page.get_by_role("link", name="To the start page").click()  # the list asks strangers for a token
+        expect(page.get_by_role("heading", name="Moving Out Live", level=1)).to_be_visible()
 
 
 def blinded(route: Route) -> None:

@@ -40,10 +40,12 @@ async function load() {
       { type: "button", class: "button", onclick: () => location.reload() },
       say("replay.tryAgain"),
     );
+    // for strangers, whom the list asks for a token
+    const start = el("a", { class: "button button-primary", href: "/" }, say("play.over.lobby"));
     const list = el("a", { class: "button", href: "/recordings" }, say("replay.allRecordings"));
     byId("loading", HTMLElement).replaceChildren(
       notice("bad", error instanceof ReplayError ? error.message : sayError(error)),
-      el("span", { class: "row replay-problem" }, again, list),
+      el("span", { class: "row replay-problem" }, start, again, list),
     );
   }
 }
