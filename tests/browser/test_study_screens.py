@@ -246,6 +246,7 @@ def test_the_debrief_asks_and_the_code_can_be_copied(open_page: OpenPage) -> Non
     page.get_by_role("button", name="Continue").press("Enter")
     expect(page.get_by_text("$20.67 for 62 min")).to_be_visible()
     expect(page.get_by_text("Show this code to the experimenter.")).to_be_visible()
+    expect(page.locator("#completion-code")).to_have_attribute("translate", "no")  # by a browser's translator
     page.get_by_role("button", name="Copy the code").click()
     expect(page.get_by_text("Copied.")).to_be_visible()
     assert page.evaluate("navigator.clipboard.readText()") == "K7QX4WPL2M"

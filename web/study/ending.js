@@ -102,7 +102,7 @@ function codeBlock(step, code) {
       "div",
       { class: "code-box" },
       el("p", { class: "muted small" }, say("study.code.yours")),
-      el("p", { class: "code", id: "completion-code" }, code),
+      el("p", { class: "code", id: "completion-code", translate: "no" }, code),
       earnedLine(step),
     ),
     codeHelp(step),
