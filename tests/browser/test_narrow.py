@@ -15,6 +15,7 @@ from tests.browser.install import find_chromium
 from tests.browser.pages import admin_token, complaining_page, overflow
 from tests.browser.study_fake import FakeStudy
 from tests.browser.support import FLAGS, Server, wait_for
+from tests.browser.test_layout import CUT_OFF, PARTS, THUMBS, Window, apart, assert_inside, in_window, scrolls
 from tests.browser.test_study_experimenter import UNLOCKED, FakeDashboard
 from tests.recordings.support import record
 
@@ -104,6 +105,45 @@ def test_a_drawn_map_with_a_title_of_one_long_word_widens_no_view_of_its_game(
     wait_for(page, "game.phase.endsWith('_over')")
     expect(page.locator("#result h2")).to_be_visible()
     assert_narrow(page, "result")
+
+
+@pytest.mark.parametrize(
+    "window",
+    [
+        Window(320, 225, False, 180, "de-DE"),  # 1280 by 900 at a zoom of 400 %
+        Window(412, 350, True, 160, "de-DE"),  # a phone that shows two programs
+    ],
+    ids=str,
+)
+def test_the_smallest_windows_hold_a_round(server: Server, open_page: OpenPage, window: Window) -> None:
+    room = server.make_room("AdaptiveAssist", red="scripted")
+    page = open_page(room["join_path"], room, script=CUT_OFF, **in_window(window))
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.locator("#ready button").scroll_into_view_if_needed()
+    assert not scrolls(page), "only what is asked scrolls"
+    assert_inside(page, "#ready")
+    page.locator("#ready button").click()
+    wait_for(page, "game.phase === 'playing' && game.tick > 1")
+    assert not scrolls(page)
+    boxes = [assert_inside(page, part) for part in ["#mute", *PARTS, *(THUMBS if window.touch else [])]]
+    assert all(apart(one, other) for index, one in enumerate(boxes) for other in boxes[:index])
+    left, _, right, _ = assert_inside(page, "#arena")
+    assert right - left >= window.arena
+    page.locator("#stop").click()
+    wait_for(page, "game.phase === 'paused'")
+    assert not scrolls(page)
+    page.locator("#overlay button").last.scroll_into_view_if_needed()
+    assert_inside(page, "#overlay button:last-of-type")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_low_phone_sees_an_invitation_with_its_warning(server: Server, open_page: OpenPage, language: str) -> None:
+    room = server.make_room("HandOff", red="link")
+    page = open_page(room["join_path"], room, script=CUT_OFF, **in_window(Window(740, 360, True, 0, language)))
+    for part in ("#ready .qr", "#ready .share-link", "#ready .button", "#ready .loopback"):
+        expect(page.locator(part)).to_be_visible()
+        assert_inside(page, part)
+    assert page.locator("#ready").evaluate("(card) => card.scrollHeight <= card.clientHeight")
 
 
 @pytest.mark.slow
