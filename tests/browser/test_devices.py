@@ -191,6 +191,25 @@ def test_a_key_that_is_in_use_is_exchanged_only_when_asked(server: Server, open_
     expect(page.get_by_role("button", name="up: Space")).to_be_visible()
 
 
+@pytest.mark.parametrize("by", ["mouse", "keyboard"])
+def test_whoever_pauses_by_the_button_continues_with_the_key_that_is_named(
+    server: Server, open_page: OpenPage, by: str
+) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    start(page)
+    button = page.get_by_role("button", name="Pause or stop…")
+    button.click() if by == "mouse" else button.press("Enter")
+    wait_for(page, "game.phase === 'paused'")
+    expect(page.locator("#overlay p", has_text="Press Space or Enter to continue.")).to_be_visible()
+    page.keyboard.press("Space")  # not once more for the button
+    wait_for(page, "game.phase === 'playing'")
+    page.keyboard.press("Escape")
+    wait_for(page, "game.phase === 'paused'")
+    button.click()
+    expect(page.get_by_role("button", name="No, keep playing")).to_be_focused()
+
+
 def test_a_press_right_after_the_page_opened_counts(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)

@@ -182,7 +182,7 @@ export class Panels {
   #updateOverlay(game, nowMs, news, cards, mapping) {
     const seconds = Math.ceil(game.secondsLeft(nowMs) - 0.05);
     if (game.phase === "paused") this.#updatePause(game, seconds, news, cards, mapping);
-    else if (this.#stopping) this.#say("stop", () => this.#show("stop", this.#sure(game)));
+    else if (this.#stopping) this.#say("stop", () => this.#ask("stop", this.#sure(game)));
     else if (game.phase === "countdown") this.#say(`count ${seconds}`, () => this.#show("count", count(seconds)));
     else this.#say("", () => this.#hide());
   }
@@ -202,10 +202,8 @@ export class Panels {
     const unready = cards.map(({ seat }) => seat).filter((seat) => !seats[seat]?.ready);
     const key = JSON.stringify([game.room?.reason, limit, this.#stopping, unready, hint, presses, deaf]);
     this.#say(key, () => {
-      const focused = this.#overlay.contains(document.activeElement);
       const pause = () => this.#pause(game, limit, { hint, deaf }, presses, unready);
-      this.#show("pause", this.#stopping ? this.#sure(game) : pause());
-      if (focused) this.focusAction();
+      this.#ask("pause", this.#stopping ? this.#sure(game) : pause());
     });
   }
 
@@ -270,6 +268,18 @@ export class Panels {
     this.#overlay.dataset.kind = kind;
     this.#overlay.replaceChildren(content);
     this.#overlay.hidden = false;
+  }
+
+  /**
+   * Shows a question. It gets the keyboard if that was there or on the button that brought it: the button must not take
+   * the key that answers.
+   * @param {string} kind @param {HTMLElement} content
+   */
+  #ask(kind, content) {
+    const focused = document.activeElement;
+    const follows = this.#overlay.contains(focused) || focused?.id === "stop";
+    this.#show(kind, content);
+    if (follows) this.focusAction();
   }
 
   #hide() {
