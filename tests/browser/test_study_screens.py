@@ -206,12 +206,14 @@ def test_practice_may_be_ended_and_stop_in_the_game_asks_about_the_data(
     wait_for(page, "game.phase === 'playing'")
     page.get_by_role("button", name="Pause or stop…").click()
     wait_for(page, "game.phase === 'paused'")
+    expect(page.locator("#overlay .invisible")).to_have_count(0)
     page.get_by_role("button", name="Stop the study").click()
     expect(page.get_by_role("dialog")).to_contain_text("You may stop at any time")
     assert violations(page) == []
     page.emulate_media(color_scheme="light")
     page.screenshot(path=pictures / "study-game-stop.png")
     page.get_by_role("button", name="No, continue").click()
+    expect(page.locator("#overlay").get_by_role("button", name="Continue")).to_be_focused()  # Space does what is said
     page.get_by_role("button", name="Enough practice").click()
     heading(page, "Hand Off")
     assert study.sent("/next")[-1] == {"key": "practice/Simple", "done": True}

@@ -71,7 +71,7 @@ class Play {
   #panels = new Panels({
     ready: (seat) => this.#ready(seat),
     stop: () => this.#leave(),
-    askStop: this.#study ? () => void this.#study?.askToStop() : null,
+    askStop: this.#study ? () => void this.#study?.askToStop().then(() => this.#panels.focusAction()) : null,
     asksReady: this.#study === null,
   });
   #series =
