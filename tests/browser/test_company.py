@@ -53,6 +53,27 @@ def test_all_of_the_invitation_s_code_is_in_sight_on_a_phone(
     assert inner["y"] + inner["height"] <= min(outer["y"] + outer["height"], height)
 
 
+def test_a_tab_in_the_background_tells_by_its_title_that_the_partner_came(server: Server, open_page: OpenPage) -> None:
+    room = server.practice(red="link")
+    waiting = open_page(room["join_path"], room)
+    expect(waiting.locator("#ready")).to_be_visible()
+    title = waiting.title()
+    _turn(waiting, hidden=True)
+    open_page(room["join_path"])
+    expect(waiting).to_have_title(f"● {title}")
+    _turn(waiting, hidden=False)
+    expect(waiting).to_have_title(title)
+
+
+def _turn(page: Page, *, hidden: bool) -> None:
+    """What a page sees when its tab goes to the background or comes back."""
+    page.evaluate(
+        "hidden => { Object.defineProperty(document, 'hidden', { value: hidden, configurable: true });"
+        " document.dispatchEvent(new Event('visibilitychange')); }",
+        hidden,
+    )
+
+
 @pytest.mark.slow
 def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("HandOff", blue="link", red="scripted")

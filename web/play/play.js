@@ -18,6 +18,7 @@ import { Painter } from "../view/painter.js";
 import { context2d, drawScene, fitCanvas, paintInMemory } from "../view/render.js";
 import { Series } from "./series.js";
 import { Settings } from "./settings.js";
+import { TabTitle } from "./tab_title.js";
 import { StudyGame } from "../study/game.js";
 import { studyMarkOf } from "../text/study_mark.js";
 import { lostText, refusalText } from "./seat_phrases.js";
@@ -95,6 +96,7 @@ class Play {
     },
     this.#study !== null,
   );
+  #tab = new TabTitle();
   #decisions = new DecisionPanel(byId("decisions", HTMLElement), `/api/rooms/${room}`);
   #inputs = new InputSenders(
     (input) => this.#connection.sendInput(input),
@@ -157,6 +159,7 @@ class Play {
       if (message.code === "pauses_used" && this.#asksPause) this.#panels.askStop();
     }
     if (message.type === "ping") this.#pings.receive(message, atMs);
+    if (message.type === "room") this.#tab.receive(message);
     if (message.type !== "welcome") return;
     this.#seats.hold(this.#game.own);
     this.#inputs.hold(this.#game.own);
