@@ -16,9 +16,6 @@ from movingout.server import messages as m
 from movingout.server.frame_layout import Form, FrameError, Packed, Wire, flags_of
 from movingout.world.state import Floats
 
-MOST_POSITION = 32767 / m.POSITION_SCALE
-MASKED_ITEMS = 32
-
 U8, I8, U16, U32, F64 = (partial(Wire, letter) for letter in "BbHId")
 POSITION = Wire("h", "in units of the world", m.POSITION_SCALE)
 ANGLE = partial(Wire, "h", scale=m.ANGLE_SCALE, wraps=True)

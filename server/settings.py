@@ -112,7 +112,6 @@ class Limits:
     )
     waiting_per_address: int = 32  # sockets that have not joined a room yet
     connections_per_address: int = 400  # TCP connections
-    spectators_per_room: int = 30
     rooms_per_address_per_minute: int = 20
     open_rooms_per_address: int = 60  # a class behind one address
     unjoined_rooms_per_address: int = 10

@@ -7,7 +7,6 @@ question, so `comment` is ours.
 Knows neither storage nor network: the server serves `as_json()` and checks what comes back with `check_answer`.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from random import Random
 from typing import Final, Literal, get_args
@@ -91,14 +90,6 @@ class Questionnaire:
         scales = [item for item in self.items if item.kind != "text"]
         Random(f"{self.id} {seed}").shuffle(scales)
         return replace(self, items=(*scales, *(item for item in self.items if item.kind == "text")))
-
-    def missed_attention(self, answers: Mapping[str, int]) -> tuple[str, ...]:
-        """The attention items that were answered, and answered wrongly."""
-        return tuple(
-            item.id
-            for item in self.items
-            if item.expected is not None and answers.get(item.id, item.expected) != item.expected
-        )
 
     def as_json(self) -> dict[str, object]:
         """What the browser gets."""

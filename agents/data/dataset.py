@@ -248,11 +248,6 @@ def trajectory_samples(
             )
 
 
-def trajectory_windows(trajectories: Sequence[Trajectory], layout: str, grasp: Grasp) -> Windows:
-    """The windows of all acting seats."""
-    return windows_of(trajectory_samples(trajectories, layout, grasp))
-
-
 def recording_files(places: Sequence[Path], suffixes: tuple[str, ...] = (".mcap",)) -> list[Path]:
     """The files with one of the suffixes among `places` and in folders there, sorted.
 

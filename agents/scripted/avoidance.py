@@ -21,7 +21,6 @@ from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.state import Floats
 
-_APART = 2 * ROBOT_RADIUS + 0.02
 _TOUCHING = 0.09  # units between two bodies; nearer ones count as in contact
 _CLEAR = 0.29  # units between the own centre and the partner's path when standing aside
 _MARGIN = 0.004  # units of clearance while standing aside

@@ -14,8 +14,6 @@ from movingout.matches.paper.training import train_agent
 from movingout.matches.paper.workspace import Workspace
 from movingout.matches.run import OnProgress
 
-Bar = Callable[[str], "OnProgress"]
-
 
 @dataclass(frozen=True, slots=True)
 class PaperStep:

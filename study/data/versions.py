@@ -15,10 +15,6 @@ _PACKAGES = ("maps", "world", "recordings", "agents", "matches", "study", "serve
 _SUFFIXES = (".py", ".js", ".json", ".html", ".css", ".j2")
 
 
-def text_sha256(text: str) -> str:
-    return sha256(text.encode()).hexdigest()
-
-
 def code_versions() -> dict[str, str]:
     """Versions of this installation and a hash over its own source files."""
     return {**versions(), "source_sha256": _source_sha256()}

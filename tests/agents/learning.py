@@ -1,11 +1,12 @@
 """Small things to learn from: episodes of random but smooth motion, and the smallest policies."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.data.dataset import Trajectory
+from movingout.agents.checkpoint.policy_spec import Grasp, PolicySpec
+from movingout.agents.data.dataset import Trajectory, Windows, trajectory_samples, windows_of
 from movingout.maps import MapSpec, load_map
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
 from movingout.recordings.episode import Outcome, SeatKind, Source
@@ -34,6 +35,11 @@ def walked(
 ) -> Trajectory:
     """A trajectory of random motion in the real world."""
     return trajectory_of_actions(load_map(map_name), random_walk(ticks, seed), people)
+
+
+def trajectory_windows(trajectories: Sequence[Trajectory], layout: str, grasp: Grasp) -> Windows:
+    """The windows of all acting seats."""
+    return windows_of(trajectory_samples(trajectories, layout, grasp))
 
 
 def trajectory_of_actions(

@@ -15,12 +15,11 @@ from movingout.agents.data.dataset import (
     recording_files,
     split_rows,
     trajectory_samples,
-    trajectory_windows,
     windows_of,
 )
 from movingout.agents.errors import DataError
 from movingout.recordings.episode import SeatKind
-from tests.agents.learning import recorded, walked
+from tests.agents.learning import recorded, trajectory_windows, walked
 
 
 def test_a_window_repeats_the_first_observation_and_the_last_action_and_never_leaves_its_episode() -> None:

@@ -13,14 +13,13 @@ from movingout.agents.bass import dynamics_training, value_training
 from movingout.agents.bass.config import BassConfig
 from movingout.agents.bass.dynamics_training import train_dynamics, transitions_of
 from movingout.agents.bass.value_training import Returns, train_value
-from movingout.agents.data.dataset import trajectory_windows
 from movingout.agents.kinds.policy import build_policy
 from movingout.agents.policies import training
 from movingout.agents.policies.config import PolicyConfig
 from movingout.agents.policies.training import train_policy
 from movingout.agents.training.fit import FitResult, TrainingTask
 from movingout.agents.training.optimisation import Optimisation, Precision
-from tests.agents.learning import walked
+from tests.agents.learning import trajectory_windows, walked
 
 POLICIES: list[tuple[str, dict[str, object]]] = [
     ("mlp", {}),
