@@ -4,12 +4,10 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Concatenate
 
-from movingout.maps import MapSpec
-from movingout.maps.randomize import Split
 from movingout.recordings.episode import Outcome
 from movingout.server.notices import Notice
 from movingout.server.overload import ProcessHealth
-from movingout.server.public_host import AgentUse, Found, Given, NoRoom, PublicHost, Variant, agent_use
+from movingout.server.public_host import AgentUse, Found, Given, NoRoom, PublicHost, agent_use
 from movingout.server.room_host import RoomHost, warm_up
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.registry import close, study_rooms, views
@@ -27,6 +25,7 @@ class Host(PublicHost, RoomHost):
     def __init__(self, settings: Settings) -> None:
         PublicHost.__init__(self, settings)
         RoomHost.__init__(self, settings)
+        self.prepared_maps = self.registry.prepared_maps
 
     async def start(self) -> None:
         """Restore the rooms of the last run and start to tick."""
@@ -94,9 +93,6 @@ class Host(PublicHost, RoomHost):
     async def lateness(self) -> Lateness:
         return self.scheduler.lateness
 
-    def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
-        return self.registry.world_map(designed, seed, split)
-
     def round_over(self, room_id: str, played: PlayedRound) -> None:
         PublicHost.round_over(self, room_id, played)
 
@@ -114,12 +110,6 @@ class Host(PublicHost, RoomHost):
 
     async def reset_measurements(self) -> None:
         self.scheduler.lateness.clear()
-
-    def _has_variant(self, variant: Variant) -> bool:
-        return self.registry.has_variant(*variant)
-
-    def _keep_variant(self, variant: Variant, made: MapSpec) -> None:
-        self.registry.keep_variant(*variant, made)
 
     def _room(self, room_id: str) -> Room:
         room = self.registry.rooms.get(room_id)

@@ -11,7 +11,6 @@ from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 from prometheus_client.core import Metric
 
 from movingout.maps import MapSpec, MovingOutError
-from movingout.maps.randomize import Split
 from movingout.recordings.episode import Outcome
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
@@ -26,6 +25,7 @@ from movingout.server.persistence.answer_log import AnswerLog
 from movingout.server.persistence.recording_service import RecordingService
 from movingout.server.persistence.recording_uploads import RecordingUploads
 from movingout.server.rooms.lateness import Lateness
+from movingout.server.rooms.prepared_maps import PreparedMaps, Variant
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_notices import NOBODY_HERE
 from movingout.server.rooms.room_view import PlayedRound, RoomView
@@ -38,7 +38,6 @@ DRAIN_LOOK_S = 0.2
 LEFT_BEHIND_S = 60.0  # a room that was empty for so long may give way to another one of the same address
 Given = ParamSpec("Given")
 Found = TypeVar("Found")
-Variant = tuple[MapSpec, int, Split]  # a designed map, the seed of its changes, and which shapes they may have
 
 
 class NoRoom(MovingOutError):
@@ -75,6 +74,7 @@ class PublicHost(ABC):
 
     admission: AdmissionControl
     background: BackgroundWork
+    prepared_maps: PreparedMaps
     stopping: bool
 
     def __init__(self, settings: Settings) -> None:
@@ -152,10 +152,6 @@ class PublicHost(ABC):
     async def lateness(self) -> Lateness:
         """Of the ticks of all rooms."""
 
-    @abstractmethod
-    def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
-        """The map as designed, or its variant, which `prepare_maps` has made or is made now."""
-
     def round_over(self, room_id: str, played: PlayedRound) -> None:
         for watcher in self.round_watchers:
             watcher(room_id, played)
@@ -187,12 +183,6 @@ class PublicHost(ABC):
     @abstractmethod
     async def reset_measurements(self) -> None:
         """Begin to measure the lateness of ticks anew."""
-
-    @abstractmethod
-    def _has_variant(self, variant: Variant) -> bool: ...
-
-    @abstractmethod
-    def _keep_variant(self, variant: Variant, made: MapSpec) -> None: ...
 
     # ---- start and stop -------------------------------------------------------------------------------------
 
@@ -329,10 +319,14 @@ class PublicHost(ABC):
         self._preparing.add(background)
         background.add_done_callback(self._preparing.discard)
 
+    def keep_map(self, variant: Variant, made: MapSpec) -> None:
+        """Keep a randomised map where rooms will look for it."""
+        self.prepared_maps.keep(variant, made)
+
     async def _prepare(self, wanted: list[Variant]) -> None:
         for each in wanted:
-            if not self._has_variant(each):
-                self._keep_variant(each, await self.recording_service.variant(*each))
+            if each not in self.prepared_maps:
+                self.keep_map(each, await self.recording_service.variant(*each))
 
 
 def _left_state(room: Room) -> tuple[float, bool, str]:

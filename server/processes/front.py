@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import logging
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,6 @@ from typing import Any, Concatenate
 
 from movingout.agents.errors import AgentsBusyError
 from movingout.maps import MapSpec
-from movingout.maps.randomize import Split, randomize
 from movingout.recordings.episode import Outcome
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server.agent_workers.capacity import COSTS
@@ -31,10 +29,10 @@ from movingout.server.processes.homes import home_of
 from movingout.server.processes.room_link import RoomLink
 from movingout.server.processes.room_process import Start
 from movingout.server.processes.template import TemplateProcess
-from movingout.server.public_host import AgentUse, Found, Given, PublicHost, Variant
+from movingout.server.public_host import AgentUse, Found, Given, PublicHost
 from movingout.server.room_host import warm_up
 from movingout.server.rooms.lateness import Lateness
-from movingout.server.rooms.registry import KEPT_VARIANTS
+from movingout.server.rooms.prepared_maps import PreparedMaps, Variant
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_view import PlayedRound, RoomView
 from movingout.server.rooms.seat import Seat
@@ -63,7 +61,7 @@ class Front(PublicHost):
         self.stopping = False
         self._garbage = GarbageCollection()
         self._template = TemplateProcess(keep)
-        self._variants: OrderedDict[Variant, MapSpec] = OrderedDict()  # that the processes have
+        self.prepared_maps = PreparedMaps()  # every process has them, too
         start = Start(
             settings=replace(settings, admin_token="-"),
             certificate=certificate,
@@ -186,12 +184,6 @@ class Front(PublicHost):
                 whole.include(each)
         return whole
 
-    def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
-        if seed is None:
-            return designed
-        variant = self._variants.get((designed, seed, split))
-        return randomize(designed, seed, split) if variant is None else variant
-
     async def rounds_left(self) -> int:
         found = await asyncio.gather(
             *(link.call(room_process.hold_rounds) for link in self.links), return_exceptions=True
@@ -230,16 +222,11 @@ class Front(PublicHost):
     async def reset_measurements(self) -> None:
         await asyncio.gather(*(link.call(room_process.reset_measurements) for link in self.links))
 
-    def _has_variant(self, variant: Variant) -> bool:
-        return variant in self._variants
-
-    def _keep_variant(self, variant: Variant, made: MapSpec) -> None:
+    def keep_map(self, variant: Variant, made: MapSpec) -> None:
         """Every process gets it: the room may be opened in any of them."""
-        self._variants[variant] = made
-        while len(self._variants) > KEPT_VARIANTS:
-            self._variants.popitem(last=False)
+        super().keep_map(variant, made)
         for link in self.links:
-            link.tell(room_process.keep_variant, variant, made)
+            link.tell(room_process.keep_map, variant, made)
 
     async def _call(self, room_id: str, work: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
         """Once more when the process ends meanwhile: its rooms come back."""
@@ -252,8 +239,8 @@ class Front(PublicHost):
                     raise
 
     def started(self, link: RoomLink) -> None:
-        for variant, made in self._variants.items():
-            link.tell(room_process.keep_variant, variant, made)
+        for variant, made in self.prepared_maps:
+            link.tell(room_process.keep_map, variant, made)
         connection = self.agents.connection()
         if connection is not None:
             with connection, contextlib.suppress(ProcessGone):

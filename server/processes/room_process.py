@@ -26,9 +26,10 @@ from movingout.server.processes.channel import Channel, first_message
 from movingout.server.processes.handover import TakingOver
 from movingout.server.processes.homes import home_of, new_id_at
 from movingout.server.processes.shared_agents import SharedAgents
-from movingout.server.public_host import Found, Given, NoRoom, Variant
+from movingout.server.public_host import Found, Given, NoRoom
 from movingout.server.room_host import RoomHost
 from movingout.server.rooms import registry
+from movingout.server.rooms.prepared_maps import Variant
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_view import PlayedRound, RoomView
 from movingout.server.rooms.seat import Seat
@@ -147,8 +148,9 @@ def reset_measurements(host: RoomProcess) -> None:
     host.scheduler.lateness.clear()
 
 
-def keep_variant(host: RoomProcess, variant: Variant, made: MapSpec) -> None:
-    host.registry.keep_variant(*variant, made)
+def keep_map(host: RoomProcess, variant: Variant, made: MapSpec) -> None:
+    """A randomised map, made ahead."""
+    host.registry.prepared_maps.keep(variant, made)
 
 
 def episodes(host: RoomProcess) -> list[str]:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from movingout.agents.recording_metadata import cards
 from movingout.maps import MapSpec
-from movingout.maps.randomize import Split, randomize
+from movingout.maps.randomize import Split
 from movingout.recordings import EpisodeHeader, EpisodeWriter
 from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
 from movingout.server.notices import Notice
+from movingout.server.rooms.prepared_maps import PreparedMaps
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_view import PlayedRound, RoomView, room_view, stopped_round
 from movingout.server.rooms.scheduler import RoomScheduler, ScheduledRoom
@@ -22,7 +23,6 @@ from movingout.world.state import WorldState
 
 log = logging.getLogger(__name__)
 
-KEPT_VARIANTS = 500
 ROOM_FAILED = Notice("room_failed", "Something went wrong in this room; the recording is kept.")
 RoundWatcher = Callable[[str, str, m.Result], None]  # room, episode
 
@@ -46,7 +46,7 @@ class RoomRegistry:
         owns: Callable[[str], bool] = lambda room_id: True,
     ) -> None:
         self.rooms: dict[str, Room] = {}
-        self._variants: dict[tuple[MapSpec, int, Split], MapSpec] = {}  # randomised maps made ahead
+        self.prepared_maps = PreparedMaps()
         self._recordings = recordings
         self._agents = agents
         self._scheduler = scheduler
@@ -71,15 +71,6 @@ class RoomRegistry:
             lambda now, due, skipped: self._tick(room, now, due, skipped), room.beat
         )
         self.changed(room.id)
-
-    def has_variant(self, designed: MapSpec, seed: int, split: Split) -> bool:
-        return (designed, seed, split) in self._variants
-
-    def keep_variant(self, designed: MapSpec, seed: int, split: Split, variant: MapSpec) -> None:
-        """Keep a randomised map that was made ahead; the oldest are dropped."""
-        self._variants[designed, seed, split] = variant
-        while len(self._variants) > KEPT_VARIANTS:
-            del self._variants[next(iter(self._variants))]
 
     def watch_rounds(self, watcher: RoundWatcher) -> None:
         """Call `watcher(room_id, episode_id, result)` when a round is over, within its last tick."""
@@ -119,11 +110,7 @@ class RoomRegistry:
         return self._agents
 
     def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
-        """The map as designed, or its variant: prepared, or else made now (a third of a second)."""
-        if seed is None:
-            return designed
-        variant = self._variants.get((designed, seed, split))
-        return randomize(designed, seed, split) if variant is None else variant
+        return self.prepared_maps.world_map(designed, seed, split)
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> EpisodeWriter:
         return EpisodeWriter.create(self._recordings, header, initial, cards(header.seats))

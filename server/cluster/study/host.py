@@ -23,7 +23,8 @@ from movingout.server.cluster.shards import SHARDS, STUDY, shard_of
 from movingout.server.cluster.study import room_works
 from movingout.server.cluster.study.room_works import NodeStatus, SeatPlan
 from movingout.server.notices import Notice
-from movingout.server.public_host import Away, Found, Given, NoRoom, Variant
+from movingout.server.public_host import Away, Found, Given, NoRoom
+from movingout.server.rooms.prepared_maps import Variant
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_view import PlayedRound, RoomView
 from movingout.server.rooms.seat import Seat
@@ -236,7 +237,7 @@ class StudyNodeHost(ClusterHost):
         for designed, seed, split in wanted:
             others = [node for node in self._nodes() if node.run != self.node.who.run]
             for node in [node for node in others if (designed, seed, split, node.run) not in self._sent]:
-                made = map_to_json(self.registry.world_map(designed, seed, split))
+                made = map_to_json(self.prepared_maps.world_map(designed, seed, split))
                 with contextlib.suppress(Away):
                     await self._call(node, room_works.keep_map, map_to_json(designed), seed, split, made)
                     self._sent.add((designed, seed, split, node.run))

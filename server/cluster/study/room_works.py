@@ -106,7 +106,7 @@ def keep_map(
 ) -> None:
     """A randomised map, made ahead."""
     host.obey(fence)
-    host.registry.keep_variant(map_from_json(designed), seed, split, map_from_json(made))
+    host.registry.prepared_maps.keep((map_from_json(designed), seed, split), map_from_json(made))
 
 
 def tell_round_over(host: RoomsOfANode, room_id: str, played: PlayedRound) -> None:

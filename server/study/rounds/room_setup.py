@@ -33,7 +33,7 @@ class RoomSetup:
     def map_of(self, step: Step) -> MapSpec:
         """The map of a round or of the practice, after `prepare`."""
         config = self.config(step)
-        return self._host.world_map(config.designed(0), config.challenge2_seed, config.split)
+        return self._host.prepared_maps.world_map(config.designed(0), config.challenge2_seed, config.split)
 
     def config(self, step: Step, unit: StudyUnit | None = None) -> RoomConfig:
         practice, turn = self._study.practice, step.turn
