@@ -20,7 +20,7 @@ _TURNS = np.radians(np.arange(0, 180, 3))
 def unplaced_items(spec: MapSpec, spare: float = 0.0) -> list[int]:
     """Indices of the items that do not fit when all are placed in the goals, each with `spare` around it."""
     places = [_usable(goal) for goal in spec.goals]
-    taken = [_enlarged(wall, WALL_MARGIN) for wall in spec.walls]
+    taken = [wall.grown(WALL_MARGIN) for wall in spec.walls]
     unplaced = []
     breadths = [smallest_box(item.shape, item.scale) for item in spec.items]
     for index in sorted(range(len(spec.items)), key=lambda i: -breadths[i][0] * breadths[i][1]):
@@ -35,7 +35,7 @@ def unplaced_items(spec: MapSpec, spare: float = 0.0) -> list[int]:
 
 def fits_alone(item: ItemSpec, spec: MapSpec) -> bool:
     """Whether some goal would hold the item if it were the only one."""
-    walls = [_enlarged(wall, WALL_MARGIN) for wall in spec.walls]
+    walls = [wall.grown(WALL_MARGIN) for wall in spec.walls]
     width, height = smallest_box(item.shape, item.scale)
     places = [_usable(goal) for goal in spec.goals]
     return any(_first_place(places, walls, *sides) is not None for sides in ((width, height), (height, width)))
@@ -78,7 +78,7 @@ def is_home(box: Rect, goals: Iterable[Rect]) -> bool:
 
 def _usable(goal: Rect) -> Rect:
     """Where an item's box may lie to be delivered: the goal with its margin, within the arena."""
-    wide = _enlarged(goal, GOAL_MARGIN)
+    wide = goal.grown(GOAL_MARGIN)
     return Rect(*(max(-ARENA_HALF, min(ARENA_HALF, side)) for side in (wide.left, wide.bottom, wide.right, wide.top)))
 
 
@@ -109,7 +109,3 @@ def _overlap(one: Rect, other: Rect) -> bool:
     return min(one.right, other.right) - max(one.left, other.left) > math.ulp(2.0) and min(one.top, other.top) - max(
         one.bottom, other.bottom
     ) > math.ulp(2.0)
-
-
-def _enlarged(rect: Rect, margin: float) -> Rect:
-    return Rect(rect.left - margin, rect.bottom - margin, rect.right + margin, rect.top + margin)

@@ -140,7 +140,7 @@ def backdrop(spec: MapSpec, theme: Theme = LIGHT) -> list[Shape]:
     shapes: list[Shape] = [Box(arena, 0.0, theme.surface)]
     for goal in spec.goals:
         shapes += _goal(goal, theme)
-    shapes += [Box(_enlarged(wall, WALL_MARGIN), WALL_MARGIN, theme.wall) for wall in spec.walls]
+    shapes += [Box(wall.grown(WALL_MARGIN), WALL_MARGIN, theme.wall) for wall in spec.walls]
     return shapes
 
 
@@ -171,7 +171,7 @@ def _goal(goal: Rect, theme: Theme) -> list[Shape]:
         points = (low, goal.bottom + low - start), (high, goal.bottom + high - start)
         shapes.append(Line(points, theme.goal_hatch, _HATCH_WIDTH))
         start += _HATCH_STEP
-    inner = _enlarged(goal, -_HAIR)
+    inner = goal.grown(-_HAIR)
     corners = [
         (inner.left, inner.top),
         (inner.right, inner.top),
@@ -235,10 +235,6 @@ def _robot(seat: int, pose: Sequence[float], theme: Theme, label_scale: float) -
 
 def _robot_colour(seat: int, theme: Theme) -> str:
     return theme.blue if seat == 0 else theme.red
-
-
-def _enlarged(rect: Rect, margin: float) -> Rect:
-    return Rect(rect.left - margin, rect.bottom - margin, rect.right + margin, rect.top + margin)
 
 
 def _turned(points: Sequence[Point], centre: Point, angle: float) -> tuple[Point, ...]:

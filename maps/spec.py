@@ -49,6 +49,10 @@ class Rect:
     def top(self) -> float:
         return max(self.y0, self.y1)
 
+    def grown(self, margin: float) -> "Rect":
+        """The rectangle that reaches `margin` arena units farther on every side; smaller for a negative one."""
+        return Rect(self.left - margin, self.bottom - margin, self.right + margin, self.top + margin)
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:

@@ -60,7 +60,7 @@ def draw_goals(draw: Draw, skeleton: Skeleton, items: Sequence[ItemSpec]) -> tup
         width = _snap(side * draw.one_of((0.8, 1.0, 1.0, 1.25)))
         height = _snap(max(area / width, least, 0.35))
         goal = _goal(draw, skeleton.goal_area, width, height)
-        near = [_grown(other, _BETWEEN_GOALS) for other in goals]
+        near = [other.grown(_BETWEEN_GOALS) for other in goals]
         if goal is not None and not any(_overlap(goal, other) for other in (*near, *skeleton.walls)):
             goals.append(goal)
             if len(goals) == count:
@@ -152,14 +152,10 @@ def place_robots(draw: Draw, skeleton: Skeleton, items: Sequence[ItemSpec]) -> t
 def _fits(solid: Solid, taken: Sequence[Solid], goals: Sequence[Rect]) -> bool:
     if beyond_arena(solid) > -_GAP:
         return False
-    around = _grown(solid.box, _FROM_GOAL)
+    around = solid.box.grown(_FROM_GOAL)
     if any(_overlap(around, goal) for goal in goals):
         return False
     return all(solid.gap(other) >= _GAP for other in taken)
-
-
-def _grown(rect: Rect, by: float) -> Rect:
-    return Rect(rect.left - by, rect.bottom - by, rect.right + by, rect.top + by)
 
 
 def _overlap(one: Rect, other: Rect) -> bool:
