@@ -16,6 +16,7 @@ GOAL_HEIGHT = 0.004
 _CIRCLE_CORNERS = 32
 
 Colour = tuple[float, float, float]  # red, green, blue in [0, 1]
+Pixel = tuple[int, int, int]  # the same from 0 to 255
 SEAT_RGB: tuple[Colour, Colour] = ((0.0, 0.447, 0.698), (0.835, 0.369, 0.0))  # colour-blind safe blue and vermilion
 ITEM_RGB: Colour = (0.73, 0.73, 0.73)
 DELIVERED_RGB: Colour = (0.56, 0.72, 0.54)
@@ -28,6 +29,12 @@ class Mesh(NamedTuple):
 
     vertices: npt.NDArray[np.float64]  # (V, 3)
     triangles: npt.NDArray[np.int64]  # (F, 3) indices, counter-clockwise seen from outside
+
+
+def pixel(colour: Colour) -> Pixel:
+    """A colour for libraries that take bytes."""
+    red, green, blue = (round(255 * channel) for channel in colour)
+    return red, green, blue
 
 
 def prism(corners: list[tuple[float, float]], height: float) -> Mesh:

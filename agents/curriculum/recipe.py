@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint, folder_name
+from movingout.agents.checkpoint.checkpoint import CARD, folder_name
 from movingout.agents.curriculum.roster import (
     AUGMENTED,
     AUGMENTED_A,
@@ -27,7 +27,7 @@ from movingout.agents.curriculum.roster import (
     PLAIN,
     PLAIN_A,
 )
-from movingout.agents.curriculum.steps import Stage, TrainingStep, count_option
+from movingout.agents.curriculum.steps import Stage, TrainingStep, count_option, trained
 from movingout.agents.data.dagger import EXPERT
 from movingout.world.constants import LIMIT_TICKS
 
@@ -116,15 +116,9 @@ def _label(sizes: Sizes, labels: Path, people: str, number: int) -> TrainingStep
 
 def _diffusion(sizes: Sizes, agent_id: str, labelled: LabelledData, total: int, *words: object) -> TrainingStep:
     """Diffusion Policy, trained on to `total` updates with the labels there are by now."""
-    models = sizes.data / "models"
-
-    def is_done() -> bool:
-        there = (models / folder_name(agent_id) / CARD).exists()
-        return there and find_checkpoint(agent_id, models).card.training.updates >= total
-
     shape = "--go-on", "--updates", total, "--width", sizes.width, "--batch", sizes.batch
     whole = "train", "dp", labelled.folder, *shape, "--population", labelled.people, *words
-    return _training(sizes, agent_id, whole, is_done)
+    return _training(sizes, agent_id, whole, trained(sizes.data / "models", agent_id, total))
 
 
 def _baselines(sizes: Sizes, labelled: LabelledData, mlp: str, gru: str) -> Stage:

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint, folder_name
-from movingout.agents.curriculum.steps import Stage, TrainingStep, count_option
+from movingout.agents.checkpoint.checkpoint import CARD, folder_name
+from movingout.agents.curriculum.steps import Stage, TrainingStep, count_option, trained
 from movingout.agents.data.dagger import EXPERT
 from movingout.agents.errors import AgentError, DataError
 from movingout.agents.partners.families import is_group, test_people_caution
@@ -96,7 +96,7 @@ def _response(sizes: AnywhereSizes, listed: Path) -> list[Stage]:
         "train", "response", "--base", DP_ANY, "--map", f"@{listed}", "--partners", *partners, "--ticks", sizes.ticks,
         "--go-on", "--updates", sizes.response_rounds, "--threads", sizes.workers,
     )  # fmt: skip
-    is_done = _trained(sizes.data / "models", RESPONSE_ANY, sizes.response_rounds)
+    is_done = trained(sizes.data / "models", RESPONSE_ANY, sizes.response_rounds)
     return [(_training(sizes, RESPONSE_ANY, words, is_done),)] if sizes.response_rounds else []
 
 
@@ -188,12 +188,4 @@ def _diffusion(sizes: AnywhereSizes, agent_id: str, labels: Path, total: int, se
         "--seed", seed, "--threads", sizes.workers if agent_id == LEARNER_ANY or sizes.seeds == 1 else 1,
         "--population", f"a scripted expert beside {sizes.partners} on generated maps",
     )  # fmt: skip
-    return _training(sizes, agent_id, words, _trained(sizes.data / "models", agent_id, total))
-
-
-def _trained(models: Path, agent_id: str, total: int) -> Callable[[], bool]:
-    def is_done() -> bool:
-        there = (models / folder_name(agent_id) / CARD).exists()
-        return there and find_checkpoint(agent_id, models).card.training.updates >= total
-
-    return is_done
+    return _training(sizes, agent_id, words, trained(sizes.data / "models", agent_id, total))

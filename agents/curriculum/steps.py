@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint, folder_name
+
 Stage = tuple["TrainingStep", ...]
 """Steps that do not wait for each other; the next stage waits for all of them."""
 
@@ -27,6 +29,16 @@ class TrainingStep:
     marker: Path | None = None  # a file to leave when it has succeeded, where its own output does not tell
     agent_id: str = ""  # whom it trains
     log: Path | None = None  # where its output goes; None for the terminal
+
+
+def trained(models: Path, agent_id: str, updates: int) -> Callable[[], bool]:
+    """Whether a checkpoint has learned for as many updates, asked when a step is about to begin."""
+
+    def is_done() -> bool:
+        there = (models / folder_name(agent_id) / CARD).exists()
+        return there and find_checkpoint(agent_id, models).card.training.updates >= updates
+
+    return is_done
 
 
 def run_stages(stages: Iterable[Stage], at_once: int) -> None:

@@ -31,8 +31,8 @@ class _Regression(Policy):
         return torch.cat((motion, grasp.reshape(*labels.shape, 1)), dim=-1)
 
 
-def _head(inputs: int, width: int, depth: int, outputs: int) -> nn.Sequential:
-    """`depth` fully connected layers with tanh, then a linear one."""
+def tanh_layers(inputs: int, width: int, depth: int, outputs: int) -> nn.Sequential:
+    """The paper's MLP: `depth` layers of `width` units with tanh, and a linear one."""
     layers: list[nn.Module] = []
     for layer in range(depth):
         layers += [nn.Linear(inputs if layer == 0 else width, width), nn.Tanh()]
@@ -44,7 +44,7 @@ class MlpPolicy(_Regression):
 
     def __init__(self, spec: PolicySpec) -> None:
         super().__init__(spec)
-        self.head = _head(spec.features * spec.obs_horizon, spec.width, spec.depth, spec.horizon * ACTION_WIDTH)
+        self.head = tanh_layers(spec.features * spec.obs_horizon, spec.width, spec.depth, spec.horizon * ACTION_WIDTH)
 
     def predict(self, observation: Tensor) -> Tensor:
         out: Tensor = self.head(observation.flatten(1))
@@ -57,7 +57,7 @@ class GruPolicy(_Regression):
     def __init__(self, spec: PolicySpec) -> None:
         super().__init__(spec)
         self.gru = nn.GRU(spec.features, spec.width, batch_first=True)
-        self.head = _head(spec.width, spec.width, spec.depth, spec.horizon * ACTION_WIDTH)
+        self.head = tanh_layers(spec.width, spec.width, spec.depth, spec.horizon * ACTION_WIDTH)
 
     def predict(self, observation: Tensor) -> Tensor:
         hidden, _ = self.gru(observation)

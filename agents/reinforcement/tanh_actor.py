@@ -7,6 +7,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.policies.behaviour_cloning import tanh_layers
 from movingout.agents.policies.policy import CLIP, Policy
 
 LOW, HIGH = (-1.0, -1.0, -1.0, 0.0), (1.0, 1.0, 1.0, 1.0)  # distance, cos, sin, grasp
@@ -60,11 +61,3 @@ class CentralCritic(nn.Module):
         """(..., 1) for states (..., 2 D + modes)."""
         value: Tensor = self.head(state.clamp(-CLIP, CLIP))
         return value
-
-
-def tanh_layers(inputs: int, width: int, depth: int, outputs: int) -> nn.Sequential:
-    """The paper's MLP: `depth` layers of `width` units with tanh, and a linear one."""
-    layers: list[nn.Module] = []
-    for number in range(depth):
-        layers += [nn.Linear(inputs if number == 0 else width, width), nn.Tanh()]
-    return nn.Sequential(*layers, nn.Linear(width, outputs))

@@ -59,7 +59,7 @@ def draw(episode: Episode, file: Path) -> None:
             _log_state(stream, state)
             for seat, colour in enumerate(SEAT_COLOURS):
                 strip = trail(episode.states, seat, number)
-                lines = rr.LineStrips3D([strip], colors=[_rgb(meshes.SEAT_RGB[seat])], radii=[_TRAIL_RADIUS])
+                lines = rr.LineStrips3D([strip], colors=[meshes.pixel(meshes.SEAT_RGB[seat])], radii=[_TRAIL_RADIUS])
                 stream.log(f"arena/trails/{colour}", lines)
             if number:
                 _log_tick(stream, episode, number, {key: row[number - 1] for key, row in values.items()})
@@ -106,7 +106,7 @@ def _log_map(stream: rr.RecordingStream, spec: MapSpec) -> None:
 def _boxes(rects: tuple[Rect, ...] | list[Rect], bottom: float, top: float, colour: Colour) -> rr.Boxes3D:
     centres = [((rect.left + rect.right) / 2, (rect.bottom + rect.top) / 2, (bottom + top) / 2) for rect in rects]
     halves = [((rect.right - rect.left) / 2, (rect.top - rect.bottom) / 2, (top - bottom) / 2) for rect in rects]
-    return rr.Boxes3D(centers=centres, half_sizes=halves, colors=[_rgb(colour)], fill_mode="solid")
+    return rr.Boxes3D(centers=centres, half_sizes=halves, colors=[meshes.pixel(colour)], fill_mode="solid")
 
 
 def _log_bodies(stream: rr.RecordingStream, episode: Episode) -> None:
@@ -129,7 +129,7 @@ def _mesh(mesh: Mesh, colour: Colour) -> rr.Mesh3D:
     return rr.Mesh3D(
         vertex_positions=corners.reshape(-1, 3),
         vertex_normals=np.repeat(normals, 3, axis=0),
-        albedo_factor=_rgb(colour),
+        albedo_factor=meshes.pixel(colour),
     )
 
 
@@ -165,8 +165,3 @@ def _words(kind: str, seat: int, item: int, detail: str) -> Iterator[str]:
         yield f"item {item}"
     if detail:
         yield f"({detail})"
-
-
-def _rgb(colour: Colour) -> tuple[int, int, int]:
-    red, green, blue = (round(255 * channel) for channel in colour)
-    return red, green, blue

@@ -107,7 +107,7 @@ def replacing(target: Path) -> Iterator[IO[bytes]]:
             stream.flush()
             os.fsync(stream.fileno())
         part.replace(target)
-        _sync_folder(target.parent)
+        sync(target.parent)
     except OSError as error:
         raise cannot("write", target, error) from error
     finally:
@@ -115,9 +115,9 @@ def replacing(target: Path) -> Iterator[IO[bytes]]:
             part.unlink()
 
 
-def _sync_folder(folder: Path) -> None:
-    """Make renames in the folder survive a power failure."""
-    descriptor = os.open(folder, os.O_RDONLY)
+def sync(path: Path) -> None:
+    """Make a file, or the names in a folder, survive a power failure. Raises OSError."""
+    descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     finally:

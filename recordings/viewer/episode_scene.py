@@ -14,14 +14,12 @@ from movingout.maps.scene import LIGHT
 from movingout.maps.spec import ARENA_HALF, SEAT_COLOURS, ItemSpec
 from movingout.recordings import meshes
 from movingout.recordings.episode import Episode
-from movingout.recordings.meshes import Mesh
+from movingout.recordings.meshes import Mesh, Pixel
 from movingout.recordings.occupancy import heat_picture, occupancy, smoothed
 from movingout.recordings.viewer.candidates import HEIGHT as CANDIDATE_HEIGHT
 from movingout.recordings.viewer.candidates import Candidate, Decisions, candidate_lines
 from movingout.recordings.viewer.trails import segments, trail
 from movingout.world.state import Floats
-
-Pixel = tuple[int, int, int]
 
 FLOOR_RGB: Pixel = (255, 255, 255)
 HEAT_CHOICES: dict[str, tuple[int, ...]] = {"none": (), "blue": (0,), "red": (1,), "both": (0, 1)}
@@ -99,10 +97,10 @@ class EpisodeScene:
             f"/{self._name}/floor", color=FLOOR_RGB, dimensions=(side, side, 0.02), position=(0.0, 0.0, -0.011)
         )
         for name, mesh, colour in meshes.map_meshes(self._map):
-            self._add(f"map/{name}", mesh, _pixel(colour))
+            self._add(f"map/{name}", mesh, meshes.pixel(colour))
 
     def _add_robot(self, seat: int) -> viser.FrameHandle:
-        name, colour = SEAT_COLOURS[seat], _pixel(meshes.SEAT_RGB[seat])
+        name, colour = SEAT_COLOURS[seat], meshes.pixel(meshes.SEAT_RGB[seat])
         frame = self._scene.add_frame(f"/{self._name}/{name}", show_axes=False)
         self._add(f"{name}/body", meshes.robot_mesh(), colour)
         self._add(f"{name}/nose", meshes.nose_mesh(), (250, 250, 250))
@@ -125,7 +123,7 @@ class EpisodeScene:
 
     def _add_trail(self, seat: int) -> viser.LineSegmentsHandle:
         points = trail(self.episode.states, seat, 0, 0)
-        colour = _pixel(meshes.SEAT_RGB[seat])
+        colour = meshes.pixel(meshes.SEAT_RGB[seat])
         name = f"/{self._name}/trail/{SEAT_COLOURS[seat]}"
         return self._scene.add_line_segments(name, points, colour, thickness=_TRAIL_WIDTH)
 
@@ -134,7 +132,7 @@ class EpisodeScene:
     def _colour_items(self, tick: int) -> None:
         delivered = self.episode.ticks[tick - 1].delivered if tick else (False,) * len(self.items)
         for mesh, item, done in zip(self.items, self._map.items, delivered, strict=True):
-            colour = _pixel(meshes.DELIVERED_RGB) if done else _item_colour(item)
+            colour = meshes.pixel(meshes.DELIVERED_RGB) if done else _item_colour(item)
             if mesh.color != colour:
                 mesh.color = colour
 
@@ -222,8 +220,3 @@ def _turned(angle: float) -> tuple[float, float, float, float]:
 def _item_colour(item: ItemSpec) -> Pixel:
     shade = {"small": LIGHT.small, "middle": LIGHT.middle, "large": LIGHT.large}[item.size]
     return int(shade[1:3], 16), int(shade[3:5], 16), int(shade[5:7], 16)
-
-
-def _pixel(colour: meshes.Colour) -> Pixel:
-    red, green, blue = (round(255 * channel) for channel in colour)
-    return red, green, blue

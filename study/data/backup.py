@@ -16,7 +16,7 @@ from typing import Any
 
 from movingout.recordings.annotation.verdicts import add_verdict, verdicts_of
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
-from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.storage.finished import SUFFIX, sync
 from movingout.study.data.database_copy import fill_databases, refuse_used, save_database
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StudyError
@@ -92,7 +92,7 @@ def _write(
     (part / MANIFEST).write_text(json.dumps(about, indent=1), encoding="utf-8")
     for path in (*part.rglob("*"), part):
         if path.is_file() or path.is_dir():
-            _sync(path)
+            sync(path)
     size = sum(path.stat().st_size for path in part.rglob("*") if path.is_file())
     copied = len(set(episodes)) - len(missing)
     return BackedUp(target, folder.study.id, len(files), size, copied, missing, identities)
@@ -232,17 +232,9 @@ def _as_written(backup: Path, name: str, known: dict[str, Any]) -> bool:
 def _put(source: Path, target: Path) -> None:
     if not target.exists():
         shutil.copy2(source, target)
-        _sync(target)
+        sync(target)
 
 
 def _digest(path: Path) -> str:
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def _sync(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
