@@ -40,6 +40,11 @@ class QuestionnaireItem:
     ends: tuple[str, str] = ("", "")  # what the two ends of a scale mean, where they are not the usual ones
     expected: int | None = None  # an attention item: the one value that shows that it was read
 
+    @property
+    def is_rated(self) -> bool:
+        """Whether its values are steps of a scale, so that their mean says something."""
+        return self.kind in ("likert7", "tlx")
+
     def allowed(self) -> range:
         """The values that answer it; none for free text."""
         if self.kind == "likert7":

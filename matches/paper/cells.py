@@ -14,10 +14,9 @@ from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.methods import with_seed
 from movingout.matches.paper.pooling import between, fields, of_matches, pooled
 from movingout.matches.paper.workspace import Measured, Workspace
-from movingout.matches.results.table import MEASURES, Measure
+from movingout.matches.results.table import MEASURES, WAITING
 from movingout.world.estimates import Estimate
 
-WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.waiting_share, "Waiting time")
 PLAYED = {measure.key: measure for measure in (*MEASURES, WAITING)}
 
 

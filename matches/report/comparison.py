@@ -11,6 +11,7 @@ from movingout.matches.report.words import count_words, report_words, value_text
 from movingout.matches.results.significance import stars, welch
 from movingout.matches.results.table import (
     MEASURES,
+    WAITING,
     Measure,
     distinct,
     estimate_json,
@@ -20,7 +21,6 @@ from movingout.matches.run import GridRun
 from movingout.recordings.report.words import DEFAULT, Words
 from movingout.world.estimates import Estimate
 
-WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.waiting_share, "Waiting time")
 COMPARED = tuple(next(one for one in (*MEASURES, WAITING) if one.key == key) for key in PAPER_METRICS)
 
 

@@ -43,6 +43,8 @@ MEASURES = (
         for metric in own_metrics()
     ),
 )
+WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.waiting_share, "Waiting time")
+"""Waiting as the official code counts it, a share of the ticks: for comparison with the paper, in no table of ours."""
 
 
 @dataclass(frozen=True, slots=True)

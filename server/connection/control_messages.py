@@ -1,5 +1,7 @@
 """Control messages of a client to its room. A request that is not possible now is answered with when it would be."""
 
+from typing import assert_never
+
 from movingout.server import messages as m
 from movingout.server.rooms.phases import ALLOWED, Request, names
 from movingout.server.rooms.room import Room
@@ -36,6 +38,8 @@ def handle(room: Room, client: ClientHandle, message: m.ClientMessage, now: floa
             room.focus(client, visible)
         case m.Join():
             raise WrongRequest("joined", "this connection has joined already; open another one")
+        case _:
+            assert_never(message)
 
 
 def _own(room: Room, client: ClientHandle, index: int, request: Request) -> Seat:

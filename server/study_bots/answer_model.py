@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
-from movingout.study.questionnaire import LIKERT_MAX, LIKERT_MIN, NO_ANSWER, TLX_MAX
+from movingout.study.questionnaire import NO_ANSWER, QuestionnaireItem
 
 NO_ANSWER_SHARE = 0.03  # share of questions left unanswered
 PARTNER_SD = 0.2  # standard deviation of the mean rating between partners, as a share of the scale
@@ -31,16 +31,10 @@ class AnswerModel:
             return NO_ANSWER, self.random.choice(COMMENTS)
         if self.random.random() < NO_ANSWER_SHARE:
             return NO_ANSWER, ""
-        low, high = scale(item)
+        allowed = QuestionnaireItem(item["id"], item["kind"], "", "", tuple(item.get("options", ()))).allowed()
+        low, high = allowed[0], allowed[-1]
         if item["kind"] == "choice":
             return self.random.randint(low, high), ""
         centre = 0.55 + self._partner_bias.setdefault(partner, self.random.gauss(0, PARTNER_SD))
         share = min(1.0, max(0.0, self.random.gauss(centre, ANSWER_SD)))
         return low + round(share * (high - low)), ""
-
-
-def scale(item: dict[str, Any]) -> tuple[int, int]:
-    """The smallest and largest value of an item that is not text."""
-    if item["kind"] == "likert7":
-        return LIKERT_MIN, LIKERT_MAX
-    return 0, (TLX_MAX if item["kind"] == "tlx" else len(item["options"]) - 1)

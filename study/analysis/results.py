@@ -91,7 +91,7 @@ class Results:
             (name, item)
             for name in dict.fromkeys((*names, *self.study.at_end))
             for item in self.study.questionnaire(name, language).items
-            if item.kind in ("likert7", "tlx") and item.expected is None
+            if item.is_rated and item.expected is None
         ]
 
 
