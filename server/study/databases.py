@@ -13,6 +13,7 @@ from movingout.study.data.versions import code_versions, model_hashes
 from movingout.study.errors import StoreError, StoreLocked, StudyError
 from movingout.study.store import IdentityStore, Store
 from movingout.study.store.database import Database, shown
+from movingout.study.store.frozen_study import freeze_study, is_new
 from movingout.study.store.rounds import Rounds
 
 LOOK_S = 1.0  # between two looks whether a query is answered
@@ -44,7 +45,9 @@ class StudyDatabases:
             self.identities: IdentityStore = folder.open_identities()
             try:
                 self._refuse_lost(folder)
-                self.store.freeze(folder.study.id, file_text, code_versions(), model_hashes(folder.study), simulated)
+                freeze_study(
+                    self.store, folder.study.id, file_text, code_versions(), model_hashes(folder.study), simulated
+                )
             except StudyError:
                 self.identities.close()
                 raise
@@ -67,7 +70,7 @@ class StudyDatabases:
 
         They would begin once more, and be paid twice.
         """
-        known = len(self.identities.everybody()) if self.store.is_new else 0
+        known = len(self.identities.everybody()) if is_new(self.store) else 0
         if known:
             address = shown(self.store.database.address)
             raise StudyError(

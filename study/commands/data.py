@@ -18,6 +18,7 @@ from movingout.study.data.erasure import due_for_erasure, erase, purge
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.store import Store
+from movingout.study.store.frozen_study import frozen_study
 
 
 def configure(commands: Any) -> None:
@@ -92,7 +93,7 @@ def _export(args: argparse.Namespace) -> int:
     options = Options(tuple(args.formats), args.test_share, not args.no_training)
     with closing(folder.open_existing()) as store:
         folder = as_frozen(folder, store, args.file)
-        target = args.out or folder.output("export", store.frozen().simulated)
+        target = args.out or folder.output("export", frozen_study(store).simulated)
         done = export_study(folder, store, target, options)
     document = {"export": str(target), "rows": done.rows, "recordings": done.recordings}
     document |= {"repeated": done.repeated}

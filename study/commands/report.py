@@ -20,14 +20,14 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
-from movingout.study.store.store import Frozen
+from movingout.study.store.frozen_study import FrozenStudy, frozen_study
 
 
 def report(folder: StudyFolder, args: argparse.Namespace) -> int:
     """Write a folder with report.html and a CSV file per table."""
     with closing(folder.open_existing()) as store:
         folder = as_frozen(folder, store, args.file)
-        frozen, results = store.frozen(), collect(folder.study, store, folder.recordings, args.annotations)
+        frozen, results = frozen_study(store), collect(folder.study, store, folder.recordings, args.annotations)
     target: Path = args.out or folder.output("report", frozen.simulated)
     words = Words(args.language or folder.study.languages[0], (LANGUAGE_FILES,))
     name, english = (_namer(folder.study, spoken, blinded=args.blinded) for spoken in (words, ENGLISH))
@@ -54,7 +54,7 @@ def _named(partner: str, agent: str) -> str:
     return partner if partner == agent else f"{partner} ({agent})"
 
 
-def _about(study: Study, frozen: Frozen, words: Words) -> str:
+def _about(study: Study, frozen: FrozenStudy, words: Words) -> str:
     key = "study.about.protocol" if study.protocol else "study.about"
     version = frozen.code.get("movingout", "unknown")
     return words.say(key, id=frozen.id, protocol=study.protocol, file=frozen.file_sha256[:12], version=version)

@@ -21,6 +21,7 @@ from movingout.study.data.database_copy import fill_databases, refuse_used, save
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StudyError
 from movingout.study.store.database import Kind
+from movingout.study.store.frozen_study import frozen_study
 from movingout.study.store.store import Store
 from movingout.study.store.tables import rounds
 
@@ -73,7 +74,7 @@ def _write(
         with suppress(FileNotFoundError):
             shutil.copy2(folder.own / LINK_KEY, part / LINK_KEY)
     with closing(Store(part / MAIN)) as store:
-        frozen = store.frozen()
+        frozen = frozen_study(store)
         if frozen.id != folder.study.id:
             raise StudyError(f"the database holds the study {frozen.id}, not {folder.study.id}")
         (part / STUDY_FILE).write_text(frozen.file_text, encoding="utf-8")

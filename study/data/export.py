@@ -28,6 +28,7 @@ from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
 from movingout.study.questionnaire import NO_ANSWER
+from movingout.study.store.frozen_study import frozen_study
 from movingout.study.store.store import Store
 from movingout.study.store.tables import exported
 
@@ -59,7 +60,7 @@ class Exported:
 def export_study(folder: StudyFolder, store: Store, target: Path, options: Options) -> Exported:
     """Write everything to a new folder, which appears complete or not at all."""
     done = Exported()
-    study, frozen = folder.study, store.frozen()
+    study, frozen = folder.study, frozen_study(store)
     tables = _tables(study, store)
     done.repeated = sum(row["attempt"] > 1 for row in tables["rounds"])
     tables["recordings"] = _manifest(folder.recordings, tables["rounds"], done)

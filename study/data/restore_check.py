@@ -7,6 +7,7 @@ from pathlib import Path
 from movingout.recordings.storage.index import list_recordings
 from movingout.study.data.backup import IDENTITY, MAIN, BackedUp, restore
 from movingout.study.errors import StudyError
+from movingout.study.store.frozen_study import frozen_study
 from movingout.study.store.identity import IdentityStore
 from movingout.study.store.store import Store
 
@@ -32,8 +33,8 @@ def check_backup(backup: Path) -> BackedUp:
 def _read_databases(own: Path, done: BackedUp) -> None:
     with closing(Store(own / MAIN)) as store:
         store.everybody()
-        if store.frozen().id != done.study:
-            raise StudyError(f"the database of the backup holds the study {store.frozen().id}, not {done.study}")
+        if frozen_study(store).id != done.study:
+            raise StudyError(f"the database of the backup holds the study {frozen_study(store).id}, not {done.study}")
     if done.identities:
         with closing(IdentityStore(own / IDENTITY)) as identities:
             identities.everybody()

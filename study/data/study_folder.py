@@ -12,6 +12,7 @@ from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import alone
+from movingout.study.store.frozen_study import frozen_study
 from movingout.study.store.identity import IdentityStore
 from movingout.study.store.store import Store
 
@@ -85,7 +86,7 @@ class StudyFolder:
 
         Texts that the study keeps in files are read from the folder `beside`. Raises StudyError.
         """
-        return replace(self, study=parse_study(store.frozen().file_text, "the study as it began", beside))
+        return replace(self, study=parse_study(frozen_study(store).file_text, "the study as it began", beside))
 
     def open_existing(self, now: Callable[[], int] = now_ms) -> Store:
         """The store of a study that was run. Raises StudyError when it never was."""

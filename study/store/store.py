@@ -1,11 +1,10 @@
 """Everything that happens in a study, written before anybody is told that it is saved.
 
 Every method is one transaction and waits for the disk, so a server calls it in a thread. Raises StoreError when the
-database refuses, StudyError for what is not allowed (a round without consent, a changed study file).
+database refuses, StudyError for what is not allowed, such as a round without consent.
 """
 
 import json
-import secrets
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -32,18 +31,6 @@ class GivenAnswer(NamedTuple):
     value: int
     text: str
     at_ms: int
-
-
-@dataclass(frozen=True, slots=True)
-class Frozen:
-    """What the study was run with."""
-
-    id: str
-    file_text: str
-    file_sha256: str
-    code: Mapping[str, str]
-    models: Mapping[str, str]
-    simulated: bool  # whether the participants were programs
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,69 +69,6 @@ class Store:
 
     def close(self) -> None:
         self.database.close()
-
-    # ---- the study ------------------------------------------------------------------------------------------------
-
-    def freeze(
-        self, id: str, file_text: str, code: Mapping[str, str], models: Mapping[str, str], simulated: bool = False
-    ) -> None:
-        """Store what the study is run with. It may not change once a participant has come; before, the newest counts.
-
-        Newer software is allowed, since a bug may have to be fixed in the middle of a study, and is audited.
-        Data of `simulated` participants are never mixed with data of people.
-        """
-        digest = sha256(file_text.encode()).hexdigest()
-        row: dict[str, Any] = {
-            "id": id,
-            "file_text": file_text,
-            "file_sha256": digest,
-            "models": json.dumps(dict(models)),
-            "simulated": simulated,
-        }
-        row |= {"code": json.dumps(dict(code)), "frozen_ms": self.now()}
-        with self.database.write() as connection:
-            known = connection.execute(select(study)).one_or_none()
-            if known is None:
-                connection.execute(insert(study).values(**row, salt=secrets.token_hex(16)))
-            elif not _anybody(connection):
-                connection.execute(update(study).values(**row))
-            else:
-                self._same(connection, known, row)
-                return
-            record(connection, self.now(), "server", "freeze", file_sha256=digest, models=dict(models))
-
-    def _same(self, connection: Connection, known: Row[Any], row: Mapping[str, Any]) -> None:
-        if known.simulated != row["simulated"]:
-            kinds = ("simulated participants", "people") if known.simulated else ("people", "simulated participants")
-            look = " (to look at it, for instance on /annotate: serve --rehearse 1)" if known.simulated else ""
-            raise StudyError(
-                f"this data folder holds what {kinds[0]} did, and {kinds[1]} must not be mixed with them; "
-                f"choose another --data folder{look}"
-            )
-        for name, words in (("id", "its id"), ("file_sha256", "its file"), ("models", "a model")):
-            if getattr(known, name) != row[name]:
-                raise StudyError(
-                    f"study {known.id} has begun, and {words} has changed since; "
-                    "restore it, or begin a new study with another --data folder"
-                )
-        if known.code != row["code"]:
-            connection.execute(update(study).values(code=row["code"]))
-            record(connection, self.now(), "server", "code", code=json.loads(row["code"]))
-
-    @property
-    def is_new(self) -> bool:
-        """Whether no study was ever run with this database."""
-        with self.database.read() as connection:
-            return connection.execute(select(study)).first() is None
-
-    def frozen(self) -> Frozen:
-        with self.database.read() as connection:
-            row = connection.execute(select(study)).one_or_none()
-        if row is None:
-            raise StudyError("nothing was recorded here yet: the study has not been run in this --data folder")
-        return Frozen(
-            row.id, row.file_text, row.file_sha256, json.loads(row.code), json.loads(row.models), row.simulated
-        )
 
     def pause(self, paused: bool, unit: int | None = None) -> None:
         """Stop or resume the clock of a unit, or of everybody."""
@@ -351,10 +275,6 @@ def _is_repeated(connection: Connection, row: Mapping[str, Any]) -> bool:
     return newest is not None and all(
         getattr(newest, name) == row[name] for name in ("value", "text", "elapsed_ms", "hidden_ms")
     )
-
-
-def _anybody(connection: Connection) -> bool:
-    return bool(connection.execute(select(func.count()).select_from(participants)).scalar_one())
 
 
 def _participant(connection: Connection, pid: str) -> Participant:

@@ -14,6 +14,7 @@ from movingout.study.design.steps import Step, steps
 from movingout.study.design.study_file import parse_study
 from movingout.study.design.templates import template_text
 from movingout.study.store import Store, Unit
+from movingout.study.store.frozen_study import freeze_study
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from tests.recordings.support import begin, play
 from tests.study.support import OPENED, Clock
@@ -47,7 +48,7 @@ def fill(
     place = StudyFolder(study, folder)
     store = place.open(clock or Clock())
     OPENED.append(store)
-    store.freeze(study.id, text, {"movingout": "test"}, {})
+    freeze_study(store, study.id, text, {"movingout": "test"}, {})
     random, pids = np.random.default_rng(seed), []
     with closing(place.open_identities()) as identities:
         for number in range(people):

@@ -9,6 +9,7 @@ from movingout.study.design.steps import Step, steps
 from movingout.study.design.study_file import parse_study
 from movingout.study.design.templates import template_text
 from movingout.study.store import IdentityStore, Store
+from movingout.study.store.frozen_study import freeze_study
 
 TEXT = template_text("agent_survey")
 
@@ -35,7 +36,7 @@ def open_store(folder: Path | str, clock: Clock | None = None, text: str = TEXT)
     """A store in which the study is frozen."""
     store = Store(folder / "study.sqlite" if isinstance(folder, Path) else folder, clock or Clock())
     OPENED.append(store)
-    store.freeze("agent-survey", text, {"movingout": "test"}, {"scripted": ""})
+    freeze_study(store, "agent-survey", text, {"movingout": "test"}, {"scripted": ""})
     return store
 
 

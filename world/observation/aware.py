@@ -1,4 +1,4 @@
-"""The layout `aware-v1`, what the shipped `@all` agents see: `map-v1` and relations that a small network cannot work out.
+"""The layout `aware-v1`, what the `@all` agents see: `map-v1` and relations that a small network cannot work out.
 
 These are the ways around walls and who holds what, so that one policy can play all maps.
 

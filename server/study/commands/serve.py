@@ -39,6 +39,7 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.review import Review, review
 from movingout.study.design.study_file import read_study
 from movingout.study.errors import StudyError
+from movingout.study.store.frozen_study import frozen_study
 
 SWITCH_S = 0.0005  # the database thread yields to a tick within this time
 AT_ONE_ADDRESS = 1000  # a whole class may share one address
@@ -117,7 +118,7 @@ def _has_begun(folder: StudyFolder) -> bool:
     """Whether it was served before: then its file may not change any more."""
     try:
         with closing(folder.open_existing()) as store:
-            store.frozen()
+            frozen_study(store)
     except StudyError:
         return False
     return True

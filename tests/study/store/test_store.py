@@ -19,6 +19,7 @@ from movingout.study.errors import StoreError, StudyError
 from movingout.study.store import IdentityStore, Store, Unit
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database, alembic_config
+from movingout.study.store.frozen_study import frozen_study
 from movingout.study.store.removal import has_data, withdraw_data
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import (
@@ -32,7 +33,7 @@ from movingout.study.store.tables import (
     rounds,
     units,
 )
-from tests.study.support import TEXT, Clock, agree, open_identities, open_store, rounds_of
+from tests.study.support import Clock, agree, open_identities, open_store, rounds_of
 
 PLAYED = RoundOutcome("time", 500, 0.5, 0.6, 3.5, None, 1.25)
 
@@ -64,7 +65,7 @@ def test_a_database_of_an_older_version_is_brought_forward_with_its_rows(tmp_pat
             connection.exec_driver_sql(statement)
     engine.dispose()
     with closing(Store(path)) as store:
-        assert store.frozen().id == "pilot" and not store.paused()
+        assert frozen_study(store).id == "pilot" and not store.paused()
         assert [(one.pid, one.step, one.arrived_ms) for one in store.everybody()] == [("P1", "form", 7)]
         assert store.units_on_their_way() == (Unit(1, 0, ("P1",), paused=False),)
 
@@ -81,34 +82,12 @@ def test_a_store_that_is_opened_again_holds_everything(place: Path | str) -> Non
     assert {name: again.rows(table) for name, table in again.tables().items()} == before
 
 
-def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str) -> None:
-    store = open_store(place)
-    open_store(place, text=TEXT + "# before anybody came\n").close()
-    store.arrive("P1", "en")
-    with pytest.raises(StudyError, match="study agent-survey has begun, and its file has changed since"):
-        open_store(place, text=TEXT)
-    with pytest.raises(StudyError, match="a model has changed since"):
-        store.freeze("agent-survey", TEXT + "# before anybody came\n", {}, {"scripted": "ab"})
-    store.freeze("agent-survey", TEXT + "# before anybody came\n", {"movingout": "mended"}, {"scripted": ""})
-    assert store.frozen().code == {"movingout": "mended"}
-    assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "arrive", "code"]
-
-
 def test_a_clock_that_is_put_right_does_not_make_a_session_longer(monkeypatch: pytest.MonkeyPatch) -> None:
     before = now_ms()
     assert abs(before - time.time_ns() // 1_000_000) < 60_000
     monkeypatch.setattr(time, "time_ns", lambda: 0)
     monkeypatch.setattr(time, "time", lambda: 0.0)
     assert 0 <= now_ms() - before < 60_000
-
-
-def test_what_simulated_participants_did_is_never_mixed_with_what_people_did(place: Path | str) -> None:
-    store = open_store(place)
-    store.freeze("agent-survey", TEXT, {}, {"scripted": ""}, simulated=True)
-    assert store.frozen().simulated
-    store.arrive("P1", "en")
-    with pytest.raises(StudyError, match=r"holds what simulated participants did, and people .*--rehearse 1"):
-        store.freeze("agent-survey", TEXT, {}, {"scripted": ""})
 
 
 def test_a_consent_is_kept_with_the_hash_of_the_shown_text(place: Path | str) -> None:

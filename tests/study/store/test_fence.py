@@ -9,12 +9,13 @@ from sqlalchemy import make_url
 from movingout.study.errors import StoreError, StoreFenced
 from movingout.study.store import IdentityStore, Store
 from movingout.study.store.database import alone
+from movingout.study.store.frozen_study import freeze_study
 from movingout.study.store.tables import counts
 
 
 def test_the_newest_server_writes_and_the_one_before_cannot(postgres: str) -> None:
     with closing(Store(postgres, fence=3)) as first:
-        first.freeze("s", "its file", {}, {})
+        freeze_study(first, "s", "its file", {}, {})
         first.arrive("P1", "en")
         with closing(Store(postgres, fence=3)) as same:
             same.arrive("P2", "en")
@@ -49,7 +50,7 @@ def test_a_server_that_hangs_within_a_write_does_not_keep_the_next_one_out(
     with closing(Store(postgres, fence=1)) as hangs:
         with pytest.raises(StoreError), hangs.database.write() as connection:
             with closing(Store(postgres, fence=2)) as second:  # as long as the database gives the first one
-                second.freeze("s", "its file", {}, {})
+                freeze_study(second, "s", "its file", {}, {})
             connection.exec_driver_sql("INSERT INTO counts (name, number) VALUES ('declined', 1)")
         with pytest.raises(StoreFenced):
             hangs.arrive("P2", "en")

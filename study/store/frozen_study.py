@@ -1,0 +1,96 @@
+"""What a study is run with: kept before anybody comes, and the same from then on."""
+
+import json
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any
+
+from sqlalchemy import Connection, Row, func, insert, select, update
+
+from movingout.study.errors import StudyError
+from movingout.study.store.audit import record
+from movingout.study.store.store import Store
+from movingout.study.store.tables import participants, study
+
+
+@dataclass(frozen=True, slots=True)
+class FrozenStudy:
+    """What the study was run with."""
+
+    id: str
+    file_text: str
+    file_sha256: str
+    code: Mapping[str, str]
+    models: Mapping[str, str]
+    simulated: bool  # whether the participants were programs
+
+
+def freeze_study(
+    store: Store, id: str, file_text: str, code: Mapping[str, str], models: Mapping[str, str], simulated: bool = False
+) -> None:
+    """Store what the study is run with. It may not change once a participant has come; before, the newest counts.
+
+    Newer software is allowed, since a bug may have to be fixed in the middle of a study, and is audited.
+    Data of `simulated` participants are never mixed with data of people.
+    """
+    digest = sha256(file_text.encode()).hexdigest()
+    row: dict[str, Any] = {
+        "id": id,
+        "file_text": file_text,
+        "file_sha256": digest,
+        "models": json.dumps(dict(models)),
+        "simulated": simulated,
+    }
+    row |= {"code": json.dumps(dict(code)), "frozen_ms": store.now()}
+    with store.database.write() as connection:
+        known = connection.execute(select(study)).one_or_none()
+        if known is None:
+            connection.execute(insert(study).values(**row, salt=secrets.token_hex(16)))
+        elif not _anybody(connection):
+            connection.execute(update(study).values(**row))
+        else:
+            _check_same(store, connection, known, row)
+            return
+        record(connection, store.now(), "server", "freeze", file_sha256=digest, models=dict(models))
+
+
+def frozen_study(store: Store) -> FrozenStudy:
+    """Raises StudyError for a database in which no study was run."""
+    with store.database.read() as connection:
+        row = connection.execute(select(study)).one_or_none()
+    if row is None:
+        raise StudyError("nothing was recorded here yet: the study has not been run in this --data folder")
+    return FrozenStudy(
+        row.id, row.file_text, row.file_sha256, json.loads(row.code), json.loads(row.models), row.simulated
+    )
+
+
+def is_new(store: Store) -> bool:
+    """Whether no study was ever run with this database."""
+    with store.database.read() as connection:
+        return connection.execute(select(study)).first() is None
+
+
+def _check_same(store: Store, connection: Connection, known: Row[Any], row: Mapping[str, Any]) -> None:
+    if known.simulated != row["simulated"]:
+        kinds = ("simulated participants", "people") if known.simulated else ("people", "simulated participants")
+        look = " (to look at it, for instance on /annotate: serve --rehearse 1)" if known.simulated else ""
+        raise StudyError(
+            f"this data folder holds what {kinds[0]} did, and {kinds[1]} must not be mixed with them; "
+            f"choose another --data folder{look}"
+        )
+    for name, words in (("id", "its id"), ("file_sha256", "its file"), ("models", "a model")):
+        if getattr(known, name) != row[name]:
+            raise StudyError(
+                f"study {known.id} has begun, and {words} has changed since; "
+                "restore it, or begin a new study with another --data folder"
+            )
+    if known.code != row["code"]:
+        connection.execute(update(study).values(code=row["code"]))
+        record(connection, store.now(), "server", "code", code=json.loads(row["code"]))
+
+
+def _anybody(connection: Connection) -> bool:
+    return bool(connection.execute(select(func.count()).select_from(participants)).scalar_one())
