@@ -13,7 +13,6 @@ OWN = Path(__file__).with_name("languages")
 PAGES = Path(__file__).parents[2] / "web" / "words"  # what the pages of the server say: titles of maps
 DEFAULT = "en"
 LANGUAGES = tuple(sorted(file.stem for file in OWN.glob("*.json")))
-_DECIMAL_COMMA = ("de",)
 
 
 class Phrase(NamedTuple):
@@ -56,9 +55,9 @@ class Words:
 
     def decimal(self, text: str) -> str:
         """A text that is a number or several, with the decimal sign of the language: 0.5 ± 0.1, or 0,5 ± 0,1."""
-        if self.language not in _DECIMAL_COMMA:
-            return text
-        return re.sub(r"(?<=\d)\.(?=\d)", ",", text.replace(", ", "; "))
+        sign = self._texts["number.decimal"]
+        listed = text.replace(", ", "; ") if sign == "," else text
+        return re.sub(r"(?<=\d)\.(?=\d)", sign, listed)
 
     def map_title(self, spec: MapSpec) -> str:
         """The title of a map, translated where the pages know the map; others keep their own."""
@@ -71,12 +70,10 @@ class Words:
     def _value(self, value: Any) -> Any:
         if isinstance(value, Phrase):
             return self.phrase(value)
-        if isinstance(value, Phrase):
-            return self.phrase(value)
         if isinstance(value, ItemSpec):
             return self.item(value)
         if isinstance(value, int):
-            return f"{value:,}".replace(",", "." if self.language in _DECIMAL_COMMA else ",")
+            return f"{value:,}".replace(",", self._texts["number.thousands"])
         if isinstance(value, float):
             return self.decimal(f"{value:.1f}")
         if isinstance(value, list):

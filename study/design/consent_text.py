@@ -7,6 +7,7 @@ import re
 from collections.abc import Collection, Iterator
 from typing import Final
 
+from movingout.recordings.report.words import Words
 from movingout.study.design.definition import Study
 from movingout.study.design.localized_text import LocalizedText
 
@@ -17,7 +18,6 @@ _SIGNS: Final = {"$": "USD", "€": "EUR", "£": "GBP"}
 _CURRENCIES: Final = ("AUD", "CAD", "CHF", "CNY", "EUR", "GBP", "JPY", "USD")
 _NUMBER = r"(\d+(?:[.,]\d{1,2})?)"
 _MINUTES = re.compile(r"\b(\d+)[\s-]*(?:minutes?|Minuten?|min)\b")
-_DECIMAL_COMMA: Final = ("de",)
 
 
 def filled(study: Study, text: LocalizedText, language: str) -> str:
@@ -80,7 +80,7 @@ def _value(study: Study, place: str, language: str) -> str:
 
 def _amount(value: float, currency: str, language: str) -> str:
     number = f"{value:.0f}" if value == int(value) else f"{value:.2f}"
-    return f"{number.replace('.', ',') if language.partition('-')[0] in _DECIMAL_COMMA else number} {currency}"
+    return f"{Words(language).decimal(number)} {currency}"
 
 
 # ---- numbers that differ from the file ----------------------------------------------------------------------------

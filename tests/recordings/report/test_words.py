@@ -7,19 +7,22 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import load_map
-from movingout.matches.report.words import LANGUAGE_FILES as MATCHES
-from movingout.recordings.report.words import OWN, Words
-from movingout.study.analysis.tables import LANGUAGE_FILES
+from movingout.recordings.report.words import LANGUAGES, Words
+from tests.support import ROOT
 
+FOLDERS = sorted(ROOT.glob("*/*/languages"))
 PLACES = re.compile(r"{\w*}")
 
 
-@pytest.mark.parametrize("folder", [OWN, LANGUAGE_FILES, MATCHES])
-def test_both_languages_have_the_same_keys_and_places(folder: Path) -> None:
-    english, german = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("en", "de"))
-    assert list(english) == list(german)
-    for key, text in english.items():
-        assert set(PLACES.findall(text)) == set(PLACES.findall(german[key])), key
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(ROOT)))
+def test_every_language_has_the_same_keys_and_places_in_all_reports(folder: Path) -> None:
+    texts = {file.stem: json.loads(file.read_text(encoding="utf-8")) for file in folder.glob("*.json")}
+    assert sorted(texts) == list(LANGUAGES), "a language is there for all reports or for none"
+    english = texts.pop("en")
+    for language, other in texts.items():
+        assert list(english) == list(other), language
+        for key, text in english.items():
+            assert set(PLACES.findall(text)) == set(PLACES.findall(other[key])), (language, key)
 
 
 def test_numbers_are_written_as_the_language_does() -> None:
