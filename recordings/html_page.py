@@ -4,8 +4,10 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from movingout.maps.files.output_file import draft_of
 from movingout.recordings.errors import RecordingError, cannot
 
+SERVER = "http://127.0.0.1:8000"  # where links to replays lead, if nobody names another
 _LAYOUT = Path(__file__).with_name("report")  # layout.html.j2 and page.css, which all reports share
 
 
@@ -29,10 +31,8 @@ def check_name(path: Path) -> None:
 def write_html(text: str, path: Path) -> None:
     """Write a page, over an older one if there is one. Raises RecordingError when it cannot be written."""
     check_name(path)
-    part = path.with_name(path.name + ".part")
     try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
+        with draft_of(path) as draft:
+            draft.write_text(text, encoding="utf-8")
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise cannot("write", path, error) from error

@@ -16,6 +16,7 @@ from movingout.agents.data.dataset import SeatSamples, Singles, Trajectory
 from movingout.agents.errors import DataError
 from movingout.agents.observation.features import FeatureSet
 from movingout.maps import map_from_json, map_to_json
+from movingout.maps.files.output_file import draft_of
 from movingout.recordings.errors import cannot
 
 SHORTEST = 4  # ticks; shorter stretches are left out
@@ -79,12 +80,10 @@ def save_correction(path: Path, correction: Correction) -> None:
     arrays = {name: getattr(trajectory, name) for name in _ARRAYS}
     arrays |= {"labels": correction.labels, "taught": correction.taught, "about": np.array(json.dumps(about))}
     np.savez_compressed(data, allow_pickle=False, **arrays)
-    part = path.with_suffix(".part")
     try:
-        part.write_bytes(data.getvalue())
-        part.replace(path)
+        with draft_of(path) as draft:
+            draft.write_bytes(data.getvalue())
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise cannot("write", path, error) from error
 
 

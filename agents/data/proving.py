@@ -9,6 +9,7 @@ from movingout.agents.data.calls import results_of
 from movingout.agents.data.rollout import rollout
 from movingout.maps import MapSpec, load_map
 from movingout.maps.errors import MapError
+from movingout.maps.files.output_file import draft_of
 from movingout.maps.generated.names import MODE_WORDS, SPLITS, Split, generated_name, read_name
 from movingout.maps.generated.proved import read_table
 from movingout.maps.spec import Mode
@@ -78,6 +79,5 @@ def _ticks(name: str) -> tuple[str, int | None]:
 
 
 def _write(path: Path, table: dict[str, int]) -> None:
-    part = path.with_suffix(".part")
-    part.write_text("".join(f"{name} {ticks}\n" for name, ticks in table.items()), encoding="utf-8")
-    part.replace(path)
+    with draft_of(path) as draft:
+        draft.write_text("".join(f"{name} {ticks}\n" for name, ticks in table.items()), encoding="utf-8")

@@ -13,8 +13,7 @@ from movingout.matches.results.results_folder import write_whole
 from movingout.matches.results.significance import stars
 from movingout.matches.results.table import MEASURES, copies_note
 from movingout.matches.run import GridRun
-from movingout.recordings.commands.report import SERVER
-from movingout.recordings.html_page import templates
+from movingout.recordings.html_page import SERVER, templates
 from movingout.recordings.report.words import DEFAULT, Words
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.world.constants import TICKS_PER_SECOND

@@ -1,9 +1,9 @@
 """Results as a Parquet file with a row per match (needs the extra `export`)."""
 
-import os
 from typing import Any
 
 from movingout.maps.extras import MissingExtraError
+from movingout.maps.files.output_file import draft_of
 from movingout.matches.errors import MatchError
 from movingout.matches.match import MatchResult
 from movingout.matches.run import GridRun
@@ -19,12 +19,10 @@ def write_parquet(run: GridRun) -> str:
     if not run.results:
         return ""
     path = run.folder / "results.parquet"
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        parquet.write_table(_table(run), draft)
-        draft.replace(path)
+        with draft_of(path) as draft:
+            parquet.write_table(_table(run), draft)
     except OSError as error:
-        draft.unlink(missing_ok=True)
         raise MatchError(f"cannot write {path}: {error.strerror or error}") from error
     return ""
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from filelock import lock_descriptor
 
+from movingout.maps.files.output_file import draft_of
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import Grid
 from movingout.matches.match import MatchResult, result_from_json
@@ -33,13 +34,11 @@ _PROVENANCE = {
 
 def write_whole(path: Path, text: str) -> None:
     """Write a file atomically. Raises MatchError."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        draft.write_text(text, encoding="utf-8")
-        draft.replace(path)
+        with draft_of(path) as draft:
+            draft.write_text(text, encoding="utf-8")
     except OSError as error:
-        draft.unlink(missing_ok=True)
         raise MatchError(f"cannot write {path}: {error.strerror or error}") from error
 
 

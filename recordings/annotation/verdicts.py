@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.files.output_file import draft_of
 from movingout.recordings.annotation.finding import VERDICTS, SearchedRecording, Verdict, case_of
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.text_lines import append_line, read_lines
@@ -113,12 +114,9 @@ def forget_recordings(folder: Path, recordings: set[str]) -> None:
     kept = [line for line in lines if line.recording not in recordings]
     if len(kept) == len(lines):
         return
-    part = folder / f"{VERDICTS_NAME}.part"
-    part.write_text(
-        "".join(json.dumps({"format": FORMAT, **asdict(line)}, ensure_ascii=False) + "\n" for line in kept),
-        encoding="utf-8",
-    )
-    part.replace(folder / VERDICTS_NAME)
+    rows = [json.dumps({"format": FORMAT, **asdict(line)}, ensure_ascii=False) + "\n" for line in kept]
+    with draft_of(folder / VERDICTS_NAME) as draft:
+        draft.write_text("".join(rows), encoding="utf-8")
 
 
 def _line(text: str) -> VerdictLine | None:

@@ -13,7 +13,7 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import positive
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.html_page import check_name, write_html
+from movingout.recordings.html_page import SERVER, check_name, write_html
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.report.facts import GROUPINGS, facts_of
 from movingout.recordings.report.measures import MEASURES
@@ -23,7 +23,6 @@ from movingout.recordings.report.words import DEFAULT, LANGUAGES, Words
 from movingout.recordings.storage.listing import recordings_below
 from movingout.world.estimates import Estimate
 
-SERVER = "http://127.0.0.1:8000"
 OUT = Path("report.html")
 
 

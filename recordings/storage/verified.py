@@ -4,6 +4,8 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
+from movingout.maps.files.output_file import draft_of
+
 LIST = ".verified.json"  # in the folder of the recordings
 
 
@@ -33,9 +35,8 @@ def note_verified(paths: Iterable[Path]) -> None:
     for folder, fresh in folders.items():
         rows = {name: row for name, row in _read(folder).items() if (folder / name).exists()}
         rows |= {path.name: stamp for path in fresh if (stamp := _stamp(path)) is not None}
-        new = folder / f"{LIST}.part"
-        new.write_text(json.dumps(rows), encoding="utf-8")
-        new.replace(folder / LIST)
+        with draft_of(folder / LIST) as draft:
+            draft.write_text(json.dumps(rows), encoding="utf-8")
 
 
 def _stamp(path: Path) -> list[int] | None:

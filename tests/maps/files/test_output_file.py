@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from movingout.maps.errors import MapError
-from movingout.maps.files.output_file import write_output
+from movingout.maps.files.output_file import draft_of, write_output
 
 
 def test_a_file_replaces_an_older_one(tmp_path: Path) -> None:
@@ -27,3 +27,10 @@ def test_what_was_there_stays_when_writing_fails(tmp_path: Path, monkeypatch: py
     with pytest.raises(MapError, match=r"cannot write .*map.json: No space left on device$"):
         write_output(path, b"new")
     assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]
+
+
+def test_a_draft_is_gone_whatever_goes_wrong(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="no table"), draft_of(tmp_path / "results.parquet") as draft:
+        draft.write_bytes(b"half")
+        raise ValueError("no table")
+    assert list(tmp_path.iterdir()) == []

@@ -64,7 +64,7 @@ def test_a_page_is_one_file_that_asks_the_network_for_nothing(
     head = re.sub(r"<(script|style)\b[^>]*>.*?</\1>", "", text, flags=re.DOTALL)
     assert not re.findall(r"(?:src|href)=[\"'](?!data:)[^\"']+", head)
     assert "__VISER_EMBED_DATA__" in text
-    assert [path.name for path in tmp_path.iterdir() if ".part" in path.name] == []
+    assert [path for path in tmp_path.iterdir() if out.name in path.name] == [out]
 
 
 def test_a_page_holds_two_episodes_at_most(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
