@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip --disable-pip-version-check install -c constraints.txt
 
-.PHONY: help play venv test test-slow test-large-downloads check bench agents anywhere format generate lock wheel clean
+.PHONY: help play venv test test-slow test-large-downloads check bench agents anywhere format generate site lock wheel clean
 
 help: ## list these commands
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24

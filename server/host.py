@@ -7,7 +7,7 @@ from typing import Any, Concatenate
 from movingout.recordings.episode import Outcome
 from movingout.server.notices import Notice
 from movingout.server.overload import ProcessHealth
-from movingout.server.public_host import AgentUse, Found, Given, NoRoom, PublicHost, agent_use
+from movingout.server.public_host import AgentUse, Found, Given, PublicHost, agent_use
 from movingout.server.room_host import RoomHost, warm_up
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.registry import close, study_rooms, views
@@ -79,10 +79,10 @@ class Host(PublicHost, RoomHost):
         *args: Given.args,
         **kwargs: Given.kwargs,
     ) -> Found:
-        return work(self._room(room_id), *args, **kwargs)
+        return work(self.room(room_id), *args, **kwargs)
 
     async def close_room(self, room_id: str, code: int, notice: Notice, outcome: Outcome = "stopped") -> PlayedRound:
-        return close(self.registry, self._room(room_id), code, notice, outcome)
+        return close(self.registry, self.room(room_id), code, notice, outcome)
 
     async def look(self, rooms: Collection[str]) -> dict[str, RoomView | None]:
         return views(self.registry, rooms)
@@ -110,9 +110,3 @@ class Host(PublicHost, RoomHost):
 
     async def reset_measurements(self) -> None:
         self.scheduler.lateness.clear()
-
-    def _room(self, room_id: str) -> Room:
-        room = self.registry.rooms.get(room_id)
-        if room is None:
-            raise NoRoom(f"there is no room {room_id}")
-        return room

@@ -24,6 +24,7 @@ from movingout.server.overload import Overload, ProcessHealth
 from movingout.server.persistence.fsync import sync_recordings
 from movingout.server.persistence.room_snapshot import restore_room, room_file
 from movingout.server.persistence.room_store import RoomFile, RoomStore
+from movingout.server.public_host import NoRoom
 from movingout.server.rooms.registry import RoomRegistry
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_notices import RESTART_SOON
@@ -123,6 +124,13 @@ class RoomHost:
         """Wait until what was saved so far would survive the process."""
         if not self.stopping:
             await self.store.written()
+
+    def room(self, room_id: str) -> Room:
+        """Raises NoRoom."""
+        room = self.registry.rooms.get(room_id)
+        if room is None:
+            raise NoRoom(f"there is no room {room_id}")
+        return room
 
     async def open_kept(self, config: RoomConfig, seats: list[Seat]) -> Room:
         """Open a room and wait until a restart would bring it back. Raises MapError and AgentError."""

@@ -26,7 +26,7 @@ from movingout.server.processes.channel import Channel, first_message
 from movingout.server.processes.handover import TakingOver
 from movingout.server.processes.homes import home_of, new_id_at
 from movingout.server.processes.shared_agents import SharedAgents
-from movingout.server.public_host import Found, Given, NoRoom
+from movingout.server.public_host import Found, Given
 from movingout.server.room_host import RoomHost
 from movingout.server.rooms import registry
 from movingout.server.rooms.prepared_maps import Variant
@@ -116,11 +116,11 @@ def ask(
     *args: Given.args,
     **kwargs: Given.kwargs,
 ) -> Found:
-    return work(_room(host, room_id), *args, **kwargs)
+    return work(host.room(room_id), *args, **kwargs)
 
 
 def close_room(host: RoomProcess, room_id: str, code: int, notice: Notice, outcome: Outcome) -> PlayedRound:
-    return registry.close(host.registry, _room(host, room_id), code, notice, outcome)
+    return registry.close(host.registry, host.room(room_id), code, notice, outcome)
 
 
 def look(host: RoomProcess, rooms: Collection[str]) -> dict[str, RoomView | None]:
@@ -156,13 +156,6 @@ def keep_map(host: RoomProcess, variant: Variant, made: MapSpec) -> None:
 def episodes(host: RoomProcess) -> list[str]:
     """The rounds that have begun here: their journals are being written."""
     return host.episodes()
-
-
-def _room(host: RoomProcess, room_id: str) -> Room:
-    room = host.registry.rooms.get(room_id)
-    if room is None:
-        raise NoRoom(f"there is no room {room_id}")
-    return room
 
 
 # ---- the process --------------------------------------------------------------------------------------------------
