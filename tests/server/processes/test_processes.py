@@ -7,21 +7,26 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import pytest
 from websockets.exceptions import ConnectionClosedError, InvalidMessage
 
+from movingout.maps import load_map
 from movingout.recordings.verification import verify
 from movingout.remote import Client
 from movingout.server import messages as m
 from movingout.server.processes import room_link
+from movingout.server.processes.channel import ProcessGone
 from movingout.server.processes.homes import home_of
+from movingout.server.rooms.prepared_maps import Variant
 from tests.server.live import ADMIN, Live, Person
 from tests.server.processes.cluster import cluster, home, links
 
 ROUND = 40  # ticks
+PREPARED = attrgetter("registry.prepared_maps")
 
 
 @pytest.fixture(scope="module")
@@ -195,3 +200,21 @@ def test_the_rooms_come_back_with_another_number_of_processes(tmp_path: Path) ->
     with cluster(tmp_path, 3) as second:
         for room, token in tokens:
             assert verify(finished(second, back(second, room, token))).identical
+
+
+def test_a_map_made_ahead_is_in_every_process_and_in_one_that_takes_the_place_of_another(live: Live) -> None:
+    variant: Variant = (load_map("HandOff"), 7, "train")
+    made = load_map("LeftRight")
+    live.run(lambda: live.host.keep_map(variant, made))
+
+    def have_it() -> bool:
+        kept = [asyncio.run_coroutine_threadsafe(link.call(PREPARED), live.loop) for link in links(live)]
+        with contextlib.suppress(ProcessGone):
+            return all(list(each.result(20)) == [(variant, made)] for each in kept)
+        return False
+
+    assert have_it()
+    pid = links(live)[0].pid
+    os.kill(pid, signal.SIGKILL)
+    wait_until(lambda: links(live)[0].pid != pid and links(live)[0].is_ready)
+    assert have_it()
