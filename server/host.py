@@ -10,6 +10,7 @@ from movingout.server.overload import ProcessHealth
 from movingout.server.public_host import AgentUse, Found, Given, PublicHost, agent_use
 from movingout.server.room_host import RoomHost, warm_up
 from movingout.server.rooms.lateness import Lateness
+from movingout.server.rooms.prepared_maps import PreparedMaps
 from movingout.server.rooms.registry import close, study_rooms, views
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_view import PlayedRound, RoomView
@@ -25,7 +26,6 @@ class Host(PublicHost, RoomHost):
     def __init__(self, settings: Settings) -> None:
         PublicHost.__init__(self, settings)
         RoomHost.__init__(self, settings)
-        self.prepared_maps = self.registry.prepared_maps
 
     async def start(self) -> None:
         """Restore the rooms of the last run and start to tick."""
@@ -68,6 +68,10 @@ class Host(PublicHost, RoomHost):
     @property
     def room_count(self) -> int:
         return len(self.registry.rooms)
+
+    @property
+    def prepared_maps(self) -> PreparedMaps:
+        return self.registry.prepared_maps
 
     async def open_room(self, config: RoomConfig, seats: list[Seat]) -> str:
         return (await self.open_kept(config, seats)).id

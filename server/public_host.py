@@ -74,7 +74,6 @@ class PublicHost(ABC):
 
     admission: AdmissionControl
     background: BackgroundWork
-    prepared_maps: PreparedMaps
     stopping: bool
 
     def __init__(self, settings: Settings) -> None:
@@ -99,6 +98,10 @@ class PublicHost(ABC):
     @property
     @abstractmethod
     def room_count(self) -> int: ...
+
+    @property
+    @abstractmethod
+    def prepared_maps(self) -> PreparedMaps: ...
 
     @property
     def most_rooms(self) -> int:

@@ -61,7 +61,7 @@ class Front(PublicHost):
         self.stopping = False
         self._garbage = GarbageCollection()
         self._template = TemplateProcess(keep)
-        self.prepared_maps = PreparedMaps()  # every process has them, too
+        self._prepared_maps = PreparedMaps()  # every process has them, too
         start = Start(
             settings=replace(settings, admin_token="-"),
             certificate=certificate,
@@ -176,6 +176,10 @@ class Front(PublicHost):
     async def study_rooms(self) -> list[str]:
         found = await asyncio.gather(*(link.call(room_process.study_rooms) for link in self.links))
         return [room_id for each in found for room_id in each]
+
+    @property
+    def prepared_maps(self) -> PreparedMaps:
+        return self._prepared_maps
 
     async def lateness(self) -> Lateness:
         whole, ready = Lateness(), [link for link in self.links if link.is_ready]
