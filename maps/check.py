@@ -22,18 +22,19 @@ FaultCode = Literal[
     "unreadable", "outside", "in_wall", "overlap", "large_unreachable", "unreachable", "no_way", "too_big",
     "goals_full",
 ]  # fmt: skip
+HintCode = Literal["name_taken", "name_understood", "paper_number", "degrees", "delivered"]
 
 
 @dataclass(frozen=True, slots=True)
 class MapFault:
-    """Something that makes a map unplayable: where in its JSON document, and a sentence.
+    """Something that makes a map unplayable, or a hint: where in its JSON document, and a sentence.
 
     `code` and `values` say the same to programs that have sentences of their own: web/words/*.json, `fault.<code>`.
     """
 
     path: str
     message: str
-    code: FaultCode | DocumentFault = "unreadable"
+    code: FaultCode | DocumentFault | HintCode = "unreadable"
     values: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
     def __str__(self) -> str:

@@ -60,25 +60,25 @@ def _joined(beginning: str, found: tuple[MapFault, ...]) -> str:
 def _misunderstood_name(spec: MapSpec) -> Iterator[MapFault]:
     base, symmetries = split_name(spec.name)
     if base in _WORDS:
-        yield MapFault("name", f"{base} means {_WORDS[base]} where maps are named; choose another name")
+        message = f"{base} means {_WORDS[base]} where maps are named; choose another name"
+        yield MapFault("name", message, "name_understood", {"name": spec.name})
     elif is_reserved(spec.name):
         if not _is_shipped_as(spec):
             message = (
                 f"{spec.name} is a shipped map, and this is another one, which recordings, reports and training would "
                 "take for that; choose another name"
             )
-            yield MapFault("name", message)
+            yield MapFault("name", message, "name_taken", {"name": spec.name})
     elif symmetries:
-        yield MapFault(
-            "name", f"{spec.name} means the map {base}, mirrored or turned; choose a name without {SEPARATOR}"
-        )
+        message = f"{spec.name} means the map {base}, mirrored or turned; choose a name without {SEPARATOR}"
+        yield MapFault("name", message, "name_understood", {"name": spec.name})
 
 
 def _misunderstood_number(spec: MapSpec) -> Iterator[MapFault]:
     """A number decides how a variant for Challenge 2 is drawn; under a shipped map's name it is that map's own."""
     if spec.number and not is_reserved(split_name(spec.name)[0]):
         message = "numbers are those of the paper's maps; write 0 for a map of your own"
-        yield MapFault("number", message)
+        yield MapFault("number", message, "paper_number", {"number": spec.number})
 
 
 def _is_shipped_as(spec: MapSpec) -> bool:
@@ -97,13 +97,14 @@ def _angles_in_degrees(spec: MapSpec) -> Iterator[MapFault]:
     for path, pose in _poses(spec):
         if abs(pose.angle) > math.tau:
             message = f"angles are radians; if {pose.angle:g} degrees are meant, write {math.radians(pose.angle):.4f}"
-            yield MapFault(f"{path}.angle", message)
+            yield MapFault(f"{path}.angle", message, "degrees", {"angle": pose.angle})
 
 
 def _delivered_from_the_start(spec: MapSpec) -> Iterator[MapFault]:
     for index, item in enumerate(spec.items):
         if is_home(item_solid(item).box, spec.goals):
-            yield MapFault(f"items[{index}]", "lies in a goal from the start and counts as delivered; move it out")
+            message = "lies in a goal from the start and counts as delivered; move it out"
+            yield MapFault(f"items[{index}]", message, "delivered")
 
 
 def _poses(spec: MapSpec) -> Iterator[tuple[str, Pose]]:

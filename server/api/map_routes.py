@@ -13,7 +13,7 @@ from movingout.server.api import pages
 from movingout.server.api.authentication import address_of, body_of, own_page
 from movingout.server.api.errors import ApiError
 from movingout.server.connection.admission import address_group
-from movingout.server.own_maps.solving import TooSlow
+from movingout.server.own_maps.solving import Checked, TooSlow
 from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import PublicHost
 
@@ -57,11 +57,12 @@ def _editor_routes(host: PublicHost) -> APIRouter:
         if not host.admission.may_check_map(address_of(request)):
             raise ApiError(429, "map_busy", "Too many maps were checked from your address; wait a few seconds.")
         document = (await body_of(request, DrawnMap)).map
-        spec, faults = await _checked(host, document)
-        found = [_fault_json(fault) for fault in faults]
+        spec, faults, hints = await _checked(host, document)
         if spec is not None and is_reserved(spec.name):
-            found.append(_taken_name(spec.name))
-        return {"map": None if spec is None else map_to_json(spec), "faults": found}
+            faults = (*faults, _taken_name(spec.name))
+            hints = tuple(hint for hint in hints if hint.path != "name")
+        found, hinted = ([_fault_json(one) for one in ones] for ones in (faults, hints))
+        return {"map": None if spec is None else map_to_json(spec), "faults": found, "hints": hinted}
 
     @router.post("/solve")
     async def solve(request: Request) -> dict[str, Any]:
@@ -83,7 +84,7 @@ def _editor_routes(host: PublicHost) -> APIRouter:
 
 async def playable(host: PublicHost, document: object, own_name: bool = True) -> MapSpec:
     """The map of a drawn document. Raises ApiError with its first fault; with `own_name`, also for a shipped name."""
-    spec, faults = await _checked(host, document)
+    spec, faults, _ = await _checked(host, document)
     if spec is None or faults:
         raise ApiError(422, "map_faulty", f"This map cannot be played: {faults[0]}.", path=faults[0].path)
     if own_name and is_reserved(spec.name):
@@ -91,7 +92,7 @@ async def playable(host: PublicHost, document: object, own_name: bool = True) ->
     return spec
 
 
-async def _checked(host: PublicHost, document: object) -> tuple[MapSpec | None, tuple[MapFault, ...]]:
+async def _checked(host: PublicHost, document: object) -> Checked:
     try:
         return await host.map_workers.check(document)
     except Busy as error:
@@ -100,9 +101,8 @@ async def _checked(host: PublicHost, document: object) -> tuple[MapSpec | None, 
         raise ApiError(422, "map_slow", f"This map could not be checked: {error}.") from None
 
 
-def _taken_name(name: str) -> dict[str, Any]:
-    message = f"{name} is the name of a shipped map; choose another"
-    return {"path": "name", "message": message, "code": "name_taken", "values": {"name": name}}
+def _taken_name(name: str) -> MapFault:
+    return MapFault("name", f"{name} is the name of a shipped map; choose another", "name_taken", {"name": name})
 
 
 def _fault_json(fault: MapFault) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import rollout
 from movingout.maps import MapSpec, load_map, map_from_json
 from movingout.maps.check import MapFault, check_map
+from movingout.maps.commands.map_cautions import hints_on
 from movingout.maps.document_check import check_document, fault_of
 from movingout.maps.errors import MapDocumentError, MapError
 from movingout.maps.official import is_official, map_from_official
@@ -25,7 +26,13 @@ CHECK_S = 5.0
 SOLVE_S = 20.0
 _DECIMALS = 4
 
-Checked = tuple[MapSpec | None, tuple[MapFault, ...]]
+
+class Checked(NamedTuple):
+    """The map of a document, None where it cannot be read; what keeps it from being played, and hints."""
+
+    map: MapSpec | None
+    faults: tuple[MapFault, ...]
+    hints: tuple[MapFault, ...] = ()
 
 
 class TooSlow(MapError):
@@ -33,19 +40,16 @@ class TooSlow(MapError):
 
 
 def check(document: object) -> Checked:
-    """The map of a JSON document, in our format or the official one, and its faults; None where it cannot be read.
-
-    Raises TooSlow.
-    """
+    """The map of a JSON document, in our format or the official one, its faults and hints. Raises TooSlow."""
     with _time_limit(CHECK_S):
         try:
             official = isinstance(document, dict) and is_official(document)
             spec = map_from_official(document, "Map") if official else map_from_json(document)  # type: ignore[arg-type]
         except MapDocumentError as error:
-            return None, (fault_of(error),) if official else check_document(document)
+            return Checked(None, (fault_of(error),) if official else check_document(document))
         except MapError as error:
-            return None, (MapFault("the map", str(error), "official"),)
-        return spec, check_map(spec)
+            return Checked(None, (MapFault("the map", str(error), "official"),))
+        return Checked(spec, check_map(spec), hints_on(spec))
 
 
 def generate(name: str) -> MapSpec:

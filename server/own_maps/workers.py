@@ -33,7 +33,7 @@ class MapWorkers:
         self._solving: set[str] = set()  # addresses
 
     async def check(self, document: object) -> solving.Checked:
-        """The map of a document and its faults. Raises Busy and solving.TooSlow."""
+        """The map of a document, its faults and hints. Raises Busy and solving.TooSlow."""
         if self._waiting >= MOST_WAITING:
             raise Busy("The server is checking many maps at the moment; try again in a few seconds.")
         self._waiting += 1

@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args
 import msgspec
 import pytest
 
-from movingout.maps.check import FaultCode
+from movingout.maps.check import FaultCode, HintCode
 from movingout.maps.errors import DocumentFault
 from movingout.server import messages as m
 from movingout.server.api.errors import ApiError
@@ -22,11 +22,11 @@ CODES = {
     "refusal": RefusalCode,
     "unrecorded": UnrecordedCode,
     "alert": AlertCode,
-    "fault": Literal[FaultCode, DocumentFault],
+    "fault": Literal[FaultCode, DocumentFault, HintCode],
 }
 OF_PAGES = {  # what a page finds by itself
     "error": {"title", "offline", "http", "storage"},
-    "fault": {"name_taken", "no_goals", "no_items"},
+    "fault": {"no_goals", "no_items"},
 }
 
 

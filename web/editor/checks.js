@@ -20,7 +20,8 @@ const AGAIN_MS = 5000; // after a refusal
 /**
  * @param {unknown} map any JSON document
  * @param {AbortSignal} [signal]
- * @returns {Promise<{map: GameMap | null, faults: Fault[]}>} the map as it was read; null where it could not be
+ * @returns {Promise<{map: GameMap | null, faults: Fault[], hints: Fault[]}>} the map as it was read; null where it could
+ *   not be. Hints keep nothing from being played.
  */
 export function askServer(map, signal) {
   return requestJson("/api/editor/check", { body: { map }, ...(signal && { signal }) });
@@ -59,8 +60,8 @@ export class Checks {
     this.asking = new AbortController();
     const { signal } = this.asking;
     try {
-      const { faults } = await askServer(map, signal);
-      if (!signal.aborted) this.#found(faults);
+      const { faults, hints } = await askServer(map, signal);
+      if (!signal.aborted) this.#found(faults, hints);
     } catch (error) {
       if (signal.aborted) return;
       if (!(error instanceof ApiError)) throw error;
@@ -69,13 +70,14 @@ export class Checks {
     }
   }
 
-  /** @param {Fault[]} faults */
-  #found(faults) {
+  /** Hints wait until nothing keeps the map from being played. @param {Fault[]} faults @param {Fault[]} [hints] */
+  #found(faults, hints = []) {
     this.faults = faults;
     this.known = this.answered = true;
-    if (faults.length === 0) this.#say("ok", say("editor.sound"));
-    else this.#say("attention", say("editor.faults", { count: faults.length }));
-    byId("faults", HTMLElement).replaceChildren(...faults.map((fault) => el("li", {}, this.#line(fault))));
+    if (faults.length > 0) this.#say("attention", say("editor.faults", { count: faults.length }));
+    else this.#say("ok", say(hints.length > 0 ? "editor.hints" : "editor.sound"));
+    const told = faults.length > 0 ? faults : hints;
+    byId("faults", HTMLElement).replaceChildren(...told.map((fault) => el("li", {}, this.#line(fault))));
     this.onChange();
   }
 

@@ -232,7 +232,7 @@ function listen() {
   startSelect.addEventListener("change", startFrom);
   titleField.addEventListener("input", () => {
     const title = titleField.value;
-    drawing.change({ ...drawing.map, title, name: nameOf(title) }, "title");
+    drawing.change({ ...drawing.map, title, name: nameOf(title), number: 0 }, "title"); // no longer one of the paper's
   });
   aboutField.addEventListener("input", () =>
     drawing.change({ ...drawing.map, description: aboutField.value }, "about"),

@@ -148,7 +148,7 @@ def checked(live: Live, drawn: object) -> Any:
 
 
 def test_a_sound_map_has_no_faults_and_comes_back_in_our_format(live: Live) -> None:
-    assert checked(live, document()) == {"map": document(), "faults": []}
+    assert checked(live, document()) == {"map": document(), "faults": [], "hints": []}
     official = {
         "robot_1_pos": [-0.6, -1], "robot_1_angle": 0, "robot_2_pos": [0.6, -1], "robot_2_angle": 0,
         "walls": [[None]], "target_areas": [[[-1.2, 1.2], [-0.6, 0.6]]],
@@ -168,8 +168,21 @@ def test_faults_have_the_checkers_sentences_and_codes_with_values(live: Live) ->
         "code": "in_wall",
         "values": {"other": "walls[0]"},
     }
-    (taken,) = checked(live, document("HandOff:mirror"))["faults"]
-    assert (taken["path"], taken["code"]) == ("name", "name_taken")
+    answer = checked(live, document("HandOff:mirror"))
+    assert [(one["path"], one["code"]) for one in answer["faults"]] == [("name", "name_taken")]
+    assert answer["hints"] == []
+
+
+def test_hints_keep_no_map_from_being_played(live: Live) -> None:
+    drawn = document(number=4, goals=[{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}])
+    answer = checked(live, drawn)
+    assert answer["faults"] == []
+    assert [(hint["path"], hint["code"], hint["values"]) for hint in answer["hints"][:2]] == [
+        ("number", "paper_number", {"number": 4}),
+        ("items[0]", "delivered", {}),
+    ]
+    status, _ = live.call("/api/rooms", {"maps": [], "seats": SEATS, "map": drawn})
+    assert status == 200
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ def test_checks_that_pile_up_are_refused(monkeypatch: pytest.MonkeyPatch) -> Non
             await asyncio.sleep(0)
             with pytest.raises(Busy):
                 await pool.check({})
-            assert await first == (SPEC, ())
+            assert await first == (SPEC, (), ())
         finally:
             await pool.close()
 
@@ -68,7 +68,7 @@ def test_a_process_that_died_is_replaced(tmp_path: Path) -> None:
             (process,) = pool._pools["checks"]._processes.values()
             assert process.pid is not None
             os.kill(process.pid, signal.SIGKILL)
-            assert await pool.check(map_to_json(SPEC)) == (SPEC, ())
+            assert await pool.check(map_to_json(SPEC)) == (SPEC, (), ())
         finally:
             await pool.close()
 
