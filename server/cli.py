@@ -1,9 +1,12 @@
 """The console script `movingout`: a table of sub-commands, each imported only when it is asked for."""
 
 import argparse
+import atexit
 import importlib
 import os
 import sys
+import threading
+import time
 from typing import NamedTuple, Protocol, cast
 
 import movingout
@@ -95,10 +98,35 @@ COMMANDS = {
     ),
 }
 
+WITH_AGENTS = ("agents", "match", "demos")  # commands that may run agents of one's own in this process
+THREADS_S = 1.0  # how long threads that agents leave behind may still run
+
 
 def main(argv: list[str] | None = None) -> int:
     """Run one sub-command. Exit code 0 done, 1 the check failed, 2 wrong use or bad input."""
     arguments = sys.argv[1:] if argv is None else argv
+    code = _run(arguments)
+    if argv is None and arguments and arguments[0] in WITH_AGENTS:
+        _end_despite_threads(code)
+    return code
+
+
+def _end_despite_threads(code: int) -> None:
+    """End this process if threads go on that Python would wait for, perhaps for ever."""
+    until = time.monotonic() + THREADS_S
+    left = [one for one in threading.enumerate() if not one.daemon and one is not threading.main_thread()]
+    for thread in left:
+        thread.join(max(until - time.monotonic(), 0.0))
+    names = dict.fromkeys(thread.name for thread in left if thread.is_alive())
+    if names:
+        print(f"movingout: not waiting for threads that an agent left running: {', '.join(names)}", file=sys.stderr)
+        atexit._run_exitfuncs()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+
+
+def _run(arguments: list[str]) -> int:
     # Read when torch is imported: threads of a training that wait for each other sleep. By default they spin, and where
     # other programs want the cores, too, that takes most of the time.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")

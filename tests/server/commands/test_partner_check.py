@@ -1,7 +1,9 @@
 """The partner that the lobby proposes is tried at the start, on a map that it will meet."""
 
 import json
+import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -38,6 +40,36 @@ def test_an_agent_for_ones_own_maps_alone_is_a_partner(tmp_path: Path, monkeypat
     assert "ValueError: I know Own, not HandOff (only_own.py" in said
     with pytest.raises(AgentError, match="I know Own, not HandOff"):
         check_partner("only_own:OnlyOwn", _maps(tmp_path / "others", "Another"))
+
+
+ENDLESS = """
+import threading
+import time
+
+import numpy as np
+
+class Endless:
+    def __init__(self):
+        threading.Thread(target=time.sleep, args=(600,), name="camera").start()
+
+    def reset(self, episode):
+        pass
+
+    def act(self, observation):
+        return np.array([[0.0, 1.0, 0.0, 0.0]])
+"""
+
+
+@pytest.mark.parametrize("action", ["probe", "check"])
+def test_a_command_ends_though_an_agent_leaves_a_thread_running(tmp_path: Path, action: str) -> None:
+    (tmp_path / "endless.py").write_text(ENDLESS)
+    command = [sys.executable, "-P", "-m", "movingout.server.cli", "agents", action, "endless:Endless"]
+    options = ["--ticks", "1", "--map", "HandOff", "--json"]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    ended = subprocess.run([*command, *options], capture_output=True, text=True, env=environment, timeout=60)
+    assert ended.returncode == 0
+    assert json.loads(ended.stdout)["id"] == "endless:Endless"
+    assert "movingout: not waiting for threads that an agent left running: camera\n" in ended.stderr
 
 
 def test_a_partner_whose_thread_keeps_its_process_alive_has_played(monkeypatch: pytest.MonkeyPatch) -> None:
