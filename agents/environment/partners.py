@@ -1,6 +1,7 @@
 """The partners that an environment draws from, one for each episode."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import Agent, EpisodeInfo
 from movingout.agents.catalogue import agent_card, load_agent
 from movingout.agents.errors import AgentError
+from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe
 from movingout.agents.partners.families import group
 from movingout.world.state import Floats, WorldState
@@ -42,14 +44,27 @@ class PartnerSeat:
         self._rows: list[Floats] = []
 
     def reset(self, episode: EpisodeInfo) -> None:
-        """Start an episode."""
+        """Start an episode. Raises AgentError for what the agent raises."""
         self._episode = episode
         self._rows = []
-        self._agent.reset(episode)
+        with self._named("reset()"):
+            self._agent.reset(episode)
 
     def action(self, state: WorldState) -> Floats:
-        """The action (4,) of the coming tick. Raises AgentError for an answer that is no chunk of actions."""
+        """The action (4,) of the coming tick. Raises AgentError for what the agent raises, and for a wrong answer."""
         if not self._rows:
-            chunk = checked_chunk(self._agent.act(observe(self._episode.map, state, self._episode.seat)))
+            with self._named("act()"):
+                chunk = checked_chunk(self._agent.act(observe(self._episode.map, state, self._episode.seat)))
             self._rows = list(np.array(chunk[: rows_to_execute(self._agent, chunk)]))
         return self._rows.pop(0)
+
+    @contextmanager
+    def _named(self, call: str) -> Iterator[None]:
+        """Errors in this block become AgentErrors that name the agent."""
+        who = f"the partner {self.agent_id}"
+        try:
+            yield
+        except AgentError as error:
+            raise AgentError(f"{who}: {error}") from error
+        except Exception as error:
+            raise AgentError(located(f"{who} raised {type(error).__name__} in {call}: {error}", error)) from error

@@ -2,6 +2,7 @@ import copy
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -117,6 +118,42 @@ def test_the_picture_is_that_of_the_seat() -> None:
 def test_wrong_arguments_are_refused_with_what_is_known(arguments: dict[str, Any], sentence: str) -> None:
     with pytest.raises(AgentError, match=sentence):
         SeatEnv(load_map("HandOff"), **arguments)
+
+
+RAISING = """
+class Late:
+    def reset(self, episode):
+        if episode.ticks == 7:
+            raise KeyError("seven")
+
+    def act(self, observation):
+        raise ValueError("no camera")
+
+
+class Wrong:
+    def reset(self, episode):
+        pass
+
+    def act(self, observation):
+        return [0, 0]
+"""
+
+
+def test_what_a_partner_raises_names_it_and_its_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "raising_partner.py").write_text(RAISING)
+    monkeypatch.syspath_prepend(tmp_path)
+    env = SeatEnv(partner="raising_partner:Late")
+    env.reset(seed=0)
+    told = r"the partner raising_partner:Late raised ValueError in act\(\): no camera \(.*raising_partner.py, line 8\)"
+    with pytest.raises(AgentError, match=told) as caught:
+        env.step(STILL)
+    assert isinstance(caught.value.__cause__, ValueError)
+    with pytest.raises(AgentError, match=r"the partner raising_partner:Late raised KeyError in reset\(\): 'seven'"):
+        SeatEnv(partner="raising_partner:Late", limit_ticks=7).reset(seed=0)
+    env = SeatEnv(partner="raising_partner:Wrong")
+    env.reset(seed=0)
+    with pytest.raises(AgentError, match=r"the partner raising_partner:Wrong: an action chunk has shape \(H, 4\)"):
+        env.step(STILL)
 
 
 def test_a_misspelt_option_of_make_is_answered_with_the_right_one() -> None:
