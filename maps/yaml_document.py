@@ -102,6 +102,11 @@ def path_text(path: FieldPath) -> str:
     return text or "the file"
 
 
+def list_needed(value: object) -> str:
+    """What to say of a value where a list is needed: how the list of this one entry is written."""
+    return f"a list is needed here; for one entry, write [{value}]" if isinstance(value, str) else "a list is needed here"
+
+
 def _error(line: int, path: FieldPath, message: str) -> YamlError:
     return YamlError(FileFault(line, path_text(path), message))
 

@@ -83,7 +83,7 @@ class Grid(_GridModel):
     agents: Annotated[list[AgentId | Contestant], Field(min_length=1)] | None = None
     partners: Annotated[list[AgentId], Field(min_length=1)] | Literal["self"] | None = None
     conditions: Annotated[list[Condition], Field(min_length=1)] | None = None
-    maps: Literal["all"] | list[str] = "all"
+    maps: list[str] | Literal["all"] = "all"
     challenge: Challenge | Annotated[list[Challenge], Field(min_length=1, max_length=2)] = 1
     split: Literal["train", "evaluation"] = "evaluation"
     seeds: Annotated[int, Field(ge=1, le=MAX_SEEDS)] | Seeds = 20

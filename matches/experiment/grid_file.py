@@ -1,13 +1,13 @@
 """A YAML file checked against a pydantic model; each fault is named with its line and its path."""
 
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
-from movingout.maps.yaml_document import FieldPath, YamlDocument, YamlError, path_text
+from movingout.maps.yaml_document import FieldPath, YamlDocument, YamlError, list_needed, path_text
 from movingout.matches.errors import MatchError
 
 MOST_FAULTS = 5  # in one message
@@ -38,17 +38,20 @@ def _faults(error: ValidationError, document: YamlDocument, model: type[BaseMode
     deepest: dict[int, tuple[int, str]] = {}
     for fault in error.errors():
         path = document.path_of(fault["loc"], missing=fault["type"] == "missing")
-        line, message = document.line(path), _message(fault["type"], fault["msg"], path, model)
+        line, message = document.line(path), _message(fault, path, model)
         if line not in deepest or len(path) > deepest[line][0]:
             deepest[line] = len(path), f"line {line}: {path_text(path)}: {message}"
     return [text for _, (_, text) in sorted(deepest.items())][:MOST_FAULTS]
 
 
-def _message(kind: str, message: str, path: FieldPath, model: type[BaseModel]) -> str:
+def _message(fault: Any, path: FieldPath, model: type[BaseModel]) -> str:
+    kind = fault["type"]
     if kind == "missing":
         return "this field is missing"
     if kind == "extra_forbidden":
         known = f"; {known_names(str(path[0]), model.model_fields)}" if len(path) == 1 else ""
         return f"there is no such field{known}"
-    message = message.removeprefix("Value error, ")
+    if kind == "list_type":
+        return list_needed(fault["input"])
+    message = fault["msg"].removeprefix("Value error, ")
     return message[:1].lower() + message[1:]

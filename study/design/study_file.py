@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
-from movingout.maps.yaml_document import FieldPath, FileFault, YamlDocument, YamlError, path_text
+from movingout.maps.yaml_document import FieldPath, FileFault, YamlDocument, YamlError, list_needed, path_text
 from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names
 from movingout.study.errors import StudyError, StudyFileError
@@ -85,6 +85,8 @@ def _fault(document: YamlDocument, error: Any) -> FileFault:
         message = _unknown_field(path)
     elif error["type"] == "missing":
         message = "this field is missing"
+    elif error["type"] == "tuple_type":
+        message = list_needed(error["input"])
     elif not isinstance(error["input"], dict | list):
         message = f"{message}, not {error['input']!r}" if "not " not in message else message
     return FileFault(document.line(path), path_text(path), message[:1].lower() + message[1:])

@@ -79,6 +79,14 @@ def test_a_questionnaire_is_built_from_a_ready_made_one_with_items_left_out_and_
     [
         ("    maps:", "    map:", 14, "blocks[0].map", "did you mean maps? known: id, partners"),
         ("FourCorners", "FourCorner", 14, "blocks[0].maps", "unknown map 'FourCorner'"),
+        (
+            "[HandOff, FourCorners]",
+            "HandOff",
+            14,
+            "blocks[0].maps",
+            "a list is needed here; for one entry, write [HandOff]",
+        ),
+        ("[HandOff, FourCorners]", "{a: 1}", 14, "blocks[0].maps", "a list is needed here"),
         ("[one, two]", "[one, three]", 13, "blocks[0].partners[1]", "unknown partner 'three'; known: one, two"),
         ("[short]", "[long]", 15, "blocks[0].after_partner[0]", "unknown questionnaire 'long'; known: short, movi"),
         ("participants: 4", "participants: many", 4, "participants", "valid integer"),
