@@ -12,17 +12,12 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from movingout.maps.check import MapFault, check_map
-from movingout.maps.commands import generated_maps
-from movingout.maps.commands.map_cautions import map_hints
+from movingout.maps.commands import generated_maps, map_check
 from movingout.maps.commands.parser import add_out
-from movingout.maps.document_check import check_document
 from movingout.maps.errors import MapError
-from movingout.maps.files.input_file import read_input
 from movingout.maps.files.output_file import write_output
 from movingout.maps.json_format import map_to_json
-from movingout.maps.library import load_map, loadable_map_names, map_document
-from movingout.maps.official import is_official
+from movingout.maps.library import load_map, loadable_map_names
 from movingout.maps.picture import paint_scene
 from movingout.maps.randomize import SPLITS, randomize
 from movingout.maps.render import PNG_SIDE, map_png, map_svg
@@ -52,12 +47,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
     check = commands.add_parser(
         "check",
-        help="every error in a map and where it is; exit code 1 if there is one",
+        help="every error in maps and where it is; exit code 1 if there is one",
         example="movingout maps check mine.json",
     )
-    check.add_argument("map", metavar="FILE", help="a map file in our JSON or in the official format, or a map's name")
-    _add_json(check)
-    check.set_defaults(perform=_check)
+    map_check.configure(check)
+    check.set_defaults(perform=map_check.perform)
 
     render = commands.add_parser(
         "render", help="a picture of a map's start, PNG or SVG", example="movingout maps render HandOff -o hand-off.svg"
@@ -190,44 +184,7 @@ def _in_words(rect: Rect) -> str:
     return f"x {rect.left:g} to {rect.right:g}, y {rect.bottom:g} to {rect.top:g}"
 
 
-# ---- check, render, randomize ------------------------------------------------------------------------------
-
-
-def _check(args: argparse.Namespace) -> int:
-    faults, hints = _findings(args.map)
-    if args.json:
-        found, hinted = ([{"path": one.path, "message": one.message} for one in ones] for ones in (faults, hints))
-        _print_json({"map": args.map, "playable": not faults, "faults": found, "hints": hinted})
-        return 1 if faults else 0
-    for fault in faults:
-        print(fault)
-    for hint in hints:
-        print(f"hint: {hint}")
-    count = {0: "no faults", 1: "1 fault"}.get(len(faults), f"{len(faults)} faults")
-    print(f"{args.map}: {count}")
-    return 1 if faults else 0
-
-
-def _findings(name_or_path: str) -> tuple[tuple[MapFault, ...], tuple[MapFault, ...]]:
-    """The faults of a map, and the hints; MapError when there is nothing that could be a map."""
-    try:
-        spec = load_map(name_or_path)
-    except MapError as error:
-        document = _document(Path(name_or_path))
-        if document is None:
-            raise
-        if is_official(document):
-            return (MapFault("the map", str(error).removeprefix(f"{name_or_path}: ")),), ()
-        return check_document(document), ()
-    return check_map(spec), map_hints(name_or_path)
-
-
-def _document(path: Path) -> object:
-    """The JSON document of a file, None when there is none."""
-    try:
-        return map_document(read_input(path), path)
-    except (OSError, MapError):
-        return None
+# ---- render, randomize -------------------------------------------------------------------------------------
 
 
 def _render(args: argparse.Namespace) -> int:

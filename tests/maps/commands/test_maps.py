@@ -87,6 +87,36 @@ def test_check_reads_past_the_first_unreadable_part(capsys: Output, tmp_path: Pa
     assert [fault["path"] for fault in result["faults"]] == ["goals[0]", "items[1].shape"]
 
 
+def test_check_takes_several_files_and_folders(capsys: Output, tmp_path: Path) -> None:
+    sound = map_to_json(load_map("CornerDecision")) | {"name": "Mine", "number": 0}
+    broken, moved, den = tmp_path / "a.json", tmp_path / "b.json", tmp_path / "c.json"
+    broken.write_text("{")
+    moved.write_text(json.dumps(sound | {"items": [sound["items"][0] | {"x": 1.19}]}))
+    den.write_text(json.dumps(sound | {"number": 5}))
+    (tmp_path / "notes.txt").write_text("no map")
+    assert main(["maps", "check", "HandOff", str(tmp_path), str(den)]) == 2
+    no_json, *lines = capsys.readouterr().out.splitlines()[1:]
+    assert no_json.startswith(f"{broken}") and lines == [
+        f"{moved}: 1 fault",
+        "  items[0]: sticks 0.048 out of the arena; move it inwards (the sides are at 1.2)",
+        f"{den}: no faults",
+        "  hint: number: numbers are those of the paper's maps; write 0 for a map of your own",
+    ]
+    broken.unlink()
+    found = answer(capsys, "check", str(tmp_path), code=1)["maps"]
+    assert [(Path(one["map"]).name, one["playable"], len(one["faults"]), len(one["hints"])) for one in found] == [
+        ("b.json", False, 1, 0),
+        ("c.json", True, 0, 1),
+    ]
+    (missing, sound) = answer(capsys, "check", str(tmp_path / "none.json"), "HandOff", code=2)["maps"]
+    assert (missing["playable"], missing["faults"][0]["path"], sound["playable"]) == (False, "the map", True)
+
+
+def test_check_of_a_folder_without_maps_is_wrong_use(capsys: Output, tmp_path: Path) -> None:
+    assert main(["maps", "check", str(tmp_path)]) == 2
+    assert f"the folder {tmp_path} has no map files" in capsys.readouterr().err
+
+
 def test_check_of_a_broken_official_file_says_what_is_wrong(capsys: Output, tmp_path: Path) -> None:
     file = tmp_path / "1_Own.json"
     file.write_text(json.dumps({"robot_1_pos": [0, 0]}))
