@@ -104,7 +104,8 @@ def path_text(path: FieldPath) -> str:
 
 def list_needed(value: object) -> str:
     """What to say of a value where a list is needed: how the list of this one entry is written."""
-    return f"a list is needed here; for one entry, write [{value}]" if isinstance(value, str) else "a list is needed here"
+    how = f"; for one entry, write [{value}]" if isinstance(value, str) else ""
+    return f"a list is needed here{how}"
 
 
 def _error(line: int, path: FieldPath, message: str) -> YamlError:

@@ -53,5 +53,5 @@ def _message(fault: Any, path: FieldPath, model: type[BaseModel]) -> str:
         return f"there is no such field{known}"
     if kind == "list_type":
         return list_needed(fault["input"])
-    message = fault["msg"].removeprefix("Value error, ")
+    message = str(fault["msg"]).removeprefix("Value error, ")
     return message[:1].lower() + message[1:]
