@@ -75,9 +75,10 @@ def test_a_map_is_drawn_checked_solved_and_played(open_page: OpenPage, pictures:
     page.get_by_label("Title").fill("Two rooms")
     assert drawn(page)["name"] == "TwoRooms"
     ready(page)
-    page.get_by_role("button", name="Solve it").click()
+    page.get_by_role("button", name="Solve it").press("Enter")
     expect(page.locator("#message")).to_contain_text("All 2 items were delivered after", timeout=40_000)
     expect(page.locator("#trial")).to_be_visible()
+    expect(page.locator("#solve")).to_be_focused()
     page.get_by_label("Time").fill("30")
     page.screenshot(path=pictures / "editor-solved.png")
     assert violations(page) == []
@@ -171,6 +172,49 @@ def test_what_is_missing_and_a_shipped_name_are_said(open_page: OpenPage) -> Non
     page.get_by_role("button", name="Undo").click()
     page.get_by_label("Title").fill("Hand Off")
     expect(page.locator("#faults")).to_have_text("HandOff is the name of a map of this server. Choose another title.")
+
+
+def test_hints_are_said_and_keep_nothing_from_being_played(open_page: OpenPage) -> None:
+    page = ready(open_page("/editor"))
+    drag(page, (0.0, 0.0), (0.0, 0.95))  # the item, into the goal
+    expect(page.locator("#verdict")).to_have_text("This map can be played. Is this intended?")
+    expect(page.locator("#faults")).to_have_text(
+        "Item 1 lies in a green area from the start and counts as delivered. Move it out."
+    )
+    expect(page.locator("#play")).to_be_enabled()
+    page.evaluate("document.querySelector('#arena').blur()")
+    page.locator("#faults button").click()
+    expect(page.locator("#arena")).to_be_focused()
+    for _ in range(9):
+        page.keyboard.press("ArrowDown")
+    ready(page)
+
+
+def test_another_title_takes_away_the_number_of_a_map_of_the_paper(open_page: OpenPage, tmp_path: Path) -> None:
+    page = ready(open_page("/editor"))
+    (tmp_path / "four.json").write_text(json.dumps(map_to_json(load_map("LeftRight"))), encoding="utf-8")
+    page.locator("#file").set_input_files(tmp_path / "four.json")
+    expect(page.locator("#faults")).to_contain_text("LeftRight is the name of a map of this server.")
+    page.get_by_label("Title").fill("Mine")
+    ready(page)
+    assert (drawn(page)["name"], drawn(page)["number"]) == ("Mine", 0)
+
+
+def test_the_arena_stays_where_it_is_when_items_are_added_and_the_most_are_told(open_page: OpenPage) -> None:
+    page = ready(open_page("/editor", viewport={"width": 1280, "height": 800}))
+    before = page.locator("#arena").bounding_box()
+    for index in range(6):
+        tool(page, "Item").click()
+        expect(page.locator("#new-shape")).to_be_visible()
+        assert page.locator("#arena").bounding_box() == before
+        page.mouse.click(*place(page, -0.9 + 0.3 * index, 0.4))
+    assert len(drawn(page)["items"]) == 7
+    tool(page, "Item").click()
+    expect(page.locator("#message")).to_have_text("A map has at most 7 items.")
+    expect(tool(page, "Select")).to_have_attribute("aria-pressed", "true")
+    page.locator("#snap").click()
+    page.keyboard.press("Control+z")
+    assert len(drawn(page)["items"]) == 6
 
 
 def test_on_a_phone_a_map_is_changed_by_touch(open_page: OpenPage, pictures: Path) -> None:

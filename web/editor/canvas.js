@@ -110,8 +110,9 @@ export class Canvas {
 
   /** Undo, redo and a copy, wherever the focus is but in a text. @param {KeyboardEvent} event */
   #shortcut(event) {
-    const typing = event.target instanceof HTMLTextAreaElement || event.target instanceof HTMLInputElement;
-    if (typing || !(event.ctrlKey || event.metaKey) || event.altKey) return;
+    const { target } = event;
+    const typing = target instanceof HTMLInputElement && !["checkbox", "range"].includes(target.type);
+    if (typing || target instanceof HTMLTextAreaElement || !(event.ctrlKey || event.metaKey) || event.altKey) return;
     const key = event.key.toLowerCase();
     if (key === "z" && !event.shiftKey) this.drawing.undo();
     else if (key === "y" || key === "z") this.drawing.redo();

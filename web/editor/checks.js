@@ -20,8 +20,8 @@ const AGAIN_MS = 5000; // after a refusal
 /**
  * @param {unknown} map any JSON document
  * @param {AbortSignal} [signal]
- * @returns {Promise<{map: GameMap | null, faults: Fault[], hints: Fault[]}>} the map as it was read; null where it could
- *   not be. Hints keep nothing from being played.
+ * @returns {Promise<{map: GameMap | null, faults: Fault[], hints: Fault[]}>} the map as it was read; null where it
+ *   could not be. Hints keep nothing from being played.
  */
 export function askServer(map, signal) {
   return requestJson("/api/editor/check", { body: { map }, ...(signal && { signal }) });

@@ -17,7 +17,7 @@ import { faultText, faultyParts, partName } from "./faults.js";
 import { Drawing, keptMap } from "./history.js";
 import { drawEditor, drawMoment } from "./overlay.js";
 import { Panel } from "./panel.js";
-import { SHAPES, SIZES, duplicated, emptyMap, nameOf, removed, turnedTo, thing, TURN } from "./parts.js";
+import { MOST, SHAPES, SIZES, duplicated, emptyMap, nameOf, removed, turnedTo, thing, TURN } from "./parts.js";
 import { Trial, solutionText } from "./trial.js";
 
 /** @typedef {import("./parts.js").GameMap} GameMap */
@@ -26,6 +26,8 @@ import { Trial, solutionText } from "./trial.js";
 const MEMORY = "movingout.editor"; // localStorage: the map as it is
 const MOST_BYTES = 64 * 1024;
 const TOOLS = /** @type {const} */ (["select", "wall", "goal", "item"]);
+/** What each tool draws. @type {Partial<Record<Settings["tool"], "walls" | "goals" | "items">>} */
+const KINDS = { wall: "walls", goal: "goals", item: "items" };
 
 /** @type {Settings} */
 const settings = { tool: "select", shape: "star", size: "small", snap: true };
@@ -105,6 +107,7 @@ function bringToSight(part) {
 /** Runs what asks the server, with its button off meanwhile. @param {string} id @param {() => Promise<void>} work */
 async function asking(id, work) {
   const button = byId(id, HTMLButtonElement);
+  const focused = document.activeElement === button;
   button.disabled = true;
   try {
     await work();
@@ -114,6 +117,7 @@ async function asking(id, work) {
   } finally {
     button.disabled = false;
     setButtons();
+    if (focused && document.activeElement === document.body) button.focus({ preventScroll: true });
   }
 }
 
@@ -184,9 +188,12 @@ function startFrom() {
 
 /** @param {Settings["tool"]} tool */
 function use(tool) {
-  settings.tool = tool;
+  const kind = KINDS[tool];
+  const full = kind !== undefined && drawing.map[kind].length >= MOST[kind];
+  settings.tool = full ? "select" : tool;
   endTrial();
   refresh();
+  if (full) tell("attention", say(`editor.full.${kind}`, { count: MOST[kind] }));
 }
 
 function remove() {
@@ -203,7 +210,9 @@ function duplicate() {
   const more = duplicated(map, selected);
   if (more === map || selected.kind === "robots") return;
   drawing.change(more);
-  drawing.select({ ...selected, index: more[selected.kind].length - 1 });
+  const copy = { ...selected, index: more[selected.kind].length - 1 };
+  drawing.select(copy);
+  byId("announce", HTMLElement).textContent = say("editor.added", { part: partName(copy) });
 }
 
 /** @param {number} by */

@@ -236,5 +236,7 @@ export function duplicated(map, { kind, index }) {
   const more = { ...map, [kind]: [...map[kind], copy] };
   const last = { kind, index: map[kind].length };
   const { x, y } = middle(more, last);
+  if (kind === "items")
+    return movedBy(more, last, Math.ceil((2 * reach(more, last)) / STEP) * (x > 0 ? -STEP : STEP), 0);
   return movedBy(more, last, x > 0 ? -2 * STEP : 2 * STEP, y > 0 ? -2 * STEP : 2 * STEP);
 }

@@ -32,6 +32,14 @@ test("a fault of a drawing names the part, as the page does", () => {
   );
 });
 
+test("a hint on a file names the part, and what to do here", () => {
+  assert.equal(
+    german("robots.blue.angle", "degrees", { angle: -90 }),
+    "Roboter Blau: In der Datei steht der Winkel -90, im Bogenmaß. " +
+      "Wenn Grad gemeint sind, geben Sie hier -90 als Winkel ein.",
+  );
+});
+
 test("what no page has words for stays the checker's own", () => {
   assert.equal(german("items[1]", "of_a_newer_server"), "Gegenstand 2: in English");
 });

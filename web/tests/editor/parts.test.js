@@ -69,7 +69,10 @@ test("a copy has an id of its own and lies beside", () => {
     map.items.map(({ id }) => id),
     [0, 1],
   );
-  assert.notDeepEqual([map.items[0].x, map.items[0].y], [map.items[1].x, map.items[1].y]);
+  for (const size of ["small", "large"]) {
+    const [one, copy] = parts.duplicated(parts.resized(room(), ITEM, size), ITEM).items;
+    assert.ok(Math.hypot(copy.x - one.x, copy.y - one.y) >= 2 * one.scale, `${size} ones do not overlap`);
+  }
 });
 
 test("robots are moved and turned but neither deleted nor doubled", () => {
