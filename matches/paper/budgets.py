@@ -61,7 +61,7 @@ _BUDGETS = (
         options={
             "mlp": _PAPER_SIZE, "gru": _PAPER_SIZE, "dp": _PAPER_SIZE,
             "bass": (*_PAPER_SIZE, "--progress-updates", 6000),
-            "mappo": _SMALL_PLAY[:2], "comedi": _SMALL_PLAY,
+            "mappo": ("--frames", 600_000), "comedi": _SMALL_PLAY,
         },
     ),
     Budget(
