@@ -28,7 +28,7 @@ def test_every_field_of_the_files_is_on_their_pages() -> None:
         assert all(f"| `{field}` |" in study for field in model.model_fields)
     assert all(f"| `{field}` |" in grid for field in Grid.model_fields)
     assert "| `rounds` | whole number, 1 to 60 | `1` | per map and seat |" in study
-    assert "| `maps` | `all` or list of text | `all` |  |" in grid
+    assert "| `maps` | list of text or `all` | `all` |  |" in grid
 
 
 def test_a_link_to_a_page_stays_and_one_to_a_source_becomes_text() -> None:
