@@ -80,6 +80,7 @@ def test_a_typed_code_is_needed_and_a_wrong_one_is_explained(browser: Browser, s
     with complaining_page(browser, server, "/healthz") as page:
         study.open(page)
         heading(page, fake.TITLE)
+        expect(page).to_have_title(fake.TITLE)
         assert violations(page) == []
         press(page, "Tab", "Enter")
         expect(page.get_by_role("alert")).to_contain_text("Please type your code")
@@ -90,6 +91,7 @@ def test_a_typed_code_is_needed_and_a_wrong_one_is_explained(browser: Browser, s
         study.refusals.clear()
         press(page, "Enter")
         heading(page, "Taking part in a research study")
+        expect(page).to_have_title(f"Taking part in a research study · {fake.TITLE}")
 
 
 def test_consent_needs_its_boxes_and_no_is_an_answer(open_page: OpenPage) -> None:

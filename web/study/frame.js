@@ -118,7 +118,8 @@ export class StudyFrame {
   #showTitle() {
     if (!document.hidden) this.#unseen = false;
     const h1 = this.#screen.querySelector("h1");
-    document.title = `${this.#unseen ? "● " : ""}${h1?.textContent ?? ""} · ${this.#title.textContent}`;
+    const names = new Set([h1?.textContent, this.#title.textContent]); // the first screen is headed by the title itself
+    document.title = (this.#unseen ? "● " : "") + [...names].filter(Boolean).join(" · ");
   }
 
   /** @param {string} sentence @param {() => void} again */
