@@ -80,7 +80,10 @@ def test_a_drawn_map_is_there_when_one_chooses_another_partner(server: Server, o
     room = server.post("/api/rooms", {"maps": [], "map": drawn, "seats": seats, "limit_ticks": 15})
     page = open_page(room["join_path"], room)
     start(page)
-    page.get_by_role("link", name="Another partner").click(timeout=60_000)
+    another = page.get_by_role("link", name="Another partner")
+    expect(another).to_be_visible(timeout=60_000)
+    expect(page.get_by_role("link", name="Edit the map")).to_have_count(0)  # it was not drawn in this browser
+    another.click()
     expect(page.locator("#chosen h2")).to_have_text("The attic")
     group = page.locator(".map-group", has=page.get_by_role("heading", name="Just played"))
     expect(group.get_by_role("radio", name="The attic")).to_be_checked()
@@ -90,6 +93,25 @@ def test_a_drawn_map_is_there_when_one_chooses_another_partner(server: Server, o
     assert sent_body(request.value)["map"]["title"] == "The attic"
     page.wait_for_url(lambda url: "/play/" in url)
     expect(page.locator("#title")).to_have_text("The attic")
+
+
+@pytest.mark.parametrize(("width", "height"), [(375, 553), (740, 360)])
+def test_who_has_played_the_own_drawing_may_go_on_drawing(
+    server: Server, open_page: OpenPage, pictures: Path, width: int, height: int
+) -> None:
+    drawn = map_to_json(load_map("Simple")) | {"name": "Attic", "title": "The attic", "mode": "practice"}
+    seats = [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]
+    room = server.post("/api/rooms", {"maps": [], "map": drawn, "seats": seats, "limit_ticks": 15})
+    phone = {"viewport": {"width": width, "height": height}, "is_mobile": True, "has_touch": True}
+    page = open_page(room["join_path"], room, **phone)
+    page.evaluate("drawn => localStorage.setItem('movingout.editor', JSON.stringify(drawn))", drawn)
+    start(page)
+    edit = page.get_by_role("link", name="Edit the map")
+    expect(edit).to_be_visible(timeout=60_000)
+    assert overflow(page) == 0
+    page.screenshot(path=pictures / f"result-drawn-{width}.png", full_page=True)
+    edit.click()
+    expect(page.get_by_label("Title")).to_have_value("The attic")
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 
 const MEMORY = "movingout.played";
+export const DRAWING = "movingout.editor"; // localStorage: the map of the editor as it is
 
 /** @param {GameMap} map */
 export function keepPlayed(map) {
@@ -24,6 +25,15 @@ export function keptPlayed(name) {
     return map?.name === name && Array.isArray(map.items) ? map : null;
   } catch {
     return null; // storage is forbidden, or not ours
+  }
+}
+
+/** Whether the map of this name is the one in this browser's editor. @param {string} name */
+export function isDrawnHere(name) {
+  try {
+    return JSON.parse(localStorage.getItem(DRAWING) ?? "null")?.name === name;
+  } catch {
+    return false; // storage is forbidden, or not ours
   }
 }
 
