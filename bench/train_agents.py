@@ -36,6 +36,7 @@ from movingout.agents.bass.accuracy import BassAccuracy, bass_accuracy
 from movingout.agents.catalogue import UNSEEN_TCR
 from movingout.agents.checkpoint.card import Card, Score
 from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, find_checkpoint, rescored
+from movingout.agents.curriculum.partners import clone_stage
 from movingout.agents.curriculum.recipe import Sizes, recipe
 from movingout.agents.curriculum.steps import run_stages
 from movingout.agents.data.held_out import held_out_episodes
@@ -55,12 +56,15 @@ def main(words: Sequence[str] | None = None) -> None:
 
 
 def _run(args: argparse.Namespace) -> None:
-    stages = recipe(Sizes(**{entry.name: vars(args)[entry.name] for entry in dataclasses.fields(Sizes)}))
+    sizes = Sizes(**{entry.name: vars(args)[entry.name] for entry in dataclasses.fields(Sizes)})
+    stages = [clone_stage(sizes)] if args.clones else recipe(sizes)
     if args.dry_run:
         print("\n".join(shlex.join(("movingout", *step.words)) for stage in stages for step in stage))
         return
     if not args.only_evaluate and not args.finished:
         run_stages(stages, args.workers)
+    if args.clones:
+        return
     left_out = _left_out(args)
     both, of_a = (
         field._replace(learners={one: label for one, label in field.learners.items() if one not in left_out})
@@ -150,6 +154,11 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
             kind, text = at_least(entry.metadata["least"]), f"{entry.metadata['help']} (%(default)s)"
             parser.add_argument(f"--{entry.name.replace('_', '-')}", type=kind, default=entry.default, help=text)
     parser.add_argument("--dry-run", action="store_true", help="print the training commands and exit")
+    parser.add_argument(
+        "--clones",
+        action="store_true",
+        help="train only the six clones of the family `clone` that do not ship, from the labels of a finished run",
+    )
     parser.add_argument(
         "--without", action="append", default=[], metavar="ID", choices=[*OF_BOTH.learners, *OF_A.learners],
         help="leave this agent out of the tables; repeatable",

@@ -156,7 +156,7 @@ def _people(args: argparse.Namespace) -> int:
     for family in _all_families():
         print(f"\nfamily:{family.name}: {family.about}{'' if family.trains else '; for measuring only'}")
         if not family.members:
-            print(f"(none is trained here; the recipe is in agents/curriculum/partners.py: {family.ids[0]}, …)")
+            print(f"(none is trained here: {family.ids[0]}, …; see docs/learning.md)")
         for partner in family.members:
             print(f"{partner.name}  {partner.agent_id}")
     return 0
