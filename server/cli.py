@@ -99,27 +99,31 @@ COMMANDS = {
 }
 
 WITH_AGENTS = ("agents", "match", "demos")  # commands that may run agents of one's own in this process
-THREADS_S = 1.0  # how long threads that agents leave behind may still run
+THREADS_S = 3.0  # how long threads that agents leave behind may still run
 
 
 def main(argv: list[str] | None = None) -> int:
     """Run one sub-command. Exit code 0 done, 1 the check failed, 2 wrong use or bad input."""
     arguments = sys.argv[1:] if argv is None else argv
-    code = _run(arguments)
-    if argv is None and arguments and arguments[0] in WITH_AGENTS:
-        _end_despite_threads(code)
-    return code
+    code = 1  # where an exception ends it
+    try:
+        code = _run(arguments)
+        return code
+    finally:
+        if argv is None and arguments and arguments[0] in WITH_AGENTS:
+            threading.Thread(target=_end_despite_threads, args=(code,), daemon=True).start()
 
 
 def _end_despite_threads(code: int) -> None:
-    """End this process if threads go on that Python would wait for, perhaps for ever."""
-    until = time.monotonic() + THREADS_S
+    """End this process if it still waits, in a while, for threads that go on, perhaps for ever.
+
+    Runs beside Python's own ending, in which pools end their threads.
+    """
+    time.sleep(THREADS_S)
     left = [one for one in threading.enumerate() if not one.daemon and one is not threading.main_thread()]
-    for thread in left:
-        thread.join(max(until - time.monotonic(), 0.0))
-    names = dict.fromkeys(thread.name for thread in left if thread.is_alive())
-    if names:
-        print(f"movingout: not waiting for threads that an agent left running: {', '.join(names)}", file=sys.stderr)
+    if left:
+        names = ", ".join(dict.fromkeys(thread.name for thread in left))
+        print(f"movingout: not waiting for threads that an agent left running: {names}", file=sys.stderr)
         atexit._run_exitfuncs()
         sys.stdout.flush()
         sys.stderr.flush()

@@ -33,9 +33,15 @@ def check_partner(agent_id: str, maps: Path | None = None) -> str:
     return ""
 
 
+class _NotReadyError(AgentError):
+    """It took too long, which another map would not change."""
+
+
 def _play_somewhere(agent_id: str, maps: Path | None) -> str:
     try:
         _play_elsewhere(agent_id, _USUAL)
+    except _NotReadyError:
+        raise
     except AgentError as error:
         own = _own_map(maps)
         if own is None:
@@ -63,7 +69,7 @@ def _play_elsewhere(agent_id: str, the_map: str) -> None:
     except subprocess.TimeoutExpired as late:
         if late.stdout:  # it has played, but a thread that the agent started keeps its process alive
             return
-        raise AgentError(f"the partner {agent_id} was not ready within {limit_s:.0f} s") from None
+        raise _NotReadyError(f"the partner {agent_id} was not ready within {limit_s:.0f} s") from None
     if played.stdout:  # its times, also where the first decision takes longer than a tick
         return
     said = [line.removeprefix(_OURS) for line in played.stderr.splitlines() if line.startswith(_OURS)]

@@ -60,6 +60,24 @@ class Endless:
 """
 
 
+POOLED = """
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+pool = ThreadPoolExecutor(1)
+log = open("agent.log", "w")
+
+class Pooled:
+    def reset(self, episode):
+        pass
+
+    def act(self, observation):
+        pool.submit(print, observation.tick, file=log).result()
+        return np.array([[0.0, 1.0, 0.0, 0.0]])
+"""
+
+
 @pytest.mark.parametrize("action", ["probe", "check"])
 def test_a_command_ends_though_an_agent_leaves_a_thread_running(tmp_path: Path, action: str) -> None:
     (tmp_path / "endless.py").write_text(ENDLESS)
@@ -72,12 +90,31 @@ def test_a_command_ends_though_an_agent_leaves_a_thread_running(tmp_path: Path, 
     assert "movingout: not waiting for threads that an agent left running: camera\n" in ended.stderr
 
 
-def test_a_partner_whose_thread_keeps_its_process_alive_has_played(monkeypatch: pytest.MonkeyPatch) -> None:
-    def late(*_: object, output: bytes, **__: object) -> None:
+def test_what_an_agent_keeps_open_is_written_and_its_pool_ends_as_python_ends_it(tmp_path: Path) -> None:
+    (tmp_path / "pooled.py").write_text(POOLED)
+    command = [sys.executable, "-P", "-m", "movingout.server.cli", "agents", "probe", "pooled:Pooled"]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    options = ["--ticks", "5", "--map", "HandOff"]
+    ended = subprocess.run(
+        [*command, *options], capture_output=True, text=True, env=environment, cwd=tmp_path, timeout=60
+    )
+    assert ended.returncode == 0 and "not waiting" not in ended.stderr
+    assert (tmp_path / "agent.log").read_text().count("\n") >= 5
+
+
+def test_a_partner_whose_thread_keeps_its_process_alive_has_played(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    asked: list[object] = []
+
+    def late(*words: object, output: bytes, **__: object) -> None:
+        asked.append(words)
         raise subprocess.TimeoutExpired("probe", 90, output)
 
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: late(output=b'{"holds_10hz": true}\n'))
     assert check_partner("scripted:seed=1") == ""
+    asked.clear()
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: late(output=b""))
     with pytest.raises(AgentError, match="the partner scripted:seed=1 was not ready within"):
-        check_partner("scripted:seed=1")
+        check_partner("scripted:seed=1", _maps(tmp_path / "maps", "Only"))
+    assert len(asked) == 1  # another map does not make it faster
