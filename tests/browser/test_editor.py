@@ -86,6 +86,7 @@ def test_a_map_is_drawn_checked_solved_and_played(open_page: OpenPage, pictures:
     page.get_by_role("button", name="Play it").click()
     page.wait_for_url("**/play/*")
     start(page)
+    assert page.evaluate("sessionStorage.getItem('movingout.drawn')") == page.url.rpartition("/")[2]  # the way back
     assert page.evaluate("window.__movingout.entities().items.length") == 2
     wait_for(page, "game.tick > 1")
 

@@ -105,6 +105,7 @@ def test_who_has_played_the_own_drawing_may_go_on_drawing(
     phone = {"viewport": {"width": width, "height": height}, "is_mobile": True, "has_touch": True}
     page = open_page(room["join_path"], room, **phone)
     page.evaluate("drawn => localStorage.setItem('movingout.editor', JSON.stringify(drawn))", drawn)
+    page.evaluate("room => sessionStorage.setItem('movingout.drawn', room)", room["room"])
     start(page)
     edit = page.get_by_role("link", name="Edit the map")
     expect(edit).to_be_visible(timeout=60_000)

@@ -11,7 +11,7 @@ import { mapDescription, mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 import { fitCanvas } from "../view/render.js";
 import { openRoom } from "../wire/open_room.js";
-import { DRAWING } from "../wire/played_map.js";
+import { keepDrawnIn } from "../wire/played_map.js";
 import { Canvas } from "./canvas.js";
 import { Checks, askServer } from "./checks.js";
 import { faultText, faultyParts, partName } from "./faults.js";
@@ -24,6 +24,7 @@ import { Trial, solutionText } from "./trial.js";
 /** @typedef {import("./parts.js").GameMap} GameMap */
 /** @typedef {import("./pointing.js").Settings} Settings */
 
+const MEMORY = "movingout.editor"; // localStorage: the map as it is
 const MOST_BYTES = 64 * 1024;
 const TOOLS = /** @type {const} */ (["select", "wall", "goal", "item"]);
 /** What each tool draws. @type {Partial<Record<Settings["tool"], "walls" | "goals" | "items">>} */
@@ -71,7 +72,7 @@ function changed(map) {
   message.replaceChildren();
   setButtons();
   try {
-    localStorage.setItem(DRAWING, JSON.stringify(map));
+    localStorage.setItem(MEMORY, JSON.stringify(map));
   } catch {
     // nothing to keep it in
   }
@@ -140,6 +141,7 @@ async function solve() {
 async function play() {
   const seats = [{ kind: "here" }, { kind: "partner" }];
   const room = await openRoom({ maps: [], map: drawing.map, seats });
+  keepDrawnIn(room.room);
   location.assign(room.join_path);
 }
 
@@ -295,7 +297,7 @@ async function loadOffers() {
 
 function remembered() {
   try {
-    return keptMap(localStorage.getItem(DRAWING));
+    return keptMap(localStorage.getItem(MEMORY));
   } catch {
     return null; // storage is forbidden
   }

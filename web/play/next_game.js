@@ -6,7 +6,7 @@
 
 import { requestJson } from "../core/api.js";
 import { openRoom } from "../wire/open_room.js";
-import { wantedMap } from "../wire/played_map.js";
+import { isDrawnIn, keepDrawnIn, wantedMap } from "../wire/played_map.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../messages.js").SeatState} SeatState */
@@ -54,6 +54,7 @@ export async function goOn(game, which) {
   const name = which === "same" ? map.name : nextMap(offered.map(nameOf), map.name);
   const known = [...offered, ...own, practice].map(nameOf);
   const room = await openRoom({ ...wantedMap(map, name, known), seats, limit_ticks });
+  if (which === "same" && isDrawnIn(game.welcome?.room ?? "")) keepDrawnIn(room.room);
   location.assign(room.join_path);
 }
 

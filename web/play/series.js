@@ -11,7 +11,7 @@ import { countRound } from "./best_rounds.js";
 import { goOn, sameSeats } from "./next_game.js";
 import { reasonText, seatName } from "./seat_phrases.js";
 import { shareButtons } from "./share_round.js";
-import { isDrawnHere, keepPlayed } from "../wire/played_map.js";
+import { isDrawnIn, keepPlayed } from "../wire/played_map.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../view/render.js").View} View */
@@ -97,7 +97,7 @@ export class Series {
     if (game.round?.practice) return [start, again];
     const repeat = COMPLETE.includes(outcome) ? again : seats ? anew : null;
     const other = { text: say("play.result.partner"), ...toChoose(game.round) };
-    const edit = isDrawnHere(game.round?.map.name ?? "") ? { text: say("play.result.edit"), href: "/editor" } : null;
+    const edit = isDrawnIn(game.welcome?.room ?? "") ? { text: say("play.result.edit"), href: "/editor" } : null;
     return [seats ? next : null, repeat, seats ? other : null, edit, start].filter((way) => way !== null);
   }
 

@@ -7,7 +7,7 @@
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 
 const MEMORY = "movingout.played";
-export const DRAWING = "movingout.editor"; // localStorage: the map of the editor as it is
+const DRAWN = "movingout.drawn"; // the room in which the editor's map was last played
 
 /** @param {GameMap} map */
 export function keepPlayed(map) {
@@ -28,12 +28,21 @@ export function keptPlayed(name) {
   }
 }
 
-/** Whether the map of this name is the one in this browser's editor. @param {string} name */
-export function isDrawnHere(name) {
+/** The editor in this tab begins a game. @param {string} room */
+export function keepDrawnIn(room) {
   try {
-    return JSON.parse(localStorage.getItem(DRAWING) ?? "null")?.name === name;
+    sessionStorage.setItem(DRAWN, room);
   } catch {
-    return false; // storage is forbidden, or not ours
+    // the way back is the browser's
+  }
+}
+
+/** Whether the editor in this tab began the game. @param {string} room */
+export function isDrawnIn(room) {
+  try {
+    return sessionStorage.getItem(DRAWN) === room;
+  } catch {
+    return false; // storage is forbidden
   }
 }
 
