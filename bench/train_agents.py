@@ -177,7 +177,7 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1)
     parser.add_argument("--report", type=Path, default=Path("docs/twelve-maps.md"))
     args = parser.parse_args(words)
-    if not args.report.parent.is_dir():  # fail now rather than after two hours
+    if not args.clones and not args.report.parent.is_dir():  # fail now rather than after two hours
         parser.error(f"argument --report: there is no folder {args.report.parent}")
     return args
 

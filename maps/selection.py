@@ -61,6 +61,8 @@ def _listed(text: str) -> list[str]:
 
 
 def _lines(file: str) -> list[tuple[int, str]]:
+    if not file:
+        raise MapError("@ is followed by the path of a list of maps, as in @maps.txt")
     try:
         return listed_lines(Path(file))
     except FileNotFoundError:

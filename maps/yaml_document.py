@@ -1,5 +1,7 @@
 """A YAML text as plain values, with the line on which each of them stands: what studies and grids are read with."""
 
+import json
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -104,8 +106,10 @@ def path_text(path: FieldPath) -> str:
 
 def list_needed(value: object) -> str:
     """What to say of a value where a list is needed: how the list of this one entry is written."""
-    how = f"; for one entry, write [{value}]" if isinstance(value, str) else ""
-    return f"a list is needed here{how}"
+    if not isinstance(value, str):
+        return "a list is needed here"
+    plain = re.fullmatch(r"[A-Za-z0-9_./-]+", value)
+    return f"a list is needed here; for one entry, write [{value if plain else json.dumps(value, ensure_ascii=False)}]"
 
 
 def _error(line: int, path: FieldPath, message: str) -> YamlError:

@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from movingout.agents.catalogue import load_agent
 from movingout.agents.map_limits import check_map_seen
 from movingout.maps import load_map
@@ -22,8 +24,15 @@ from movingout.matches.execution.lockstep import AGENT_LIMIT_S, Lockstep
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed, matches_of, missing_agents, planned_matches
 from movingout.matches.match import Challenge, Match, MatchResult, check_numbers
-from movingout.matches.results.provenance import provenance_of
-from movingout.matches.results.results_folder import Shard, open_folder, read_head, read_results, write_whole
+from movingout.matches.results.provenance import lists_of, provenance_of
+from movingout.matches.results.results_folder import (
+    Shard,
+    check_lists,
+    open_folder,
+    read_head,
+    read_results,
+    write_whole,
+)
 from movingout.matches.results.table import ResultRow, markdown, rows_of
 from movingout.world.constants import LIMIT_TICKS
 
@@ -246,7 +255,13 @@ def finish(folder: Path, grid: Grid, plan: list[PlannedMatch]) -> GridRun:
 def open_run(folder: Path | str) -> GridRun:
     """Read a results folder without playing. Raises MatchError when it is not one."""
     folder = Path(folder)
-    grid = Grid.model_validate_json(json.dumps(read_head(folder)["grid"]))
+    head = read_head(folder)
+    try:
+        grid = Grid.model_validate_json(json.dumps(head["grid"]))
+    except ValidationError as error:
+        said = "; ".join(str(fault["msg"]).removeprefix("Value error, ") for fault in error.errors()[:3])
+        raise MatchError(f"the grid of {folder} can no longer be read: {said}") from error
+    check_lists(folder, head, lists_of(grid))
     plan = planned_matches(grid)
     found = {result.match: result for result in read_results(folder).values()}
     return GridRun(folder, grid, plan, {match: found[match] for match in matches_of(plan) if match in found})

@@ -61,7 +61,10 @@ def existing(kind: str, path: object, folder: bool = False) -> Path:
 def id_of_file(path: str) -> str:
     """The id of the agent that a file is, by its suffix; empty where there is no such file."""
     kind = next((kind.name for kind in _KINDS if kind.suffix and path.endswith(kind.suffix)), "")
-    return f"{kind}:path={path}" if kind and Path(path).expanduser().is_file() else ""
+    try:
+        return f"{kind}:path={path}" if kind and Path(path).expanduser().is_file() else ""
+    except (OSError, RuntimeError):  # too long, not to be looked at, or of a user who is not here
+        return ""
 
 
 def policy_file(agent_id: str) -> Path | None:

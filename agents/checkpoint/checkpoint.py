@@ -132,10 +132,10 @@ def read_checkpoint(folder: Path) -> Checkpoint:
 
 def named_instead(path: Path) -> str:
     """What to name instead of the folder or a file of a checkpoint, as a sentence; empty for any other path."""
-    folder = path if path.is_dir() else path.parent
     try:
+        folder = path if path.is_dir() else path.parent
         card = read_checkpoint(folder.resolve()).card
-    except CheckpointError:
+    except (CheckpointError, OSError):  # also what can be no path, being too long
         return ""
     if path != folder and path.name != CARD and path.name not in {entry.name for entry in card.files if not entry.of}:
         return ""

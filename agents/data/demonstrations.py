@@ -3,8 +3,9 @@
 import hashlib
 import re
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Protocol
@@ -81,7 +82,7 @@ def episode_jobs(
                 seats = pair if episode < (episodes + 1) // 2 else (pair[1], pair[0])
                 name = _episode_id(f"{prefix}-{_map_name(the_map)}-{pair[0].name}{pair[1].name}-{episode:02d}")
                 made.append(EpisodeJob(name, the_map, seats, seed + number * episodes + episode, ticks))
-    return made
+    return _with_own_names(made)
 
 
 def variant_jobs(
@@ -100,7 +101,18 @@ def variant_jobs(
             varied = randomize(the_map, seed + number, split)
             name = _episode_id(f"{prefix}-{_map_name(varied)}-{seats[0].name}{seats[1].name}")
             made.append(EpisodeJob(name, varied, (seats[0], seats[1]), seed + number, ticks))
-    return made
+    return _with_own_names(made)
+
+
+def _with_own_names(jobs: Sequence[EpisodeJob]) -> list[EpisodeJob]:
+    """The same jobs; where a pair plays again, or two names became the same, the later ones get a number."""
+    seen: Counter[str] = Counter()
+    named = []
+    for job in jobs:
+        seen[job.episode_id] += 1
+        again = f"-again{seen[job.episode_id]}" if seen[job.episode_id] > 1 else ""
+        named.append(replace(job, episode_id=job.episode_id[: MOST_OF_ID - len(again)] + again))
+    return named
 
 
 def _episode_id(said: str) -> str:

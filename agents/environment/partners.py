@@ -11,7 +11,7 @@ from movingout.agents.catalogue import agent_card, load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe
-from movingout.agents.partners.families import group
+from movingout.agents.partners.families import group, is_own
 from movingout.world.state import Floats, WorldState
 
 
@@ -28,9 +28,9 @@ def partner_groups(partner: str | Sequence[str]) -> tuple[tuple[str, ...], ...]:
     groups = tuple(tuple(one.agent_id for one in group(name)) for name in named)
     if not groups:
         raise AgentError('a partner is needed: "scripted", "idle", or a list of agents to draw from')
-    for ids in groups:
+    for name, ids in zip(named, groups, strict=True):
         for agent_id in ids:
-            agent_card(agent_id)
+            (load_agent if is_own(name) else agent_card)(agent_id)
     return groups
 
 

@@ -164,7 +164,7 @@ def _on_line(file: str, number: int, said: str) -> tuple[FamilyMember, ...]:
 
 def _name_of(agent_id: str) -> str:
     """A short name of an id, the same in every list; `@` tells a trained agent from a person."""
-    name = re.sub(r"[^A-Za-z0-9@.]+", "-", agent_id.removeprefix("person:name="))
+    name = re.sub(r"[^A-Za-z0-9@.]", "-", agent_id.removeprefix("person:name="))  # sign by sign: x=-1 is not x=1
     return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]}-{FamilyMember(name, agent_id).sha256[:8]}"
 
 

@@ -90,7 +90,7 @@ def _files(named: list[str]) -> Iterator[str]:
 
 
 def _is_folder(name: str) -> bool:
-    return Path(name).is_dir() and not is_generated_or_shipped(name)
+    return name != "" and Path(name).is_dir() and not is_generated_or_shipped(name)
 
 
 def _checked(name_or_path: str) -> _Checked:

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from movingout.agents.catalogue import unseen_map
+from movingout.agents.catalogue import load_agent, unseen_map
 from movingout.agents.llm.model_id import outrun
-from movingout.agents.partners.families import is_group
+from movingout.agents.partners.families import is_group, is_own, to_try
 from movingout.maps import load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.selection import HELP as MAPS_HELP
@@ -111,6 +111,9 @@ def _plan(args: argparse.Namespace) -> list[PlannedMatch]:
     for agent_id in (args.blue, args.red):
         if is_group(agent_id):
             agent_for_seed(agent_id, 0)
+        if is_own(agent_id):
+            for one in to_try(agent_id):
+                load_agent(one)
     return [
         PlannedMatch("", args.blue, args.red, 0, Match(
             map=name, blue=agent_for_seed(args.blue, seed), red=agent_for_seed(args.red, seed, other=same),

@@ -37,8 +37,13 @@ def provenance_of(grid: Grid) -> Provenance:
         checkpoints={agent_id: sha for agent_id in agents if (sha := fingerprint(agent_id))},
         code={agent_id: sha for agent_id in agents if (sha := code_fingerprint(agent_id))},
         maps={name: _map_fingerprint(name) for name in own_maps},
-        lists={name: _fingerprint(named) for name, named in sorted(_lists(grid))},
+        lists=lists_of(grid),
     )
+
+
+def lists_of(grid: Grid) -> dict[str, str]:
+    """Whom and what the lists of a grid name now."""
+    return {name: _fingerprint(named) for name, named in sorted(_lists(grid))}
 
 
 def _lists(grid: Grid) -> Iterator[tuple[str, list[str]]]:

@@ -73,6 +73,13 @@ def open_folder(folder: Path, grid: Grid, provenance: Provenance) -> None:
             raise MatchError(f"{folder} was started with {what} {', '.join(changed)}; choose another folder with --out")
 
 
+def check_lists(folder: Path, head: dict[str, Any], now: dict[str, str]) -> None:
+    """Raises MatchError where a list names others now than when the folder was begun: its matches cannot be told."""
+    before: dict[str, str] = head.get("lists", {})
+    if changed := [name for name, sha in now.items() if before.get(name, sha) != sha]:
+        raise MatchError(f"{folder} was played with {_PROVENANCE['lists']} {', '.join(changed)}; put that one back")
+
+
 def read_head(folder: Path) -> dict[str, Any]:
     """`grid.json` of a results folder. Raises MatchError when there is none or it cannot be read."""
     try:

@@ -86,7 +86,7 @@ def _fault(document: YamlDocument, error: Any) -> FileFault:
     elif error["type"] == "missing":
         message = "this field is missing"
     elif error["type"] == "tuple_type":
-        message = list_needed(error["input"])
+        message = list_needed(None if path[-1] == "partners" else error["input"])  # these are no names, but objects
     elif not isinstance(error["input"], dict | list):
         message = f"{message}, not {error['input']!r}" if "not " not in message else message
     return FileFault(document.line(path), path_text(path), message[:1].lower() + message[1:])

@@ -279,3 +279,9 @@ def test_the_network_of_a_checkpoint_without_its_card_is_not_taken_for_a_policy_
     onnx.save(model, str(file))
     with pytest.raises(AgentError, match=r"a network of a trained agent without its card\.json; put the whole folder"):
         load_agent(f"onnx:path={file}")
+
+
+@pytest.mark.parametrize("path", ["~nosuchuser/x.onnx", f"{'x' * 300}.onnx"])
+def test_what_can_be_no_file_is_an_unknown_agent(path: str) -> None:
+    with pytest.raises(AgentError):
+        load_agent(path)

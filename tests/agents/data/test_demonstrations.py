@@ -78,3 +78,14 @@ def test_episodes_have_ids_whatever_the_map_and_the_players_are_called() -> None
     assert len(set(ids)) == 3 and all(EPISODE_ID.fullmatch(one) for one in ids)
     (plain,) = episode_jobs([Somebody("A01", "idle"), Somebody("A02", "idle")], [load_map("Simple")], 1, 1, 0, "A1s0")
     assert plain.episode_id == "A1s0-Simple-A01A02-00"
+
+
+def test_a_pair_that_stands_twice_in_a_list_plays_twice() -> None:
+    people = [Somebody("idle", "idle")] * 4 + [Somebody("a.b", "greedy"), Somebody("a@b", "novice")] * 2
+    jobs = episode_jobs(people, [load_map("HandOff")], 2, 5, 0, "e")
+    assert len({job.episode_id for job in jobs}) == len(jobs) == 8
+    assert [job.episode_id for job in jobs[:3]] == [
+        "e-HandOff-idleidle-00",
+        "e-HandOff-idleidle-01",
+        "e-HandOff-idleidle-00-again2",
+    ]

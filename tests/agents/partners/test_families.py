@@ -124,7 +124,7 @@ def test_a_list_of_ones_own_is_a_group(tmp_path: Path) -> None:
     assert listed[0].agent_id == member(f"@{file}", 0) == "my_lab.partners:Careful:speed=0.5,lag=2"
     assert listed[1:-1] == families()["greedy"].members
     assert [listed[0].name, listed[-1].name] == ["my-lab.partners-Careful-speed-0.5-lag-2", "A03"]
-    assert is_group(f"@{file}") and partner_groups(["idle", f"@{file}"])[1][-1] == "person:name=A03"
+    assert is_group(f"@{file}")
     assert to_try(f"@{file}") == tuple(one.agent_id for one in listed) and to_try("people:B") == ("person:name=B01",)
 
 
@@ -133,6 +133,22 @@ def test_names_on_a_list_are_short_enough_for_files_and_differ(tmp_path: Path) -
     (tmp_path / "worst.txt").write_text("\n".join(ids))
     one, other = (partner.name for partner in group(f"@{tmp_path / 'worst.txt'}"))
     assert one != other and len(one) < 60 and "@" in one  # with the sign it counts as an agent, not as a person
+    (tmp_path / "worst.txt").write_text("lab:Driver:speed=0.5\nlab:Driver:speed=-0.5")
+    assert len({partner.name for partner in group(f"@{tmp_path / 'worst.txt'}")}) == 2
+
+
+def test_everybody_on_a_list_is_made_before_an_environment_or_a_match_begins(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "partners.txt").write_text("idle\nlab.nowhere:Driver\n")
+    named = f"@{tmp_path / 'partners.txt'}"
+    with pytest.raises(AgentError, match="lab.nowhere"):
+        partner_groups(["idle", named])
+    words = ["--blue", "idle", "--red", named, "--map", "Simple", "--episodes", "1", "--ticks", "1"]
+    assert main(["match", *words, "--workers", "1"]) == 2
+    assert "lab.nowhere" in capsys.readouterr().err
+    (tmp_path / "partners.txt").write_text("idle\nperson:name=A03\n")
+    assert partner_groups(["idle", named]) == (("idle",), ("idle", "person:name=A03"))
 
 
 @pytest.mark.parametrize(

@@ -117,6 +117,11 @@ def test_check_of_a_folder_without_maps_is_wrong_use(capsys: Output, tmp_path: P
     assert f"the folder {tmp_path} has no map files" in capsys.readouterr().err
 
 
+def test_check_of_nothing_is_wrong_use(capsys: Output) -> None:
+    assert main(["maps", "check", ""]) == 2
+    assert "unknown map ''" in capsys.readouterr().err
+
+
 def test_check_of_a_broken_official_file_says_what_is_wrong(capsys: Output, tmp_path: Path) -> None:
     file = tmp_path / "1_Own.json"
     file.write_text(json.dumps({"robot_1_pos": [0, 0]}))

@@ -57,6 +57,10 @@ def test_people_of_a_population_take_turns_and_never_meet_themselves() -> None:
             "name: x\nagents: [idle]\nmaps: HandOff\n",
             "line 3: maps: a list is needed here; for one entry, write [HandOff]",
         ),
+        (
+            'name: x\nagents: [idle]\npartners: "@p.txt"\n',
+            'line 3: partners: a list is needed here; for one entry, write ["@p.txt"]',
+        ),
         ("name: x\nagents: idle\n", "line 2: agents: a list is needed here; for one entry, write [idle]"),
         ("name: x\nagents: [idle]\npartners: {a: 1}\n", "line 3: partners: a list is needed here"),
         ("- x\n", "the file should have lines like 'name: ...'"),

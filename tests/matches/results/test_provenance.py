@@ -9,7 +9,7 @@ import pytest
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.maps import load_map, map_to_json
-from movingout.matches import MatchError, play, run_grid
+from movingout.matches import MatchError, open_run, play, run_grid
 from movingout.matches.results.provenance import provenance_of
 from tests.matches.support import small_grid
 
@@ -66,6 +66,15 @@ def test_results_with_an_earlier_version_of_a_list_are_not_added_to(where: str, 
     file.write_text(f"{said}\n{more}\n")
     with pytest.raises(MatchError, match=r"started with another version of the list @\S*list.txt;"):
         run_grid(grid, tmp_path / "out", workers=1)
+    with pytest.raises(
+        MatchError, match=r"was played with another version of the list @\S*list.txt; put that one back"
+    ):
+        open_run(tmp_path / "out")
+    file.unlink()
+    with pytest.raises(MatchError, match=r"list.txt"):
+        open_run(tmp_path / "out")
+    file.write_text(said)
+    assert len(open_run(tmp_path / "out").results) == 1
 
 
 def test_everybody_on_a_list_must_be_there_before_a_grid_is_played(tmp_path: Path) -> None:
