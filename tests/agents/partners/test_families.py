@@ -142,7 +142,7 @@ def test_everybody_on_a_list_is_made_before_an_environment_or_a_match_begins(
 ) -> None:
     (tmp_path / "partners.txt").write_text("idle\nlab.nowhere:Driver\n")
     named = f"@{tmp_path / 'partners.txt'}"
-    with pytest.raises(AgentError, match="lab.nowhere"):
+    with pytest.raises(AgentError, match=r"lab\.nowhere"):
         partner_groups(["idle", named])
     words = ["--blue", "idle", "--red", named, "--map", "Simple", "--episodes", "1", "--ticks", "1"]
     assert main(["match", *words, "--workers", "1"]) == 2
