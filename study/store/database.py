@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from alembic import command
 from alembic.config import Config
+from alembic.util import CommandError
 from sqlalchemy import Connection, Engine, create_engine, event, make_url, text
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 from sqlalchemy.schema import CreateSchema
@@ -51,7 +52,7 @@ class Database:
                 if connection.dialect.name == "postgresql":
                     connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({UPGRADE})")
                     _make_schema(connection)
-                command.upgrade(alembic_config(kind, connection), "head")
+                _upgrade(kind, connection, address)
             if fence:
                 self._take_over(fence)
         except BaseException:
@@ -241,6 +242,16 @@ def alone(address: str) -> Iterator[None]:
             yield
     finally:
         engine.dispose()
+
+
+def _upgrade(kind: Kind, connection: Connection, address: Path | str) -> None:
+    """To the newest schema. Raises StoreError for a schema that this version does not know."""
+    try:
+        command.upgrade(alembic_config(kind, connection), "head")
+    except CommandError as error:
+        raise StoreError(
+            f"the database {shown(address)} was written by a newer version of this program; use that one ({error})"
+        ) from None
 
 
 def alembic_config(kind: Kind, connection: Connection) -> Config:

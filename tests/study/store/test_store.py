@@ -312,6 +312,17 @@ def test_a_file_that_is_no_database_is_one_sentence(tmp_path: Path) -> None:
         open_store(tmp_path)
 
 
+def test_a_database_of_a_newer_version_is_one_sentence_and_stays_as_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "study.sqlite"
+    Database(path, "main").close()
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute("UPDATE alembic_version SET version_num = '0999'")
+    with pytest.raises(StoreError, match=r"study.sqlite was written by a newer version of this program; use that one"):
+        Database(path, "main")
+    with closing(sqlite3.connect(path)) as connection:
+        assert connection.execute("SELECT version_num FROM alembic_version").fetchall() == [("0999",)]
+
+
 def test_a_full_database_refuses_and_keeps_what_was_confirmed(tmp_path: Path) -> None:
     store = open_store(tmp_path)
     agree(store, ["P1"])
