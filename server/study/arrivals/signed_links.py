@@ -33,12 +33,22 @@ class LinkSigner:
 
     @classmethod
     def in_folder(cls, own: Path, study: str) -> "LinkSigner":
-        """With the key of a study's folder, made if there is none. Raises StudyError."""
+        """With the key of a study's folder, made if there is none. Raises StudyError.
+
+        A key of no use is not replaced: every link that was given out would end.
+        """
         try:
             own.mkdir(parents=True, exist_ok=True)
-            return cls(kept_secret(own / KEY_FILE), study)
+            key = kept_secret(own / KEY_FILE, replace=False)
         except OSError as error:
             raise StudyError(f"cannot keep the key of links in {own / KEY_FILE}: {error.strerror}") from None
+        if not key:
+            raise StudyError(
+                f"the key of links in {own / KEY_FILE} is damaged, belongs to somebody else, or can be read by others; "
+                "run this as the user that the server runs as, and let nobody else read the file (chmod 600). Deleting "
+                "it ends all links that were made"
+            )
+        return cls(key, study)
 
     def query(self, id: str, until: int) -> str:
         """The parameters of a link: "id=...&until=...&sig=...". Raises StudyError for an id that does not fit."""

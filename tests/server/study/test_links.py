@@ -1,5 +1,7 @@
 """Who may take whose place: signed links, another browser, and people who never consented."""
 
+import os
+from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import parse_qsl
 
@@ -84,6 +86,29 @@ def test_a_signed_link_of_another_study_is_none_of_this_one(solo: Served) -> Non
     key = (solo.folder.own / "link-key").read_text().strip()
     other = LinkSigner(key, "another-study").query("P01", LATER)
     assert refused(solo.arrive(**dict(parse_qsl(other)))) == "link"
+
+
+@pytest.mark.parametrize("spoil", [lambda key: key.chmod(0o640), lambda key: key.write_text("")])
+def test_a_key_of_no_use_is_told_and_never_replaced(tmp_path: Path, spoil: Callable[[Path], object]) -> None:
+    made = LinkSigner.in_folder(tmp_path, "solo").query("P01", LATER)
+    key = tmp_path / "link-key"
+    content = key.read_bytes()
+    spoil(key)
+    left = key.read_bytes()
+    with pytest.raises(StudyError, match="run this as the user that the server runs as"):
+        LinkSigner.in_folder(tmp_path, "solo")
+    assert key.read_bytes() == left, "links that were given out would end"
+    key.write_bytes(content)
+    key.chmod(0o600)
+    assert LinkSigner.in_folder(tmp_path, "solo").query("P01", LATER) == made
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root meets files of others that it can read")
+def test_root_shares_the_key_of_the_user_that_the_server_runs_as(tmp_path: Path) -> None:
+    os.chown(tmp_path, 12345, 12345)
+    made = LinkSigner.in_folder(tmp_path, "solo").query("P01", LATER)
+    assert (tmp_path / "link-key").stat().st_uid == 12345, "the server could not read it"
+    assert LinkSigner.in_folder(tmp_path, "solo").query("P01", LATER) == made
 
 
 @pytest.mark.slow
