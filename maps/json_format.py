@@ -176,6 +176,8 @@ def _whole(value: object, path: str) -> int:
 def _text(value: object, path: str) -> str:
     if not isinstance(value, str) or len(value) > LONGEST_TEXT:
         raise _fault(path, f"a text of at most {LONGEST_TEXT} characters is needed here", "no_text", most=LONGEST_TEXT)
+    if re.search("[\ud800-\udfff]", value):  # of an emoji that was cut, in JSON "\ud83d": no page can be sent it
+        raise _fault(path, "half of a character stands in this text; write it anew", "no_text", most=LONGEST_TEXT)
     return value
 
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 import msgspec
+import orjson
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import Response
 
@@ -13,6 +14,7 @@ from movingout.server.api import pages
 from movingout.server.api.authentication import address_of, body_of, own_page
 from movingout.server.api.errors import ApiError
 from movingout.server.connection.admission import address_group
+from movingout.server.own_maps.folder import MapFolder
 from movingout.server.own_maps.solving import Checked, TooSlow
 from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import PublicHost
@@ -24,20 +26,39 @@ class DrawnMap(msgspec.Struct, forbid_unknown_fields=True):
     map: Any
 
 
+class OfferedMaps:
+    """All maps as one JSON document, made anew only when the operator's have changed: 200 of them take long enough to
+    delay ticks, and every lobby asks for it."""
+
+    def __init__(self, own: MapFolder) -> None:
+        self._own = own
+        self._made_of: tuple[dict[str, MapSpec], int] | None = None
+        self._document = b""
+
+    def document(self) -> bytes:
+        own = self._own
+        if self._made_of != (own.maps, len(own.problems)):
+            self._made_of = own.maps, len(own.problems)
+            maps = {
+                "maps": [map_to_json(load_map(name)) for name in shipped_map_names() if name != PRACTICE],
+                "practice": map_to_json(load_map(PRACTICE)),
+                "own": [map_to_json(spec) for spec in own.maps.values()],
+                "own_left_out": len(own.problems),
+                "surprise": proved_maps("validation"),  # not test: recordings of players may be trained on
+            }
+            self._document = orjson.dumps(maps)
+        return self._document
+
+
 def map_routes(host: PublicHost) -> APIRouter:
     """`/api/maps`, and the editor's requests where anybody may open rooms."""
     router = APIRouter()
+    offered = OfferedMaps(host.own_maps)
 
     @router.get("/api/maps")
-    async def maps() -> dict[str, Any]:
+    async def maps() -> Response:
         await host.own_maps.refresh(host.map_workers.read_file)
-        return {
-            "maps": [map_to_json(load_map(name)) for name in shipped_map_names() if name != PRACTICE],
-            "practice": map_to_json(load_map(PRACTICE)),
-            "own": [map_to_json(spec) for spec in host.own_maps.maps.values()],
-            "own_left_out": len(host.own_maps.problems),
-            "surprise": proved_maps("validation"),  # not test: recordings of players may be trained on
-        }
+        return Response(offered.document(), media_type="application/json")
 
     if host.settings.lobby:
         router.include_router(_editor_routes(host))

@@ -79,6 +79,13 @@ def test_a_fault_is_named_with_its_path(path: str, value: object, message: str) 
     assert str(caught.value).startswith(message)
 
 
+@pytest.mark.parametrize("key", ["title", "description", "variant"])
+def test_a_text_with_half_a_character_is_refused_because_no_page_could_be_sent_it(key: str) -> None:
+    with pytest.raises(MapError, match=f"{key}: half of a character stands in this text"):
+        map_from_json(changed(key, json.loads('"cut: \\ud83d"')))
+    assert getattr(map_from_json(changed(key, "whole: 😀")), key) == "whole: 😀"
+
+
 def test_a_fault_has_a_code_and_values_for_pages_in_other_languages() -> None:
     with pytest.raises(MapDocumentError) as caught:
         map_from_json(changed("items/2/mass", "heavy"))

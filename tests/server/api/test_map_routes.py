@@ -6,12 +6,13 @@ from typing import Any
 
 import pytest
 
-from movingout.maps import load_map, map_from_json, map_to_json
+from movingout.maps import MapSpec, load_map, map_from_json, map_to_json
 from movingout.maps.generated.proved import proved_maps
 from movingout.recordings import read_episode
 from movingout.recordings.verification import verify
+from movingout.server.api import map_routes
 from movingout.server.cli import main
-from movingout.server.own_maps.folder import LOOK_S
+from movingout.server.own_maps.folder import LOOK_S, MapFolder
 from tests.server.live import Live, limits, serve
 
 SEATS = [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]
@@ -97,6 +98,32 @@ def test_a_file_that_is_added_while_serving_is_offered(tmp_path: Path) -> None:
         live.host.own_maps._looked -= LOOK_S
         assert [each["name"] for each in live.call("/api/maps")[1]["own"]] == ["Garage", "Shed"]
         assert asked(live, maps=["Shed"])[0] == 200
+
+
+def test_maps_are_written_out_once_for_everybody_and_again_when_they_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With 200 maps it takes 30 ms on the loop of the ticks, and one address may ask 60 times a second."""
+    put(tmp_path / "mine", "garage.json", document())
+    written: list[str] = []
+
+    def counted(spec: MapSpec) -> dict[str, Any]:
+        written.append(spec.name)
+        return map_to_json(spec)
+
+    monkeypatch.setattr(map_routes, "map_to_json", counted)
+    own = MapFolder(tmp_path / "mine", clock=lambda: 0.0)
+    own.read()
+    offered = map_routes.OfferedMaps(own)
+    first = offered.document()
+    assert offered.document() == first and written.count("Garage") == 1
+    own.read()  # nothing has changed
+    assert offered.document() == first and written.count("Garage") == 1
+    put(tmp_path / "mine", "broken.json", {"format": 1})
+    put(tmp_path / "mine", "shed.json", document("Shed"))
+    own.read()
+    assert [each["name"] for each in json.loads(offered.document())["own"]] == ["Garage", "Shed"]
+    assert json.loads(offered.document())["own_left_out"] == 1
 
 
 @pytest.mark.parametrize(
