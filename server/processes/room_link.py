@@ -191,9 +191,12 @@ class RoomLink(KeptProcess):
             await self._gone()
 
     async def _watch(self) -> None:
-        """Kill a process that is silent for too long."""
+        """Kill a process that is silent for too long, while this one was there to listen."""
         while True:
+            before = time.monotonic()
             await asyncio.sleep(WATCH_S)
+            if time.monotonic() - before > SILENT_S / 2:  # the whole machine stood still, or was out of memory
+                self._heard = time.monotonic()
             limit = SILENT_S if self._ready.is_set() else START_S
             if time.monotonic() - self._heard > limit:
                 log.error("the process %d of the rooms %d hangs and is killed", self.pid, self.index)
