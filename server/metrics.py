@@ -24,7 +24,7 @@ async def metrics_text(host: PublicHost) -> bytes:
     """All metrics of a server, with all its processes, in Prometheus's text format."""
     reports, others = await host.room_reports(), await host.other_reports()
     workers = [worker for each in (*reports, *others.values()) for worker in each.get("agents", ())]
-    by_name = {str(number): each for number, each in enumerate(reports)} | others
+    by_name = {str(each["process"]): each for each in reports} | others
     found = [*_ticks(reports), *_rooms(reports), *_agents(reports, workers), *_processes(by_name)]
     found += _server(host, reports)
     registry = CollectorRegistry(auto_describe=False)
@@ -43,16 +43,21 @@ class _Scrape(Collector):
 
 
 def _ticks(reports: Reports) -> Iterator[Metric]:
-    lateness = Lateness()
+    began, late, missed = (
+        _by_process("ticks", "Ticks that began"),
+        _by_process("ticks_late", "Ticks that began more than 10 ms late"),
+        _by_process("ticks_missed", "Ticks that were skipped, because they were a whole tick late"),
+    )
+    histogram = HistogramMetricFamily("movingout_tick_lateness_seconds", "How late ticks began", labels=[PROCESS])
     for each in reports:
+        lateness, process = Lateness(), [str(each["process"])]
         lateness.include(each["late"])
-    yield counter("ticks", "Ticks that began", lateness.ticks)
-    yield counter("ticks_late", "Ticks that began more than 10 ms late", lateness.later_than(LATE_MS))
-    yield counter("ticks_missed", "Ticks that were skipped, because they were a whole tick late", lateness.skipped)
-    buckets = [(str(ms / 1e3), lateness.ticks - lateness.later_than(ms)) for ms in LATE_BUCKETS_MS]
-    histogram = HistogramMetricFamily("movingout_tick_lateness_seconds", "How late ticks began")
-    histogram.add_metric([], [*buckets, ("+Inf", lateness.ticks)], sum_value=lateness.total_ms / 1e3)
-    yield histogram
+        began.add_metric(process, lateness.ticks)
+        late.add_metric(process, lateness.later_than(LATE_MS))
+        missed.add_metric(process, lateness.skipped)
+        buckets = [(str(ms / 1e3), lateness.ticks - lateness.later_than(ms)) for ms in LATE_BUCKETS_MS]
+        histogram.add_metric(process, [*buckets, ("+Inf", lateness.ticks)], sum_value=lateness.total_ms / 1e3)
+    yield from (began, late, missed, histogram)
 
 
 def _rooms(reports: Reports) -> Iterator[Metric]:
@@ -62,13 +67,13 @@ def _rooms(reports: Reports) -> Iterator[Metric]:
         rooms.add_metric([phase], number)
     yield rooms
     yield gauge("sockets", "Connected players, programs and spectators", sum(each["sockets"] for each in reports))
-    yield counter("sent_bytes", "Bytes sent over websockets", sum(each["bytes_sent"] for each in reports))
+    yield _by_process("sent_bytes", "Bytes sent over websockets", reports, "bytes_sent")
 
 
 def _agents(reports: Reports, workers: list[dict[str, float]]) -> Iterator[Metric]:
-    due, late = (sum(each[key] for each in reports) for key in ("agent_decisions", "agent_decisions_late"))
-    yield counter("agent_decisions", "Decisions that were due", due)
-    yield counter("agent_decisions_late", "Decisions that came too late for their tick", late)
+    late = "Decisions that came too late for their tick"
+    yield _by_process("agent_decisions", "Decisions that were due", reports, "agent_decisions")
+    yield _by_process("agent_decisions_late", late, reports, "agent_decisions_late")
     seats = GaugeMetricFamily("movingout_agent_seats", "Seats played by a worker", labels=["worker"])
     load = GaugeMetricFamily("movingout_agent_load", "Share of one core its seats take", labels=["worker"])
     restarts = CounterMetricFamily("movingout_agent_restarts", "Times a worker was replaced", labels=["worker"])
@@ -123,6 +128,15 @@ def _server(host: PublicHost, reports: Reports) -> Iterator[Metric]:
 def counter(name: str, help: str, value: float) -> CounterMetricFamily:
     """A count since the start; Prometheus adds _total."""
     return CounterMetricFamily(f"movingout_{name}", help, value=value)
+
+
+def _by_process(name: str, help: str, reports: Reports | tuple[()] = (), key: str = "") -> CounterMetricFamily:
+    """Counts of each process with rooms: of a sum, Prometheus would take the end of one process for the end of all, and
+    what the others had counted for new."""
+    family = CounterMetricFamily(f"movingout_{name}", help, labels=[PROCESS])
+    for each in reports:
+        family.add_metric([str(each["process"])], each[key])
+    return family
 
 
 def gauge(name: str, help: str, value: float) -> GaugeMetricFamily:

@@ -35,6 +35,7 @@ def room_report(host: "RoomHost") -> dict[str, Any]:
     """What one process says of its rooms. `late` is its measurement of lateness, as `Lateness.counts` gives it."""
     lateness = host.scheduler.lateness
     return process_report() | {
+        "process": 0,  # its number, which the front of several processes knows
         "cpu_percent": round(100 * host.cpu_share, 1),
         "late": lateness.counts(),
         "missed_ticks": lateness.skipped,

@@ -195,10 +195,10 @@ class Front(PublicHost):
         return sum(each if isinstance(each, int) else 1 for each in found)  # a process being replaced has some, perhaps
 
     async def room_reports(self) -> list[dict[str, Any]]:
-        reports = await asyncio.gather(
-            *(link.call(room_process.report) for link in self.links if link.is_ready), return_exceptions=True
-        )
-        return [each for each in reports if isinstance(each, dict)]
+        there = [link for link in self.links if link.is_ready]
+        reports = await asyncio.gather(*(link.call(room_process.report) for link in there), return_exceptions=True)
+        found = zip(there, reports, strict=True)
+        return [each | {"process": link.index} for link, each in found if isinstance(each, dict)]
 
     async def other_reports(self) -> dict[str, dict[str, Any]]:
         agents = await self.agents.report()

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -90,6 +91,18 @@ def test_what_does_not_work_in_the_agent_service_is_told_by_the_front(live: Live
 
     assert "an agent worker: away for 31 s" in live.run(told)
     until(lambda: not faults(live))  # the service's own news follow
+
+
+def test_while_a_process_is_replaced_the_counts_of_the_others_stay_theirs(live: Live) -> None:
+    """Or Prometheus counts what is there already once more: a false alarm about hundreds of missed ticks."""
+    until(lambda: {"movingout_ticks_total,process=0", "movingout_ticks_total,process=1"} <= set(scraped(live)))
+    first = links(live)[0]
+    live.run(first.leaving)
+    without = [name for name in scraped(live) if re.search("process=[01]", name)]
+    assert "movingout_ticks_total,process=1" in without and "process_open_fds,process=1" in without
+    assert not [name for name in without if "process=0" in name]
+    live.run(lambda: first.became_ready(dict.fromkeys(first.rooms, "")))
+    until(lambda: "movingout_ticks_total,process=0" in scraped(live))
 
 
 def test_the_metrics_tell_of_agents_and_of_every_process(live: Live) -> None:
