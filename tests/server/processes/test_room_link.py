@@ -2,11 +2,11 @@
 
 import asyncio
 import signal
+import time
 from typing import Any, cast
 
 import pytest
 
-from movingout.server.processes import room_link
 from movingout.server.processes.room_link import SILENT_S, WATCH_S, RoomLink
 
 
@@ -25,8 +25,8 @@ def killed(monkeypatch: pytest.MonkeyPatch, naps: list[float]) -> list[float]:
 
     nothing = cast(Any, None)
     link = RoomLink(0, nothing, nothing, nothing)
-    monkeypatch.setattr(room_link.time, "monotonic", lambda: clock[0])
-    monkeypatch.setattr(room_link.asyncio, "sleep", sleep)
+    monkeypatch.setattr(time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(asyncio, "sleep", sleep)
     monkeypatch.setattr(link, "_kill", kill)
     link._heard = clock[0]
     link._ready.set()
