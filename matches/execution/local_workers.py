@@ -15,6 +15,7 @@ from movingout.matches.execution.dispatch import WorkerMessage
 from movingout.matches.match import Match, match_to_json, result_from_json
 
 _GRACE_S = 30.0  # how long after the agents' own limit a worker without a heartbeat is killed
+_START_S = 900.0  # the same until it is ready: imports take minutes on a busy machine, which is no agent's fault
 _ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 
 
@@ -88,10 +89,12 @@ class LocalWorkerPool:
         self._inbox: queue.Queue[tuple[int, _WorkerProcess, str]] = queue.Queue()
         self._processes: dict[int, _WorkerProcess] = {}
         self._heard_at: dict[int, float] = {}  # of the workers with a job, monotonic time [s]
+        self._starting: set[int] = set()  # workers that are not ready yet
 
     def send(self, worker: int, matches: Sequence[Match]) -> None:
         if worker not in self._processes:
             self._processes[worker] = _WorkerProcess(worker, self._settings, self._inbox)
+            self._starting.add(worker)
         self._heard_at[worker] = time.monotonic()
         self._processes[worker].write(json.dumps([match_to_json(match) for match in matches]))
 
@@ -117,6 +120,7 @@ class LocalWorkerPool:
 
     def _read(self, worker: int, process: _WorkerProcess, line: str) -> WorkerMessage | None:
         self._heard_at[worker] = time.monotonic()
+        self._starting.discard(worker)
         if not line:
             del self._processes[worker], self._heard_at[worker]
             return WorkerMessage(worker, "died", reason=process.wait())
@@ -134,7 +138,7 @@ class LocalWorkerPool:
         """Kill a worker that has sent nothing for too long."""
         now = time.monotonic()
         for worker, heard_at in self._heard_at.items():
-            if now - heard_at > self._silence_s:
+            if now - heard_at > (max(_START_S, self._silence_s) if worker in self._starting else self._silence_s):
                 del self._heard_at[worker]
                 self._processes.pop(worker).end()
                 return WorkerMessage(

@@ -1,0 +1,44 @@
+"""Workers as processes: which silence is taken for a hang."""
+
+import queue
+from collections.abc import Sequence
+from types import SimpleNamespace
+
+import pytest
+
+from movingout.matches.execution import local_workers
+from movingout.matches.execution.local_workers import LocalWorkerPool
+
+SILENCE_S = 50.0
+
+
+class _Process:
+    """A worker that says it is ready and has played, as soon as somebody listens."""
+
+    def __init__(self, number: int, settings: str, inbox: "queue.Queue[tuple[int, _Process, str]]") -> None:
+        for line in ('{"kind": "ready"}', '{"kind": "done"}'):
+            inbox.put((number, self, line))
+
+    def write(self, line: str) -> None:
+        """It plays whatever it is sent."""
+
+    def end(self) -> None:
+        """Killed."""
+
+
+def _first_message(monkeypatch: pytest.MonkeyPatch, times: Sequence[float]) -> str:
+    """Of a worker, where the clock shows these times: sent, looked at, ready, looked at, done."""
+    monkeypatch.setattr(local_workers, "_WorkerProcess", _Process)
+    monkeypatch.setattr(local_workers, "time", SimpleNamespace(monotonic=iter(times).__next__))
+    pool = LocalWorkerPool(1, SILENCE_S, None, grace_s=0.0)
+    pool.send(0, [])
+    return pool.next_message().kind
+
+
+def test_a_worker_that_is_slow_to_start_on_a_busy_machine_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert _first_message(monkeypatch, [0, 300, 301, 302, 303]) == "done"
+
+
+def test_one_that_never_starts_or_is_silent_while_it_plays_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert _first_message(monkeypatch, [0, 2000, 2000]) == "died"
+    assert _first_message(monkeypatch, [0, 1, 2, 2 + SILENCE_S + 1, 100]) == "died"
