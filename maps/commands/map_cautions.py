@@ -96,7 +96,8 @@ def _played(spec: MapSpec) -> tuple[object, ...]:
 def _angles_in_degrees(spec: MapSpec) -> Iterator[MapFault]:
     for path, pose in _poses(spec):
         if abs(pose.angle) > math.tau:
-            message = f"angles are radians; if {pose.angle:g} degrees are meant, write {math.radians(pose.angle):.4f}"
+            meant = math.radians(math.fmod(pose.angle, 360.0)) + 0.0  # within a turn; no -0
+            message = f"angles are radians; if {pose.angle:g} degrees are meant, write {meant:.4f}"
             yield MapFault(f"{path}.angle", message, "degrees", {"angle": pose.angle})
 
 

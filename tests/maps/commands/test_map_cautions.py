@@ -76,6 +76,10 @@ def test_another_map_under_the_name_of_a_shipped_one_would_be_taken_for_it(tmp_p
             "robots.blue.angle: angles are radians; if -90 degrees are meant, write -1.5708",
         ),
         (
+            {"name": "Den", "number": 0, "robots": {"blue": {"x": -0.9, "y": 0.0, "angle": -720}, "red": _RED}},
+            "robots.blue.angle: angles are radians; if -720 degrees are meant, write 0.0000",
+        ),
+        (
             {"name": "Den", "number": 0, "goals": [{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}], "items": _ONE},
             "items[0]: lies in a goal from the start and counts as delivered; move it out",
         ),
