@@ -17,7 +17,7 @@ from movingout.maps.suggestion import counted
 from movingout.matches.commands.dry_run import dry_run
 from movingout.matches.commands.progress import bar
 from movingout.matches.errors import MatchError
-from movingout.matches.paper.beginning import begin, begun, grown
+from movingout.matches.paper.beginning import alone, begin, begun, grown
 from movingout.matches.paper.budgets import BUDGETS, GROWING, budget_of
 from movingout.matches.paper.costs import span
 from movingout.matches.paper.entry import PaperEntry
@@ -28,6 +28,7 @@ from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.presentation.writers import WRITERS
 from movingout.matches.paper.registry import ENTRIES, chosen_entries
 from movingout.matches.paper.steps import PaperStep, paper_steps
+from movingout.matches.paper.training import LARGEST_SEED
 from movingout.matches.paper.workspace import Evaluation, Grouping, Workspace
 from movingout.matches.results.results_folder import write_whole
 from movingout.matches.run import OnProgress, no_op
@@ -164,15 +165,16 @@ def _make(args: argparse.Namespace) -> int:
         space = _workspace(args, given, styles)
         if args.dry_run:
             return dry_run(entries, space, args.json)
-        begin(space)
-        written, failed = _made(entries, space)
+        with alone():
+            begin(space)
+            written, failed = _made(entries, space)
     _show(args, folder, written, failed)
     return 1 if failed else 0
 
 
 def _check_numbers(args: argparse.Namespace) -> None:
-    if args.workers < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
-        raise MatchError("--workers is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
+    if args.workers < 1 or not 0 <= args.seed <= LARGEST_SEED or not 0.0 <= args.min_tcr <= 1.0:
+        raise MatchError(f"--workers is at least 1, --seed from 0 to {LARGEST_SEED:,}, and --min-tcr from 0 to 1")
     for name in GROWING:
         if (number := getattr(args, name)) is not None and number < 1:
             raise MatchError(f"--{name} is at least 1")

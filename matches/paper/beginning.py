@@ -5,9 +5,13 @@ How many trainings and matches there are may grow: what is there already is used
 
 import hashlib
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+from filelock import FileLock, Timeout
 
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import GROWING, Budget, budget_of
@@ -16,8 +20,30 @@ from movingout.matches.results.results_folder import write_whole
 from movingout.recordings.storage.study_rounds import uncounted_episodes
 
 BEGUN = Path("paper.json")
+LOCK = Path("paper.lock")
 _EARLIER: dict[str, Any] = {"groups": "random", "styles": []}  # what earlier versions did not write
 RECORDINGS = "recordings"  # key of the digest, which earlier versions did not write
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """Keep other commands out of the current folder: two would record and train the same at once.
+
+    Raises MatchError where one is at work.
+    """
+    lock = FileLock(LOCK.absolute(), blocking=False, thread_local=False)
+    try:
+        lock.acquire()
+    except Timeout as error:
+        raise MatchError(
+            f"another `movingout paper` is at work in {Path.cwd()}; wait for it, or choose another folder with --out"
+        ) from error
+    except (OSError, NotImplementedError) as error:
+        raise MatchError(f"cannot lock {LOCK.absolute()}: {error}; choose another folder with --out") from error
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 def begin(space: Workspace) -> None:

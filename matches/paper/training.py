@@ -17,6 +17,8 @@ from movingout.recordings.groups import read_groups
 from movingout.recordings.storage.listing import read_players
 
 SEEDS_APART = 1000  # more than the trainings of an agent, so that no --seed repeats those of another
+LARGEST_SEED = 2**29 - 1  # of --seed: above it, training seeds would repeat, see `training_seed`
+_TRAINING_SEEDS = 2**32  # that `movingout train` takes
 IMITATING = ("mlp", "gru", "dp")  # kinds that learn what people do
 
 
@@ -69,7 +71,7 @@ def _seats(method: Method, files: list[Path], space: Workspace) -> list[str]:
 
 def training_seed(training: int, space: Workspace) -> int:
     """Of a training: --seed 0 trains with 0, 1, …, --seed 1 with 1000, 1001, …"""
-    return SEEDS_APART * space.seed + training
+    return (SEEDS_APART * space.seed + training) % _TRAINING_SEEDS
 
 
 def _seed(agent: TrainedId, space: Workspace) -> int:

@@ -1,6 +1,7 @@
 """The folder in which tables are made: what was recorded, trained, played and measured for them.
 
 paper.json           what the folder was begun with (`beginning`)
+paper.lock           held by the command that is at work
 data/c1.csv, c2.csv  the episodes of each challenge, with the group of participants that each belongs to
 data/demos/          recordings of scripted people, where none were given
 data/models, runs    trained agents, where every command looks for them

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from movingout.matches.errors import MatchError
-from movingout.matches.paper.beginning import BEGUN, begin, begun, grown
+from movingout.matches.paper.beginning import BEGUN, alone, begin, begun, grown
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.workspace import Workspace
 from movingout.server.cli import main
@@ -86,3 +86,14 @@ def test_a_link_to_a_recording_that_is_gone_is_named(here: Path, capsys: pytest.
     (here / "data/gone.mcap").symlink_to("nowhere")
     assert main(["paper", "tables", "tab:cross_group_eval", "--data", "data", "--dry-run", "-o", "out"]) == 2
     assert "data/gone.mcap: there is no such file; correct --data, or remove a broken link" in capsys.readouterr().err
+
+
+def test_a_second_command_in_the_same_folder_is_told_to_wait(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    asked = ["paper", "tables", "tab:dense_rewards", "--budget", "smoke", "-o", str(tmp_path)]
+    with alone():
+        assert main(asked) == 2
+    assert f"another `movingout paper` is at work in {tmp_path}; wait for it" in capsys.readouterr().err
+    assert main(asked) == 0

@@ -11,7 +11,7 @@ from movingout.maps.commands.parser import CommandParser
 from movingout.matches.paper import training
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.methods import DATA_SETS, METHODS, trained_id
-from movingout.matches.paper.training import training_words
+from movingout.matches.paper.training import LARGEST_SEED, training_seed, training_words
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups
 from tests.agents.learning import recorded
@@ -63,6 +63,15 @@ def test_each_training_and_each_seed_of_the_command_has_a_seed_of_its_own(
     for seed, expected in ((0, ["0", "2", "0", "1", "3"]), (3, ["3000", "3002", "3000", "3001", "3003"])):
         words = [_words(agent, tmp_path / f"{seed}", ("agent", "agent"), seed=seed) for agent in agents]
         assert [_said(one, "--seed") for one in words] == expected
+
+
+def test_a_date_is_a_seed_that_can_be_trained_with() -> None:
+    seeds = [
+        training_seed(number, Workspace(budget=SMOKE, seed=seed))
+        for seed in (20261126, 20261127, LARGEST_SEED - 1, LARGEST_SEED)
+        for number in range(8)
+    ]
+    assert len(set(seeds)) == len(seeds) and max(seeds) < 2**32
 
 
 @pytest.mark.parametrize("budget", BUDGETS)
