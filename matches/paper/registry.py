@@ -90,7 +90,7 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         label="table:task_1_diversity", kind="table",
         notes=(
             "Means over maps, of equally many episodes of each population; the experts' episodes are those of "
-            "Challenge 2, on variants of the maps.",
+            "Challenge 2, on variants of the maps. A map of which one population has a single episode is left out.",
         ),
         differs="units and kernels are ours, the paper gives none: compare rows; `movingout recordings diversity` "
         "measures any recordings",

@@ -7,7 +7,7 @@ from decimal import Decimal
 from typing import NamedTuple
 
 from movingout.matches.paper.cells import EmptyCell, Found
-from movingout.matches.paper.entry import EntryCell, PaperEntry, RowGrouping
+from movingout.matches.paper.entry import EntryCell, PaperEntry, RowGrouping, played_cells
 from movingout.matches.paper.presentation.given_note import given_notes
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
@@ -243,9 +243,20 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
     empty = {cell.row.name: cell.ours.reason for cell in cells if isinstance(cell.ours, EmptyCell) and cell.ours.reason}
     reasons = {reason: [name for name in empty if empty[name] == reason] for reason in empty.values()}
     notes += [f"Not done here: {', '.join(names)}: {reason}." for reason, names in reasons.items()]
+    notes += _failures(entry, space)
     if any("distinct" in _count([cell], found) for cell in cells):
         notes.append(COPIES)
     trainings = {one.between.n for one in found.values() if one is not None and one.between is not None}
     if trainings:
         notes.append(BETWEEN.format(max(trainings)))
     return [*notes, "± is the standard error over matches or samples; n counts them."]
+
+
+def _failures(entry: PaperEntry, space: Workspace) -> list[str]:
+    """A sentence on matches that could not be played to the end, which pull TCR and NFD down; else nothing."""
+    matches = dict.fromkeys(match for cell in played_cells([entry]) for match in cell.matches(space))
+    failed = [one for match in matches if (one := space.result(match)) is not None and one.ending == "failed"]
+    if not failed:
+        return []
+    number = f"{len(failed):,} of {len(matches):,} matches failed and count{'s' * (len(failed) == 1)}"
+    return [f"{number} as TCR 0 and NFD 0; the first, on {failed[0].match.map}: {failed[0].failure}."]

@@ -38,7 +38,7 @@ def equal_cell(data: str, field: str) -> MeasuredCell:
     """A measure of as many episodes per map as every population of the comparison has."""
     about = f"diversity of the episodes of {data}, equally many of each population"
     perform = partial(_equally_many, data)
-    return MeasuredCell(Measurement(f"diversity-equal-{data}", about, perform, data=("c1", "c2")), field)
+    return MeasuredCell(Measurement(f"diversity-equal-{data}", about, perform, data=("c1", "c2")), field, may_lack=True)
 
 
 def equal_sizes(space: Workspace) -> dict[str, int]:

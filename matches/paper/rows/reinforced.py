@@ -92,7 +92,7 @@ def played_diversity(field: str) -> MeasuredCell:
         pool=averaged,
         seconds=lambda budget: 10.0 + len(agents) * EPISODES * budget.ticks / LIMIT_TICKS,
     )
-    return MeasuredCell(measurement, field)
+    return MeasuredCell(measurement, field, may_lack=True)
 
 
 def _diversity(agents: tuple[str, ...], space: Workspace, training: int) -> Measured:

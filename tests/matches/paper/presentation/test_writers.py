@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.matches.match import Match, MatchResult, failed_result
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.presentation.latex_table import latex
 from movingout.matches.paper.presentation.layout import laid_out
@@ -70,3 +71,15 @@ def test_errors_have_columns_and_the_best_is_bold(space: Workspace) -> None:
     assert "Method & here & paper & here & StdErr & paper & here & paper & n" in text
     results = latex(laid_out(ENTRIES["tab:task_1_results"], space))
     assert r"\textbf{0.3503} & 0.0293" in results, "the best of the seen, not only of all"
+
+
+def test_a_table_says_which_of_its_matches_failed(space: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    def result(self: Workspace, match: Match) -> MatchResult | None:
+        return failed_result(match, "red (dp@c1) took longer than 20 s") if match.map == "HandOff" else None
+
+    assert "failed" not in latex(laid_out(ENTRIES["tab:w1_simulation"], space))
+    monkeypatch.setattr(Workspace, "result", result)
+    (note,) = (text for text in laid_out(ENTRIES["tab:w1_simulation"], space).notes if "failed" in text)
+    assert note == (
+        "3 of 36 matches failed and count as TCR 0 and NFD 0; the first, on HandOff: red (dp@c1) took longer than 20 s."
+    )

@@ -6,6 +6,7 @@ import pytest
 
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell
+from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows.diversity import equal_cell, equal_sizes
 from movingout.matches.paper.workspace import Workspace
@@ -25,6 +26,20 @@ def test_each_population_has_as_many_episodes_as_the_smallest_on_that_map(
     for data in ("c1", "c2"):
         measured = equal_cell(data, "entropy").measurement.perform(space, 0)
         assert measured["entropy"].n == 3, data
+
+
+def test_single_episodes_have_no_diversity_and_the_table_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    space = Workspace(budget=BUDGETS["smoke"])
+    for data in ("c1", "c2"):
+        write_groups(space.listing(data), grouped([recorded(tmp_path / data, data, 20)], 1))
+    one = equal_cell("c1", "entropy").measurement
+    space.keep(one.name, one.perform(space, 0))
+    table = laid_out(ENTRIES["table:task_1_diversity"], space)
+    assert [row[1] for row in table.rows] == ["no value", "not measured", "not measured"]
+    assert "A map of which one population has a single episode is left out" in " ".join(table.notes)
 
 
 def test_the_table_of_diversity_is_of_equally_many() -> None:
