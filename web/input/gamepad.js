@@ -1,7 +1,7 @@
 // Gamepads, polled each frame because browsers hand out snapshots. Unplugging needs no event: a pad that is gone is not
 // in the list. Presses are found by comparing with the previous poll.
 
-import { strongest, withDeadZone } from "./stick.js";
+import { CENTRED, strongest, withDeadZone } from "./stick.js";
 
 /** @typedef {import("./keyboard.js").Reading} Reading */
 /** @typedef {import("./mapping.js").Mapping} Mapping */
@@ -9,6 +9,9 @@ import { strongest, withDeadZone } from "./stick.js";
 
 const PRESSED = 0.5; // a trigger counts as pressed from half way
 const D_PAD = { up: 12, down: 13, left: 14, right: 15 };
+// Pads that the browser does not know have their d-pad elsewhere.
+const HAT = { axes: 10, axis: 9, steps: 7 }; // Windows and macOS: eight directions from -1 (up) clockwise to 1
+const HAT_PAIR = { axes: 8, x: 6, y: 7 }; // Linux
 
 export class Gamepads {
   /** @type {() => readonly (Gamepad | null)[]} */
@@ -51,7 +54,8 @@ export class Gamepads {
     const before = this.#before.get(pad.index) ?? [];
     this.#before.set(pad.index, down);
     const edge = (/** @type {number} */ button) => Number(down[button] === true && before[button] !== true);
-    const stick = strongest([withDeadZone(pad.axes[0] ?? 0, -(pad.axes[1] ?? 0), mapping.deadZone), dPad(down)]);
+    const leftStick = withDeadZone(pad.axes[0] ?? 0, -(pad.axes[1] ?? 0), mapping.deadZone);
+    const stick = strongest([leftStick, dPad(down), hat(pad)]);
     const [grabs, pings, pauses] = [mapping.buttons.grab, mapping.buttons.ping, mapping.buttons.pause].map(edge);
     const active = grabs > 0 || stick.x !== 0 || stick.y !== 0 || down.some(Boolean);
     const backward = down[mapping.buttons.backward] === true;
@@ -65,4 +69,14 @@ function dPad(down) {
   const y = Number(down[D_PAD.up] ?? false) - Number(down[D_PAD.down] ?? false);
   const length = Math.max(1, Math.hypot(x, y));
   return { x: x / length, y: y / length };
+}
+
+/** The d-pad of a pad without the standard mapping. @param {Gamepad} pad */
+function hat({ mapping, axes }) {
+  if (mapping === "standard") return CENTRED;
+  if (axes.length === HAT_PAIR.axes) return withDeadZone(axes[HAT_PAIR.x], -axes[HAT_PAIR.y], PRESSED);
+  const step = ((axes[HAT.axis] + 1) / 2) * HAT.steps;
+  const rests = axes.length !== HAT.axes || step > HAT.steps + 0.2 || Math.abs(step - Math.round(step)) > 0.2;
+  const angle = (Math.round(step) * Math.PI) / 4;
+  return rests ? CENTRED : { x: Math.sin(angle), y: Math.cos(angle) };
 }

@@ -1,7 +1,7 @@
 // Which device drives which seat of this page, and what each seat's input is right now.
 // One person: every device drives the one seat. Two people at one screen: blue has the first key set, red the
-// second; a gamepad belongs to the first seat without one when it is first used; when only one seat has a gamepad,
-// both key sets drive the other.
+// second; a gamepad that is used goes to the seat that it drove before, else to the first seat without one; when only
+// one seat has a gamepad, both key sets drive the other.
 
 import { CENTRED, strongest } from "./stick.js";
 
@@ -16,6 +16,7 @@ import { CENTRED, strongest } from "./stick.js";
  * @typedef {{seat: number, keySets: number[], pad: PadName | null, device: Device}} SeatCard
  */
 /** @typedef {{index: number, id: string}} PadName */
+/** @typedef {{get(seat: number): PadName | undefined, set(seat: number, pad: PadName): unknown}} PadMemory */
 /**
  * @typedef {object} Devices
  * @property {{read(keys: KeySet): Reading, isUsed(keys: KeySet): boolean}} keyboard
@@ -39,21 +40,29 @@ export class LocalSeats {
   #firstDevice;
   /** Presses of the pause button since the last reading. */
   pauses = 0;
-  /** Gamepads in use at the reading before that are gone. */
-  padsLost = 0;
+  /** @type {number[]} seats whose gamepad, in use at the reading before, is gone */
+  padsLost = [];
   /** Gamepads at the last reading. */
   padsPresent = 0;
 
-  /** @param {Devices} devices @param {Device} firstDevice  what is shown before anything was used */
-  constructor(devices, firstDevice) {
+  /** @type {PadMemory} which pad drove a seat last, also after it was unplugged */
+  #memory;
+
+  /**
+   * @param {Devices} devices
+   * @param {Device} firstDevice  what is shown before anything was used
+   * @param {PadMemory} [memory]
+   */
+  constructor(devices, firstDevice, memory = new Map()) {
     this.#devices = devices;
     this.#firstDevice = firstDevice;
+    this.#memory = memory;
   }
 
   /** @param {readonly number[]} seats  the seats that this page holds: none, one or both */
   hold(seats) {
     this.#seats = [...seats].sort();
-    this.#pads.clear();
+    if (this.#seats.length < 2) this.#pads.clear();
   }
 
   /** Two people swap seats. */
@@ -61,8 +70,8 @@ export class LocalSeats {
     this.#swapped = !this.#swapped;
     const [blue, red] = [this.#pads.get(0), this.#pads.get(1)];
     this.#pads.clear();
-    if (blue) this.#pads.set(1, blue);
-    if (red) this.#pads.set(0, red);
+    if (blue) this.#give(1, blue);
+    if (red) this.#give(0, red);
   }
 
   /** Reads every device once. @param {Mapping} mapping @returns {Map<number, SeatReading>} by seat */
@@ -95,23 +104,44 @@ export class LocalSeats {
     }));
   }
 
-  /** Seats whose gamepad was unplugged have none. @param {readonly PadReading[]} pads @returns {number} how many */
+  /** Seats whose gamepad was unplugged have none. @param {readonly PadReading[]} pads @returns {number[]} which */
   #forgetLost(pads) {
     const driven = this.#seats.filter((seat) => this.#deviceOf(seat) === "gamepad");
     const lost = driven.filter((seat) => !pads.some((pad) => pad.index === this.#padOf.get(seat)));
     for (const seat of lost) {
       for (const known of [this.#pads, this.#padOf, this.#device]) known.delete(seat);
     }
-    return lost.length;
+    return lost;
   }
 
   /** @param {readonly PadReading[]} pads */
   #assign(pads) {
     for (const pad of pads) {
       if (!pad.active || [...this.#pads.values()].some((known) => known.index === pad.index)) continue;
-      const free = this.#seats.find((seat) => !this.#pads.has(seat));
-      if (free !== undefined) this.#pads.set(free, { index: pad.index, id: pad.id });
+      const seat = this.#seatFor(pad, pads);
+      if (seat !== undefined) this.#give(seat, { index: pad.index, id: pad.id });
     }
+  }
+
+  /**
+   * Of the seats without a pad: the pad's own, else one that waits for no other pad.
+   * @param {PadReading} pad @param {readonly PadReading[]} pads
+   */
+  #seatFor(pad, pads) {
+    const free = this.#seats.filter((seat) => !this.#pads.has(seat));
+    const drove = (/** @type {number} */ seat, /** @type {PadReading} */ { index, id }) => {
+      const known = this.#memory.get(seat);
+      return known?.index === index && known.id === id;
+    };
+    const own = free.find((seat) => drove(seat, pad));
+    return own ?? free.find((seat) => !pads.some((other) => drove(seat, other))) ?? free[0];
+  }
+
+  /** @param {number} seat @param {PadName} pad */
+  #give(seat, pad) {
+    this.#pads.set(seat, pad);
+    this.#padOf.set(seat, pad.index);
+    this.#memory.set(seat, pad);
   }
 
   /** @param {PadReading} pad @param {number} seat */

@@ -9,6 +9,8 @@ import { Hud, touchControls } from "./hud.js";
 import { Gamepads } from "../input/gamepad.js";
 import { Keyboard } from "../input/keyboard.js";
 import { loadMapping, PAUSE_KEYS } from "../input/mapping.js";
+import { LostPads } from "./lost_pads.js";
+import { PadMemory, STUDY_PADS } from "../input/pad_memory.js";
 import { LocalSeats } from "../input/seats.js";
 import { InputSenders } from "../input/sender.js";
 import { Touch } from "../input/touch.js";
@@ -23,7 +25,6 @@ import { StudyGame } from "../study/game.js";
 import { studyMarkOf } from "../text/study_mark.js";
 import { lostText, refusalText } from "./seat_phrases.js";
 import { prepareTexts } from "../text/page.js";
-import { say } from "../text/catalogue.js";
 import { nameMap } from "../text/names.js";
 import { Cues } from "./signals/cues.js";
 import { Sounds } from "./signals/sounds.js";
@@ -67,6 +68,7 @@ class Play {
   #seats = new LocalSeats(
     { keyboard: this.#keyboard, gamepads: this.#gamepads, touch: this.#touch },
     coarse.matches ? "touch" : "keyboard",
+    studyMark ? new PadMemory(STUDY_PADS, studyMark.people) : new PadMemory(room),
   );
   #study = studyMark && new StudyGame(studyMark);
   #panels = new Panels({
@@ -114,8 +116,7 @@ class Play {
   #phase = "";
   #phaseSinceMs = 0;
   #hudAtMs = 0;
-  #padLost = false; // the pause that is on began with a gamepad that is gone
-  #padsWanted = 0; // how many gamepads there were before that
+  #lostPads = new LostPads();
   #asksPause = false; // the last pause was asked for by its button or key
 
   start() {
@@ -254,7 +255,7 @@ class Play {
         busy: this.#after.showsResult,
         lost: lostText(this.#status, nowMs - this.#statusSinceMs, this.#away),
         deaf: this.#isDeaf(nowMs),
-        hint: this.#padLost ? say(this.#misses() ? "play.pause.padLost" : "play.pause.padBack") : "",
+        hint: this.#lostPads.hint(this.#game.own),
       },
       cards,
       this.#mapping,
@@ -293,16 +294,8 @@ class Play {
         this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
     }
     if (this.#seats.pauses > 0) this.#togglePause(true);
-    if (this.#seats.padsLost > 0 && ["countdown", "playing"].includes(this.#game.phase))
-      this.#padsWanted = this.#seats.padsPresent + this.#seats.padsLost;
-    if (!playing || this.#padLost || !this.#misses()) return;
-    this.#padLost = true;
-    this.#togglePause(false);
-  }
-
-  /** Whether a gamepad is gone that somebody played with. */
-  #misses() {
-    return this.#seats.padsPresent < this.#padsWanted;
+    const seat = this.#lostPads.update(this.#seats, this.#game.phase);
+    if (seat !== null) this.#togglePause(false, seat);
   }
 
   /** Between rounds the grab button means "ready". @param {number} seat @param {number} nowMs */
@@ -344,8 +337,7 @@ class Play {
 
   /** @param {number} seat */
   #ready(seat) {
-    this.#padLost = false;
-    this.#padsWanted = 0;
+    this.#lostPads.forget();
     this.#connection.send({ type: "ready", seat, ready: true });
   }
 
@@ -380,10 +372,9 @@ class Play {
       this.#togglePause(true);
   }
 
-  /** @param {boolean} asked by the button or key for it, which also lead to stopping */
-  #togglePause(asked) {
+  /** @param {boolean} asked by the button or key for it, which also lead to stopping @param {number} [seat] whose */
+  #togglePause(asked, seat = this.#game.own[0]) {
     this.#asksPause = asked;
-    const [seat] = this.#game.own;
     if (seat === undefined) return;
     if (this.#game.phase === "playing") this.#connection.send({ type: "pause", seat });
     else if (this.#game.phase === "paused") this.#ready(seat);

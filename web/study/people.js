@@ -69,15 +69,16 @@ export function whoseTurn(views) {
 }
 
 /**
- * The room of a round with one entry per seat: its token, or null where somebody else sits. Null until the seats of
- * everybody here are known.
+ * The room of a round with one entry per seat: its token, or null where somebody else sits, and who of those who play
+ * here sits there, or -1. Null until the seats of everybody here are known.
  * @param {readonly Step[]} steps of the people who play
- * @returns {{id: string, path: string, tokens: (string | null)[]} | null}
+ * @returns {{id: string, path: string, tokens: (string | null)[], people: number[]} | null}
  */
 export function seatsToTake(steps) {
   const rooms = steps.map(({ room }) => room);
   const [first] = rooms;
   if (!first || rooms.some((room) => room?.id !== first.id)) return null;
   const tokens = [0, 1].map((seat) => rooms.find((room) => room?.seat === seat)?.token ?? null);
-  return { id: first.id, path: first.path, tokens };
+  const people = [0, 1].map((seat) => rooms.findIndex((room) => room?.seat === seat));
+  return { id: first.id, path: first.path, tokens, people };
 }

@@ -281,6 +281,7 @@ export class StudyPage {
       pay: this.#pay,
       language,
       name: roundName(steps[0]),
+      people: seats.people,
       ...(named && map && title ? { map: { name: map.name, title } } : {}),
     });
     location.assign(seats.path);

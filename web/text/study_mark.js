@@ -7,10 +7,11 @@
 const KEY = "movingout-study-round";
 
 /**
- * `name` is what people read: "Round 3 of 12"; `map` the study's own title of the map, where it has one.
+ * `name` is what people read: "Round 3 of 12"; `people` who of this screen is blue and who red; `map` the study's own
+ * title of the map, where it has one.
  * @typedef {{room: string, key: string, practice: boolean, tutorial?: boolean, sounds?: boolean,
  *   pay?: "paid" | "unpaid", language: string, name: string,
- *   map?: {name: string, title: string}}} StudyMark
+ *   people?: readonly number[], map?: {name: string, title: string}}} StudyMark
  */
 
 /** @param {StudyMark} mark */

@@ -10,6 +10,7 @@ import { badge, el } from "../../core/dom.js";
 import { Gamepads } from "../../input/gamepad.js";
 import { Keyboard } from "../../input/keyboard.js";
 import { buttonName, keyName, loadMapping, moveName } from "../../input/mapping.js";
+import { PadMemory, STUDY_PADS } from "../../input/pad_memory.js";
 import { LocalSeats } from "../../input/seats.js";
 import { Touch } from "../../input/touch.js";
 import { measureRtt } from "./rtt.js";
@@ -55,7 +56,8 @@ class InputCheck {
     this.panels = people.map((_, seat) => new ControlPanel(seat, people.length > 1));
     this.touch = new Touch(this.panels[0].touchParts, () => {});
     const first = matchMedia("(pointer: coarse)").matches ? "touch" : "keyboard";
-    this.seats = new LocalSeats({ keyboard: this.#keyboard, gamepads: this.#gamepads, touch: this.touch }, first);
+    const devices = { keyboard: this.#keyboard, gamepads: this.#gamepads, touch: this.touch };
+    this.seats = new LocalSeats(devices, first, new PadMemory(STUDY_PADS));
     this.seats.hold(people.map((_, seat) => seat));
     this.tried = people.map(() => new TriedControls(context.step.gamepad_required === true));
     this.root = this.#build();

@@ -52,11 +52,13 @@ const inRoom = (seat, token, id = "r1") => ({
 });
 
 test("the seats of a round are taken in their order once all are known", () => {
-  assert.deepEqual(seatsToTake([inRoom(1, "red")]), { id: "r1", path: "/play/r1", tokens: [null, "red"] });
+  const [id, path] = ["r1", "/play/r1"];
+  assert.deepEqual(seatsToTake([inRoom(1, "red")]), { id, path, tokens: [null, "red"], people: [-1, 0] });
   assert.deepEqual(seatsToTake([inRoom(1, "red"), inRoom(0, "blue")]), {
-    id: "r1",
-    path: "/play/r1",
+    id,
+    path,
     tokens: ["blue", "red"],
+    people: [1, 0],
   });
   assert.equal(seatsToTake([inRoom(0, "blue"), { key: "k", kind: "round", room: null }]), null);
   assert.equal(seatsToTake([inRoom(0, "blue"), inRoom(1, "red", "r2")]), null);

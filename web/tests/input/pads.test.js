@@ -1,0 +1,125 @@
+// Whose gamepad is whose: over reloads, reconnections, rounds in which people change robots, and unplugging.
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+
+import { Gamepads } from "../../input/gamepad.js";
+import { DEFAULTS } from "../../input/mapping.js";
+import { PadMemory } from "../../input/pad_memory.js";
+import { LocalSeats } from "../../input/seats.js";
+import { CENTRED } from "../../input/stick.js";
+import { LostPads } from "../../play/lost_pads.js";
+import { speak } from "../text/support.js";
+
+speak("en");
+
+const UNTOUCHED = { stick: CENTRED, backward: false, grabs: 0, pings: 0 };
+/** @type {Map<string, string>} */
+let storage = new Map();
+beforeEach(() => {
+  storage = new Map();
+});
+
+/** @param {number} index @param {object} [more] @returns {Gamepad} */
+function pad(index, more = {}) {
+  const buttons = Array.from({ length: 17 }, () => ({ pressed: false, touched: false, value: 0 }));
+  const state = { index, id: "the same", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons, ...more };
+  return /** @type {Gamepad} */ (/** @type {unknown} */ (state));
+}
+/** @param {number} index */
+const driven = (index) => pad(index, { axes: [1, 0, 0, 0] });
+
+/** @param {readonly number[]} [people] who is blue and who is red, as a page of a study knows them */
+function twoSeats(people) {
+  /** @type {{pads: (Gamepad | null)[]}} */
+  const plugged = { pads: [] };
+  const store = {
+    getItem: (/** @type {string} */ key) => storage.get(key) ?? null,
+    setItem: (/** @type {string} */ key, /** @type {string} */ text) => void storage.set(key, text),
+  };
+  const keyboard = { read: () => UNTOUCHED, isUsed: () => false };
+  const touch = { read: () => UNTOUCHED, used: false };
+  const devices = { keyboard, touch, gamepads: new Gamepads(() => plugged.pads) };
+  const seats = new LocalSeats(devices, "keyboard", new PadMemory("study", people, () => store));
+  seats.hold([0, 1]);
+  /** @param {(Gamepad | null)[]} pads @returns {(number | undefined)[]} the pads of blue and red */
+  const read = (...pads) => {
+    plugged.pads = pads;
+    seats.read(DEFAULTS);
+    return seats.cards().map((card) => card.pad?.index);
+  };
+  return { seats, read };
+}
+
+test("a new connection in a round leaves the gamepads where they are", () => {
+  const { seats, read } = twoSeats();
+  read(pad(0), driven(1));
+  assert.deepEqual(read(driven(0), pad(1)), [1, 0]);
+  seats.hold([0, 1]);
+  assert.deepEqual(read(driven(0), driven(1)), [1, 0]);
+});
+
+test("on the page of the next round everybody has their gamepad, whoever moves first and whichever robot they have", () => {
+  const check = twoSeats();
+  check.read(driven(0), pad(1));
+  check.read(pad(0), driven(1));
+  assert.deepEqual(twoSeats([0, 1]).read(pad(0), driven(1)), [undefined, 1]);
+  assert.deepEqual(twoSeats([1, 0]).read(pad(0), driven(1)), [1, undefined]);
+});
+
+test("people who swap sides keep their gamepads so", () => {
+  const { seats, read } = twoSeats();
+  read(driven(0), driven(1));
+  seats.swap();
+  assert.deepEqual(read(null, pad(1)), [1, undefined], "red's is gone");
+  assert.deepEqual(seats.padsLost, [1]);
+  assert.deepEqual(twoSeats().read(driven(0), pad(1)), [undefined, 0]);
+});
+
+test("two gamepads that are gone come back to their seats; a strange one replaces the one that is missing", () => {
+  const { seats, read } = twoSeats();
+  read(driven(0), driven(1));
+  assert.deepEqual(read(), [undefined, undefined]);
+  assert.deepEqual(seats.padsLost, [0, 1]);
+  assert.deepEqual(read(null, driven(1)), [undefined, 1]);
+  assert.deepEqual(twoSeats().read(pad(0), null, driven(2)), [undefined, 2]);
+  assert.deepEqual(twoSeats().read(driven(3)), [3, undefined]);
+});
+
+test("what another page left in the storage does no harm", () => {
+  for (const text of ["{", "7", "[3, null]", '["pad"]']) {
+    storage.set("movingout.pads.study", text);
+    assert.deepEqual(twoSeats().read(driven(0), driven(1)), [0, 1]);
+  }
+});
+
+test("the d-pad of a gamepad that the browser does not know is a stick too", () => {
+  /** @param {number[]} axes */
+  const stickOf = (axes, mapping = "") => {
+    const [{ stick }] = new Gamepads(() => [pad(0, { axes, mapping })]).read(DEFAULTS);
+    return [stick.x, stick.y].map((value) => Math.round(value * 100) / 100 + 0);
+  };
+  const windows = (/** @type {number} */ hat) => stickOf([0, 0, 0, 0, 0, 0, 0, 0, 0, hat]);
+  assert.deepEqual(
+    [-1, -0.71429, -0.42857, 0.14286, 0.71429, 1].map(windows),
+    [[0, 1], [0.71, 0.71], [1, 0], [0, -1], [-1, 0], [-0.71, 0.71]],
+  ); // prettier-ignore
+  for (const rest of [1.28571, 3.28571, 0]) assert.deepEqual(windows(rest), [0, 0]);
+  assert.deepEqual(stickOf([0, 0, -1, 0, 0, -1, -1, 0]), [-1, 0]);
+  assert.deepEqual(stickOf([0, 0, -1, 0, 0, -1, 0, 1]), [0, -1]);
+  assert.deepEqual(stickOf([0, 0, 0, 0, 0, 0, 1, 1], "standard"), [0, 0]);
+});
+
+test("a round pauses for whose gamepad is gone, once, and not for one that went between rounds", () => {
+  const lost = new LostPads();
+  assert.equal(lost.update({ padsLost: [1], padsPresent: 1 }, "lobby"), null);
+  assert.equal(lost.update({ padsLost: [], padsPresent: 1 }, "playing"), null);
+  assert.equal(lost.hint([0, 1]), "");
+  assert.equal(lost.update({ padsLost: [1], padsPresent: 1 }, "playing"), 1);
+  assert.equal(lost.update({ padsLost: [], padsPresent: 1 }, "playing"), null);
+  assert.match(lost.hint([0, 1]), /^Red's gamepad is no longer connected\./);
+  assert.match(lost.hint([1]), /^Your gamepad is no longer connected\./);
+  lost.update({ padsLost: [], padsPresent: 2 }, "paused");
+  assert.equal(lost.hint([0, 1]), "Red's gamepad is connected again.");
+  lost.forget();
+  assert.equal(lost.hint([0, 1]), "");
+});
