@@ -4,12 +4,14 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
+from unicodedata import category
 
 import yaml
 
 from movingout.maps.errors import MovingOutError
 
 FieldPath = tuple[str | int, ...]
+BLANKS = ("Zs", "Cf")  # no-break and narrow spaces, soft hyphens, joiners: word processors write them
 MAX_BYTES = 1 << 20
 _MOST_NODES = 20_000  # aliases can blow a small file up
 
@@ -126,6 +128,6 @@ def _readable(text: str) -> str:
     if len(text.encode()) > MAX_BYTES:
         raise _error(1, (), "the file is larger than 1 MiB; a page or two is enough")
     for number, line in enumerate(text.splitlines(), 1):
-        if not all(letter.isprintable() or letter in "\t\ufeff" for letter in line):
+        if not all(letter.isprintable() or letter == "\t" or category(letter) in BLANKS for letter in line):
             raise _error(number, (), "holds a control character; save it as UTF-8 text")
     return text

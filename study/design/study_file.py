@@ -1,7 +1,8 @@
 """Reads study.yaml; every fault is reported with its line and the path of its field."""
 
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +88,10 @@ def _fault(document: YamlDocument, error: Any) -> FileFault:
         message = "this field is missing"
     elif error["type"] == "tuple_type":
         message = list_needed(None if path[-1] == "partners" else error["input"])  # these are no names, but objects
+    elif error["type"] in ("too_short", "string_too_short"):
+        message = "at least one entry is needed" if error["type"] == "too_short" else "this text is empty"
+    elif error["type"] == "string_type" and isinstance(error["input"], bool | int | float | date):
+        message = f"a text is needed: write it in quotes, not as the YAML value {error['input']}"
     elif not isinstance(error["input"], dict | list):
         message = f"{message}, not {error['input']!r}" if "not " not in message else message
     return FileFault(document.line(path), path_text(path), message[:1].lower() + message[1:])
@@ -123,13 +128,18 @@ def _inconsistencies(study: Study) -> Iterator[tuple[FieldPath, str]]:
         if name not in played and (study.practice is None or study.practice.map != name):
             yield ("map_texts", name), f"no block plays {name!r}; played are: {', '.join(sorted(played))}"
     for key in ("partners", "blocks", "questionnaires"):
-        ids = [entry.id for entry in getattr(study, key)]
-        for index, name in enumerate(ids):
-            if name in ids[:index]:
-                yield (key, index, "id"), f"{name!r} is taken; every id must be unique"
+        yield from _taken((key,), getattr(study, key))
+    yield from _taken(("consent", "boxes"), study.consent.boxes)
     for language in study.languages:
         if language not in study.consent.text.root:
             yield ("consent", "text"), f"the consent has no text in {language!r}, which `languages` promises"
+
+
+def _taken(path: FieldPath, entries: Iterable[Any]) -> Iterator[tuple[FieldPath, str]]:
+    ids = [entry.id for entry in entries]
+    for index, name in enumerate(ids):
+        if name in ids[:index]:
+            yield (*path, index, "id"), f"{name!r} is taken; every id must be unique"
 
 
 def _partner_faults(study: Study) -> Iterator[tuple[FieldPath, str]]:
@@ -160,6 +170,9 @@ def _questionnaire_faults(study: Study) -> Iterator[tuple[FieldPath, str]]:
     for path, name in used:
         if name not in known:
             yield path, f"unknown questionnaire {name!r}; known: {', '.join(known)}"
+    for index, (path, name) in enumerate(used):
+        if any(name == other and path[:-1] == at[:-1] for at, other in used[:index]):  # they would be one step
+            yield path, f"{name!r} is in this list already; remove one"
 
 
 def _group_faults(study: Study) -> Iterator[tuple[FieldPath, str]]:

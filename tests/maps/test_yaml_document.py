@@ -43,6 +43,11 @@ def test_what_cannot_be_read_is_named_with_line_and_path(text: str, message: str
     assert str(caught.value).startswith(message)
 
 
+def test_texts_keep_the_spaces_and_hyphens_of_word_processors() -> None:
+    text = "z.\u00a0B. 5\u202f%, Haft\u00adpflicht, \N{ZERO WIDTH JOINER}"
+    assert YamlDocument(f"a: '{text}'").value == {"a": text}
+
+
 def test_aliases_can_be_refused() -> None:
     text = "a: &a [1]\nb: *a\n"
     assert YamlDocument(text).value == {"a": [1], "b": [1]}
