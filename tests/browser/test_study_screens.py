@@ -46,6 +46,18 @@ def test_every_screen_is_accessible_fits_a_phone_comes_back_after_a_reload_and_a
 
 
 @pytest.mark.slow
+def test_a_tab_in_which_nobody_said_ready_leaves_the_game_to_the_one_that_did(open_page: OpenPage) -> None:
+    seat = {"id": "r1", "token": "t", "seat": 0, "path": "/play/r1"}
+    study = FakeStudy.at(fake.play(), fake.play("playing", room=seat))
+    page = open_page("/healthz")
+    study.open(page)
+    expect(page.get_by_role("button", name="I am ready")).to_be_visible()
+    study.people["token-of-person-1"].next()  # said in the other tab
+    expect(page.get_by_role("button", name="Back to the game")).to_be_visible(timeout=20_000)
+    assert not any(url.endswith("/play/r1") for url in study.urls)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_on_a_phone_the_ready_button_of_a_round_is_in_sight(open_page: OpenPage, language: str) -> None:
     study = FakeStudy.at(fake.play(kind="practice", map_name="Simple", limit_s=120))

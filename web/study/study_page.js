@@ -36,7 +36,8 @@ export class StudyPage {
   #streams = [];
   #newsAtMs = 0;
   #asking = false;
-  #readyFor = ""; // key of the round that somebody here is ready for
+  #askedFor = ""; // key of the round whose card was shown here
+  #readyFor = ""; // key of the round for which "I am ready" was said in this tab: another one leaves the game to it
   #codeOf = 0;
   #asksNext = false; // somebody finished here long ago, and another person may sit here now
   #known = loadPeople(); // at the start of this page
@@ -199,7 +200,8 @@ export class StudyPage {
     const [step] = steps;
     this.#frame.setPlace(this.#views[people[0]], people, this.#places.length > 1);
     if (this.#frame.shows("arrival-2") && step.kind !== "ended-elsewhere" && this.#places.length < 2) return;
-    if (step.state === "card" || step.state === "waiting") this.#readyFor = step.key;
+    if (step.state === "card") this.#askedFor = step.key;
+    if (step.state === "waiting" && step.key !== this.#askedFor) this.#readyFor = step.key; // said before a reload
     if (step.state === "playing" && step.key === this.#readyFor && this.#play(steps)) return;
     const make = SCREENS[step.kind];
     const id = JSON.stringify([
@@ -234,7 +236,10 @@ export class StudyPage {
       people,
       place,
       several: two,
-      next: (given) => this.#each(people, (one) => one.next(key, given)),
+      next: (given) => {
+        if (steps[0].state === "card") this.#readyFor = key;
+        return this.#each(people, (one) => one.next(key, given));
+      },
       decline: () => this.#each(people, (one) => one.decline()),
       play: () => void this.#play(this.#turn().map((person) => this.#views[person].step)),
       addPerson: this.study.group === 2 && !two ? () => this.#askSecond() : null,

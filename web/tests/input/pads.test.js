@@ -58,7 +58,7 @@ test("a new connection in a round leaves the gamepads where they are", () => {
   assert.deepEqual(read(driven(0), driven(1)), [1, 0]);
 });
 
-test("on the page of the next round everybody has their gamepad, whoever moves first and whichever robot they have", () => {
+test("in the next round everybody has their gamepad, whoever moves first, whichever robot they have", () => {
   const check = twoSeats();
   check.read(driven(0), pad(1));
   check.read(pad(0), driven(1));
