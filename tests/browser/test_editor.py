@@ -133,6 +133,36 @@ def test_the_whole_map_is_drawn_by_keyboard(open_page: OpenPage) -> None:
     ready(page)
 
 
+def test_a_screen_reader_hears_what_the_keys_do(open_page: OpenPage) -> None:
+    page = ready(open_page("/editor"))
+    page.locator("#arena").focus()
+    said = page.locator("#announce")
+    for key, sentence in {
+        "w": "Wall",
+        "Enter": "Wall 1 added.",
+        "ArrowDown": "Left -0.30; Bottom -0.10",
+        "r": "Width 0.10; Height 0.60",
+        ".": "Green area 1. Left -0.40; Bottom 0.70",
+        "Control+z": "Undone.",
+        "Control+y": "Redone.",
+        ",": "Wall 1. Left -0.05; Bottom -0.35",
+        "Delete": "Wall 1 deleted.",
+    }.items():
+        page.keyboard.press(key)
+        expect(said).to_have_text(sentence)
+
+
+def test_shortcuts_work_with_caps_lock_and_on_a_russian_keyboard(open_page: OpenPage) -> None:
+    page = ready(open_page("/editor"))
+    press = """([key, code]) => document.querySelector("#arena").dispatchEvent(
+        new KeyboardEvent("keydown", { key, code, bubbles: true, ctrlKey: key === "я" }))"""
+    for key, code in (("W", "KeyW"), ("Enter", "Enter"), ("ц", "KeyW"), ("Enter", "Enter")):
+        page.evaluate(press, [key, code])
+    assert len(drawn(page)["walls"]) == 2
+    page.evaluate(press, ["я", "KeyZ"])
+    assert len(drawn(page)["walls"]) == 1
+
+
 def test_a_file_is_downloaded_and_opened_and_a_broken_one_loses_nothing(open_page: OpenPage, tmp_path: Path) -> None:
     page = ready(open_page("/editor"))
     page.locator("#start").select_option("HandOff")

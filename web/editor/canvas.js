@@ -3,9 +3,10 @@
  * The arena as the place to draw: mouse, finger and pen drag, keys move what is selected.
  */
 
-import { byId } from "../core/dom.js";
+import { actionFor } from "../core/shortcuts.js";
 import { say } from "../text/catalogue.js";
 import { ARENA_HALF } from "../view/arena_context.js";
+import { announce, placeText } from "./announcements.js";
 import { partName } from "./faults.js";
 import { STEP, TURN, movedBy, partsOf, pathOf } from "./parts.js";
 import { added, gestureAt } from "./pointing.js";
@@ -16,6 +17,8 @@ import { added, gestureAt } from "./pointing.js";
 /**
  * @typedef {object} Commands of the page
  * @property {(tool: Settings["tool"]) => void} use
+ * @property {() => void} undo
+ * @property {() => void} redo
  * @property {() => void} remove
  * @property {() => void} duplicate
  * @property {(by: number) => void} turn
@@ -113,12 +116,14 @@ export class Canvas {
     const { target } = event;
     const typing = target instanceof HTMLInputElement && !["checkbox", "range"].includes(target.type);
     if (typing || target instanceof HTMLTextAreaElement || !(event.ctrlKey || event.metaKey) || event.altKey) return;
-    const key = event.key.toLowerCase();
-    if (key === "z" && !event.shiftKey) this.drawing.undo();
-    else if (key === "y" || key === "z") this.drawing.redo();
-    else if (key === "d") this.commands.duplicate();
-    else return;
+    const { commands } = this;
+    const action = actionFor(
+      { z: event.shiftKey ? commands.redo : commands.undo, y: commands.redo, d: commands.duplicate },
+      event,
+    );
+    if (!action) return;
     event.preventDefault();
+    action();
   }
 
   /** @param {KeyboardEvent} event */
@@ -130,6 +135,7 @@ export class Canvas {
       const step = event.shiftKey ? FINE : STEP;
       const moved = movedBy(drawing.map, drawing.selected, arrow[0] * step, arrow[1] * step);
       drawing.change(moved, `${pathOf(drawing.selected)} by keys`);
+      announce(placeText(drawing.map, drawing.selected));
       return event.preventDefault();
     }
     /** @type {Record<string, () => void>} */
@@ -138,18 +144,24 @@ export class Canvas {
       Delete: commands.remove,
       Backspace: commands.remove,
       Escape: () => this.#leave(),
-      r: () => commands.turn(TURN),
-      R: () => commands.turn(-TURN),
+      r: () => commands.turn(event.shiftKey ? -TURN : TURN),
       ",": () => this.#next(-1),
       ".": () => this.#next(1),
-      s: () => commands.use("select"),
-      w: () => commands.use("wall"),
-      g: () => commands.use("goal"),
-      i: () => commands.use("item"),
+      s: () => this.#use("select"),
+      w: () => this.#use("wall"),
+      g: () => this.#use("goal"),
+      i: () => this.#use("item"),
     };
-    if (!keys[event.key]) return;
+    const action = actionFor(keys, event);
+    if (!action) return;
     event.preventDefault();
-    keys[event.key]();
+    action();
+  }
+
+  /** @param {Settings["tool"]} tool */
+  #use(tool) {
+    announce(say(`editor.tool.${tool}`));
+    this.commands.use(tool);
   }
 
   #leave() {
@@ -165,7 +177,7 @@ export class Canvas {
     const now = selected ? parts.findIndex((part) => pathOf(part) === pathOf(selected)) : by === 1 ? -1 : 0;
     const part = parts[(now + by + parts.length) % parts.length];
     this.drawing.select(part);
-    byId("announce", HTMLElement).textContent = partName(part);
+    announce(`${partName(part)}. ${placeText(this.drawing.map, part)}`);
   }
 
   /** What the tool adds, in the middle of the arena. */
@@ -175,6 +187,6 @@ export class Canvas {
     this.drawing.change(map);
     this.commands.use("select");
     this.drawing.select(selected);
-    if (selected) byId("announce", HTMLElement).textContent = say("editor.added", { part: partName(selected) });
+    if (selected) announce(say("editor.added", { part: partName(selected) }));
   }
 }

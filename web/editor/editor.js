@@ -12,6 +12,7 @@ import { prepareTexts } from "../text/page.js";
 import { fitCanvas } from "../view/render.js";
 import { openRoom } from "../wire/open_room.js";
 import { keepDrawnIn } from "../wire/played_map.js";
+import { announce, turnText } from "./announcements.js";
 import { Canvas } from "./canvas.js";
 import { Checks, askServer } from "./checks.js";
 import { faultText, faultyParts, partName } from "./faults.js";
@@ -203,7 +204,7 @@ function remove() {
   if (!selected || selected.kind === "robots") return;
   drawing.change(removed(map, selected));
   drawing.select(null);
-  byId("announce", HTMLElement).textContent = say("editor.removed", { part: partName(selected) });
+  announce(say("editor.removed", { part: partName(selected) }));
 }
 
 function duplicate() {
@@ -214,7 +215,7 @@ function duplicate() {
   drawing.change(more);
   const copy = { ...selected, index: more[selected.kind].length - 1 };
   drawing.select(copy);
-  byId("announce", HTMLElement).textContent = say("editor.added", { part: partName(copy) });
+  announce(say("editor.added", { part: partName(copy) }));
 }
 
 /** @param {number} by */
@@ -223,13 +224,22 @@ function turn(by) {
   if (!selected) return;
   const it = thing(map, selected);
   drawing.change(turnedTo(map, selected, "angle" in it ? it.angle + by : by));
+  announce(turnText(drawing.map, selected));
+}
+
+function undo() {
+  if (drawing.undo()) announce(say("editor.undone"));
+}
+
+function redo() {
+  if (drawing.redo()) announce(say("editor.redone"));
 }
 
 function listen() {
   /** @type {Record<string, () => void>} */
   const clicks = {
-    undo: () => drawing.undo(),
-    redo: () => drawing.redo(),
+    undo,
+    redo,
     delete: remove,
     duplicate,
     turn: () => turn(TURN),
@@ -317,7 +327,7 @@ const checks = new Checks(
   },
 );
 drawing.onChange = refresh;
-new Canvas(arena, drawing, settings, { use, remove, duplicate, turn, endTrial, playing: () => trial !== null });
+new Canvas(arena, drawing, settings, { use, undo, redo, remove, duplicate, turn, endTrial, playing: () => trial !== null });
 listen();
 refresh();
 loadOffers().catch((error) => tell("bad", sayError(error)));

@@ -55,20 +55,24 @@ export class Drawing {
     this.before = null;
   }
 
+  /** @returns {boolean} whether there was a step to undo */
   undo() {
     const map = this.past.pop();
-    if (map === undefined) return;
+    if (map === undefined) return false;
     this.future.push(this.map);
     this.lastField = "";
     this.#set(map);
+    return true;
   }
 
+  /** @returns {boolean} whether there was a step to redo */
   redo() {
     const map = this.future.pop();
-    if (map === undefined) return;
+    if (map === undefined) return false;
     this.past.push(this.map);
     this.lastField = "";
     this.#set(map);
+    return true;
   }
 
   /** @param {Part | null} part */

@@ -5,6 +5,7 @@
  */
 
 import { byId, el } from "../core/dom.js";
+import { actionFor } from "../core/shortcuts.js";
 import { ticksOf } from "../core/ticks.js";
 import { TICK_MS } from "../messages.js";
 import { say } from "../text/catalogue.js";
@@ -124,7 +125,7 @@ export class Transport {
       ...(onButton ? {} : { " ": () => this.toggle() }),
       ...ofPage,
     };
-    const action = keys[event.key];
+    const action = actionFor(keys, event);
     if (!action) return;
     event.preventDefault();
     action();
