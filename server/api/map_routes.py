@@ -13,6 +13,7 @@ from movingout.maps.generated.proved import proved_maps
 from movingout.server.api import pages
 from movingout.server.api.authentication import address_of, body_of, own_page
 from movingout.server.api.errors import ApiError
+from movingout.server.api.named_maps import named_map
 from movingout.server.connection.admission import address_group
 from movingout.server.own_maps.folder import MapFolder
 from movingout.server.own_maps.solving import Checked, TooSlow
@@ -59,6 +60,13 @@ def map_routes(host: PublicHost) -> APIRouter:
     async def maps() -> Response:
         await host.own_maps.refresh(host.map_workers.read_file)
         return Response(offered.document(), media_type="application/json")
+
+    @router.get("/api/maps/{name}")
+    async def one_map(name: str, request: Request) -> dict[str, Any]:
+        """A map that no list has, as HandOff:mirror or a generated one."""
+        if not host.admission.may_check_map(address_of(request)):
+            raise ApiError(429, "map_busy", "Too many maps were checked from your address; wait a few seconds.")
+        return map_to_json(await named_map(host, name))
 
     if host.settings.lobby:
         router.include_router(_editor_routes(host))

@@ -9,17 +9,14 @@ from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.live_options import check_live_agent
 from movingout.agents.map_limits import check_map_seen
 from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json, shipped_map_names
-from movingout.maps.generated.names import is_generated
 from movingout.maps.spec import SEAT_COLOURS
-from movingout.maps.suggestion import known_names
-from movingout.maps.symmetry import SEPARATOR, SYMMETRY_NAMES
 from movingout.recordings import RecordingError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.api.agent_seats import admit_agents
 from movingout.server.api.errors import ApiError
 from movingout.server.api.map_routes import playable
+from movingout.server.api.named_maps import own_map, unknown_map
 from movingout.server.api.proposed_partner import proposed_partners
-from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import Away, PublicHost
 from movingout.server.rooms.ghost_partner import GhostError, GhostSeat, ghost_config
 from movingout.server.rooms.seat import Seat
@@ -103,7 +100,9 @@ async def _open_seated(host: PublicHost, wanted: RoomRequest, address: str) -> d
     if ghosts and not wanted.maps:
         wanted.maps = [next(iter(ghosts.values())).map]
     own_maps = await _own_maps(host, wanted, ghosts)
-    _check_known(wanted.maps, own_maps, [*shipped_map_names(), *host.own_maps.maps])
+    for name in wanted.maps:
+        if not is_shipped(name) and name not in own_maps:
+            raise unknown_map(host, name)
     config = _checked_config(wanted, own_maps, host.settings.countdown_s)
     tokens = [new_token() if seat.kind == "here" else None for seat in wanted.seats]
     try:
@@ -191,34 +190,9 @@ async def _own_maps(host: PublicHost, wanted: RoomRequest, ghosts: dict[int, Gho
             raise ApiError(422, "maps", "a drawn map is played alone; leave `maps` empty", most=MAX_ROUNDS)
         wanted.maps = [drawn.name]
         return {drawn.name: drawn}
-    found = {name: await _found(host, name) for name in dict.fromkeys(wanted.maps) if not is_shipped(name)}
+    found = {name: await own_map(host, name) for name in dict.fromkeys(wanted.maps) if not is_shipped(name)}
     recorded = {ghost.map: ghost.own for ghost in ghosts.values()}
     return {name: spec for name, spec in {**found, **recorded}.items() if spec is not None}
-
-
-async def _found(host: PublicHost, name: str) -> MapSpec | None:
-    """A map of the operator's folder, or a generated one, which is made where it delays no tick."""
-    if not is_generated(name):
-        return host.own_maps.find(name)
-    try:
-        return await host.map_workers.generate(name)
-    except Busy as error:
-        raise ApiError(503, "map_busy", str(error)) from None
-    except MovingOutError as error:
-        raise ApiError(422, "unknown_map", str(error), map=name) from None
-
-
-def _check_known(names: list[str], own_maps: dict[str, MapSpec], known: list[str]) -> None:
-    """Raises ApiError for a name that is no map, `known` are those without symmetries."""
-    unknown = next((name for name in names if not is_shipped(name) and name not in own_maps), None)
-    if unknown is None:
-        return
-    base, _, symmetry = unknown.partition(SEPARATOR)
-    if base in known:
-        text = f"unknown symmetry {symmetry!r} of {base}; {known_names(symmetry, SYMMETRY_NAMES)}"
-    else:
-        text = f"unknown map {unknown!r}; {known_names(unknown, known)}"
-    raise ApiError(422, "unknown_map", text, map=unknown)
 
 
 def _checked_config(wanted: RoomRequest, own_maps: dict[str, MapSpec], countdown_s: float) -> RoomConfig:

@@ -326,6 +326,26 @@ def test_the_address_can_name_the_map_and_lead_to_the_choice_of_a_partner(open_p
     expect(page.get_by_label("Red")).to_be_focused()
 
 
+def test_the_address_can_name_a_map_that_stands_in_no_list(open_page: OpenPage, pictures: Path) -> None:
+    page = ready(open_page("/?map=HandOff:mirror"))
+    expect(page.locator("#chosen h2")).to_have_text("Hand Off, mirrored")
+    group = page.locator(".map-group", has=page.get_by_role("heading", name="Linked map"))
+    expect(group.get_by_role("radio")).to_be_checked()
+    assert violations(page) == []
+    page.screenshot(path=pictures / "lobby-linked-map.png")
+    page.locator("#seat-1").select_option("agent:idle")
+    with page.expect_request("**/api/rooms") as sent:
+        page.locator("#play").click()
+    assert sent.value.post_data_json["maps"] == ["HandOff:mirror"]
+
+
+def test_of_a_map_that_is_none_it_is_said(browser: Browser, server: Server) -> None:
+    with complaining_page(browser, server, "/?map=MyMap") as page:
+        ready(page)
+        expect(page.get_by_role("alert").filter(has_text="This server does not have the map MyMap.")).to_be_visible()
+        expect(page.locator("#chosen h2")).to_have_text("Distance Priority")
+
+
 def test_a_room_that_does_not_exist_offers_a_game(browser: Browser, server: Server) -> None:
     with complaining_page(browser, server, "/play/nosuchroom12") as page:
         expect(page.get_by_role("alert").filter(has_text="no longer exists")).to_be_visible()

@@ -13,12 +13,13 @@ import { controlsCard } from "./controls.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { LIMITS, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
+import { extraMap, wantedName } from "./extra_map.js";
 import { mapGroups } from "./map_cards.js";
 import { drawFirstPictures, firstChoice, firstRequest, showFirstGame } from "./newcomer.js";
 import { researchLine } from "./partners.js";
 import { mapPicture } from "../view/render.js";
 import { openRoom } from "../wire/open_room.js";
-import { keptPlayed, wantedMap } from "../wire/played_map.js";
+import { wantedMap } from "../wire/played_map.js";
 import { showShare } from "../components/share.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
@@ -51,8 +52,8 @@ let maps = [];
 let surprises = [];
 /** @type {import("./map_cards.js").OwnMaps} */
 let own = { maps: [], leftOut: 0 };
-/** @type {GameMap | null} that was just played, where the server does not offer it */
-let played = null;
+/** @type {import("./extra_map.js").ExtraMap | null} */
+let extra = null;
 /** @type {GameMap | null} */
 let practiceMap = null;
 /** @type {AgentCard[]} */
@@ -75,7 +76,7 @@ async function load(lists) {
     surprises = mapList.surprise ?? [];
     own = { maps: mapList.own ?? [], leftOut: mapList.own_left_out ?? 0 };
     practiceMap = mapList.practice;
-    played = comesFrom();
+    await findExtra();
     agents = agentList.agents;
     partner = defaultPartner(agents, agentList.default);
     showChoices(remembered());
@@ -96,7 +97,7 @@ async function load(lists) {
 
 /** @param {Choice} choice */
 function showChoices(choice) {
-  mapsBox.replaceChildren(...mapGroups(maps, own, played, choice.map));
+  mapsBox.replaceChildren(...mapGroups(maps, own, extra, choice.map));
   seatsBox.replaceChildren(
     seatField(0, choice.seats[0]),
     seatField(1, choice.seats[1]),
@@ -117,20 +118,18 @@ function offerPartner() {
   select.focus();
 }
 
-/** The maps of the paper, the operator's own and the one that was just played. */
+/** The maps of the paper, the operator's own and the one that the address asks for. */
 function everyMap() {
-  return [...maps, ...own.maps, ...(played ? [played] : [])];
+  return [...maps, ...own.maps, ...(extra ? [extra.map] : [])];
 }
 
-/** The map that the address asks for. */
-function wantedName() {
-  return new URLSearchParams(location.search).get("map") ?? "";
-}
-
-/** The map that the reader comes from, unless the server offers it anyway. */
-function comesFrom() {
-  const offered = [...maps, ...own.maps, ...(practiceMap ? [practiceMap] : [])];
-  return offered.some(({ name }) => name === wantedName()) ? null : keptPlayed(wantedName());
+/** The map that the address asks for; where there is none of that name, it is said, and the others are offered. */
+async function findExtra() {
+  try {
+    extra = await extraMap([...maps, ...own.maps, ...(practiceMap ? [practiceMap] : [])]);
+  } catch (error) {
+    byId("first-problem", HTMLElement).replaceChildren(notice("attention", sayError(error)));
+  }
 }
 
 function drawPictures() {
@@ -252,7 +251,7 @@ async function play(names) {
   }
   remember(chosen);
   const request = roomRequest(chosen, names, false, partner);
-  const drawn = played && names[0] === played.name ? wantedMap(played, played.name, []) : {};
+  const drawn = extra && names[0] === extra.map.name ? wantedMap(extra.map, extra.map.name, []) : {};
   await enter({ ...request, ...drawn }, chosen.seats, problemBox);
 }
 

@@ -14,11 +14,12 @@ import { difficulty } from "./difficulty.js";
 /** @typedef {{maps: readonly GameMap[], leftOut: number}} OwnMaps of the folder that the server was started with */
 
 /**
- * A drawn or generated map that was just played, the operator's own maps, where there are any, then the others by mode;
- * one of them is chosen.
- * @param {readonly GameMap[]} maps @param {OwnMaps} own @param {GameMap | null} played @param {string} selected
+ * The map that the address asks for, where no list has it, the operator's own maps, where there are any, then the
+ * others by mode; one of them is chosen.
+ * @param {readonly GameMap[]} maps @param {OwnMaps} own @param {import("./extra_map.js").ExtraMap | null} extra
+ * @param {string} selected
  */
-export function mapGroups(maps, own, played, selected) {
+export function mapGroups(maps, own, extra, selected) {
   const modes = MODES.map((mode) =>
     mapGroup(
       modeKey(mode),
@@ -26,7 +27,7 @@ export function mapGroups(maps, own, played, selected) {
       selected,
     ),
   );
-  const first = played ? [mapGroup("lobby.played", [played], selected)] : [];
+  const first = extra ? [mapGroup(extra.key, [extra.map], selected)] : [];
   if (own.maps.length + own.leftOut === 0) return [...first, ...modes];
   const yours = mapGroup("lobby.own", own.maps, selected);
   if (own.leftOut > 0)

@@ -69,6 +69,7 @@ def test_generated_maps_are_offered_played_and_recorded_whole(tmp_path: Path) ->
         _, offered = live.call("/api/maps")
         assert offered["surprise"] == list(proved_maps("validation")), "recordings are trained on"
         name = f"{offered['surprise'][0]}:mirror"
+        assert live.call(f"/api/maps/{name}") == (200, map_to_json(load_map(name)))
         status, room = asked(live, maps=[name])
         assert status == 200, room
         path = live.host.settings.recordings / f"{played(live, room)}.mcap"
@@ -77,6 +78,15 @@ def test_generated_maps_are_offered_played_and_recorded_whole(tmp_path: Path) ->
         status, refused = asked(live, maps=["generated:awarenes:1"])
         assert status == 422
         assert "did you mean awareness?" in json.dumps(refused)
+
+
+def test_a_map_that_no_list_has_is_there_by_its_name(tmp_path: Path) -> None:
+    put(tmp_path / "mine", "garage.json", document())
+    with serve(tmp_path / "data", maps=tmp_path / "mine") as live:
+        assert live.call("/api/maps/HandOff:mirror") == (200, map_to_json(load_map("HandOff:mirror")))
+        assert live.call("/api/maps/Garage:rot90")[1]["name"] == "Garage:rot90"
+        status, refused = live.call("/api/maps/HandOf")
+        assert (status, refused["error"]["code"], refused["error"]["values"]) == (422, "unknown_map", {"map": "HandOf"})
 
 
 @pytest.mark.slow

@@ -1,0 +1,28 @@
+// @ts-check
+/*
+ * The map that the address asks for, /?map=HandOff:mirror, where it stands in no list: it was just played in this tab,
+ * or the server knows it by its name.
+ */
+
+import { requestJson } from "../core/api.js";
+import { keptPlayed } from "../wire/played_map.js";
+
+/** @typedef {import("../view/render.js").GameMap} GameMap */
+/** @typedef {{map: GameMap, key: "lobby.played" | "lobby.linked"}} ExtraMap key: of its heading */
+
+/** The name of the map that the address asks for. */
+export function wantedName() {
+  return new URLSearchParams(location.search).get("map") ?? "";
+}
+
+/**
+ * @param {readonly GameMap[]} offered
+ * @returns {Promise<ExtraMap | null>} null where it asks for none of these; ApiError where there is no such map
+ */
+export async function extraMap(offered) {
+  const name = wantedName();
+  if (name === "" || offered.some((map) => map.name === name)) return null;
+  const played = keptPlayed(name);
+  if (played) return { map: played, key: "lobby.played" };
+  return { map: await requestJson(`/api/maps/${encodeURIComponent(name)}`), key: "lobby.linked" };
+}
