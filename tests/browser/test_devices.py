@@ -171,6 +171,35 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
 
 
 @pytest.mark.slow
+def test_in_the_settings_the_keyboard_stays_where_something_was_changed(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    start(page)
+    page.get_by_role("button", name="Change…").click()
+    page.get_by_role("button", name="grab: Space").press("Enter")
+    expect(page.get_by_role("button", name="press a key")).to_be_focused()  # what a screen reader says of it
+    page.keyboard.press("KeyQ")
+    expect(page.get_by_role("button", name="grab: Q")).to_be_focused()
+    page.get_by_label("Stick dead zone").select_option("0.15")
+    expect(page.get_by_label("Stick dead zone")).to_be_focused()
+    page.get_by_role("button", name="Reset to defaults").press("Enter")
+    expect(page.get_by_role("button", name="Reset to defaults")).to_be_focused()
+
+
+@pytest.mark.slow
+def test_a_key_a_switch_or_a_voice_presses_the_buttons_for_fingers(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room, viewport=PHONE, has_touch=True, is_mobile=True)
+    start(page, tap=True)
+    page.locator("#touch-grab").press("Space")
+    wait_for(page, "game.cues.missed === 1")  # nothing is in reach
+    page.locator("#touch-backward").press("Enter")
+    expect(page.locator("#touch-backward")).to_have_attribute("aria-pressed", "true")
+    page.locator("#touch-backward").press("Enter")
+    expect(page.locator("#touch-backward")).to_have_attribute("aria-pressed", "false")
+
+
+@pytest.mark.slow
 def test_a_key_that_is_in_use_is_exchanged_only_when_asked(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)

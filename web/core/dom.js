@@ -43,7 +43,7 @@ export function byId(id, kind) {
  */
 export function badge(seat) {
   const colour = seat === 0 ? "blue" : "red";
-  return el("span", { class: `badge badge-${colour}`, "aria-hidden": "true" }, seat === 0 ? "B" : "R");
+  return el("span", { class: `badge badge-${colour}`, "aria-hidden": "true", translate: "no" }, seat === 0 ? "B" : "R");
 }
 
 /**

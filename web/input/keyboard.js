@@ -1,5 +1,6 @@
 // The keyboard as two sticks (WASD and the arrows by default), by KeyboardEvent.code: the same places on every layout.
 
+import { codeOf } from "./keyboard_layout.js";
 import { KEY_ACTIONS } from "./mapping.js";
 
 /** @typedef {import("./mapping.js").KeySet} KeySet */
@@ -43,18 +44,19 @@ export class Keyboard {
 
   /** @param {KeyboardEvent} event */
   #keydown(event) {
-    const bound = this.#keySets().some((keys) => KEY_ACTIONS.some((action) => keys[action] === event.code));
+    const code = codeOf(event);
+    const bound = this.#keySets().some((keys) => KEY_ACTIONS.some((action) => keys[action] === code));
     if (!bound || event.ctrlKey || event.metaKey || event.altKey || this.#belongsToPage(event)) return;
     event.preventDefault(); // arrows and space would scroll
-    if (event.repeat || this.#down.has(event.code)) return;
-    this.#down.add(event.code);
-    this.#pressed.push(event.code);
+    if (event.repeat || this.#down.has(code)) return;
+    this.#down.add(code);
+    this.#pressed.push(code);
     this.#onChange();
   }
 
   /** @param {KeyboardEvent} event */
   #keyup(event) {
-    if (this.#down.delete(event.code)) this.#onChange();
+    if (this.#down.delete(codeOf(event))) this.#onChange();
   }
 
   /** Whether any key of the set is down. @param {KeySet} keys */
@@ -79,7 +81,8 @@ export class Keyboard {
     const target = event.target;
     if (typeof Element === "undefined" || !(target instanceof Element)) return false;
     if (target.closest(TYPING) !== null) return true;
-    if (event.code !== "Space" && event.code !== "Enter") return false;
-    return target.closest(CLICKING) !== null && !this.#claims(event.code);
+    const code = codeOf(event);
+    if (code !== "Space" && code !== "Enter") return false;
+    return target.closest(CLICKING) !== null && !this.#claims(code);
   }
 }

@@ -2,6 +2,7 @@
 // keys for people. What an action is called is in the catalogue: play.settings.action.<action>.
 
 import { has, say } from "../text/catalogue.js";
+import { printedOn } from "./keyboard_layout.js";
 
 /** Per action its key in the first and in the second set. A KeyboardEvent.code is the key's place, not its letter. */
 const KEYS = /** @type {const} */ ({
@@ -142,7 +143,7 @@ export function useOfButton(mapping, button, asking) {
   return BUTTON_ACTIONS.find((action) => mapping.buttons[action] === button && action !== asking) ?? null;
 }
 
-/** What is printed on keys, the same in every language; the names of others are in the catalogue. */
+/** What is printed on keys of a US keyboard; the names of others are in the catalogue. */
 const KEY_SIGNS = new Map([
   ["ArrowUp", "↑"],
   ["ArrowLeft", "←"],
@@ -165,7 +166,7 @@ const HOME = BUTTON_SIGNS.length + BUTTON_NAMES.length;
 export function keyName(code) {
   if (has(`key.${code}`)) return say(`key.${code}`);
   if (code.startsWith("Numpad")) return say("key.numpad", { key: code.slice("Numpad".length) });
-  return KEY_SIGNS.get(code) ?? code.replace(/^(Key|Digit)/, "");
+  return printedOn(code) || (KEY_SIGNS.get(code) ?? code.replace(/^(Key|Digit)/, ""));
 }
 
 /** @param {number} button  in the standard layout */

@@ -38,6 +38,7 @@ export class Touch {
     for (const kind of ["pointerup", "pointercancel"]) {
       parts.backward.addEventListener(kind, () => this.#setBackward(parts.backward, false));
     }
+    onClickWithoutPointer(parts.backward, () => this.#setBackward(parts.backward, !this.#backward));
   }
 
   /** Two fingers at once are one press: the second would undo the first. @param {HTMLElement} button */
@@ -54,6 +55,10 @@ export class Touch {
     for (const kind of ["pointerup", "pointercancel"]) {
       button.addEventListener(kind, (event) => fingers.delete(/** @type {PointerEvent} */ (event).pointerId));
     }
+    onClickWithoutPointer(button, () => {
+      this.#grabs += 1;
+      this.#touched();
+    });
   }
 
   /** @param {HTMLElement} zone */
@@ -136,4 +141,12 @@ export class Touch {
     this.#used = false;
     return reading;
   }
+}
+
+/**
+ * A key on the focused button, a switch or a voice makes a click that no pointer began.
+ * @param {HTMLElement} button @param {() => void} press
+ */
+function onClickWithoutPointer(button, press) {
+  button.addEventListener("click", (event) => event.detail === 0 && press());
 }

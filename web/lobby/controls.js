@@ -48,6 +48,6 @@ function table(device, rows) {
 
 /** @param {string} keys one name, or two with a dot between @param {string} effect */
 function row(keys, effect) {
-  const names = keys.split(" · ").map((name) => el("kbd", {}, name));
+  const names = keys.split(" · ").map((name) => el("kbd", { translate: "no" }, name));
   return el("tr", {}, el("th", { scope: "row" }, ...names), el("td", {}, effect));
 }

@@ -9,6 +9,7 @@ import { say, sayError } from "../text/catalogue.js";
 import { LANGUAGES, keepLanguage } from "../text/language.js";
 import { colourName, mapDescription, mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
+import { readLayout } from "../input/keyboard_layout.js";
 import { controlsCard } from "./controls.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { LIMITS, defaultPartner, isOpen, parseSeed } from "./choice.js";
@@ -315,7 +316,7 @@ function showLanguages() {
 }
 
 const firstLists = askLists(); // on their way while the texts are
-await prepareTexts();
+await Promise.all([prepareTexts(), readLayout()]);
 showLanguages();
 byId("controls", HTMLElement).append(controlsCard());
 newSeed();

@@ -217,7 +217,7 @@ function seatRow(seat) {
 /** @param {SeatCard} card @param {Mapping} mapping @param {boolean} named @param {boolean} pings */
 function keyBlock(card, mapping, named, pings) {
   const rows = [...keyRows(card, mapping), ...(pings ? [pingRow(card, mapping)] : [])].map(([keys, effect]) =>
-    el("li", {}, ...keys.flatMap((key) => [el("kbd", {}, key), " "]), el("span", {}, effect)),
+    el("li", {}, ...keys.flatMap((key) => [el("kbd", { translate: "no" }, key), " "]), el("span", {}, effect)),
   );
   const title = named ? el("p", { class: "agent small" }, badge(card.seat), colourName(card.seat)) : null;
   return el("div", { class: "keys" }, title, el("ul", {}, ...rows));

@@ -8,6 +8,7 @@ import { Game } from "./game.js";
 import { Hud, touchControls } from "./hud.js";
 import { Gamepads } from "../input/gamepad.js";
 import { Keyboard } from "../input/keyboard.js";
+import { codeOf, readLayout } from "../input/keyboard_layout.js";
 import { loadMapping, PAUSE_KEYS } from "../input/mapping.js";
 import { LostPads } from "./lost_pads.js";
 import { PadMemory, STUDY_PADS } from "../input/pad_memory.js";
@@ -276,8 +277,7 @@ class Play {
     // The button that was clicked to get here must not take the key that grabs.
     if (mode === "play" && ["countdown", "playing"].includes(this.#phase) && focused instanceof HTMLElement)
       focused.blur();
-    if (this.#phase !== "playing") return;
-    this.#panels.forgetStop();
+    if (this.#phase === "playing") this.#panels.forgetStop();
   }
 
   // ---- devices ----------------------------------------------------------------------------------------------
@@ -368,7 +368,13 @@ class Play {
   /** @param {KeyboardEvent} event */
   #pauseKey(event) {
     const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement;
-    if (PAUSE_KEYS.includes(event.code) && !event.repeat && !typing && !this.#settings.isOpen && !this.#study?.isAsking)
+    if (
+      PAUSE_KEYS.includes(codeOf(event)) &&
+      !event.repeat &&
+      !typing &&
+      !this.#settings.isOpen &&
+      !this.#study?.isAsking
+    )
       this.#togglePause(true);
   }
 
@@ -387,5 +393,5 @@ class Play {
 }
 
 if (studyMark?.map) nameMap(studyMark.map.name, studyMark.map.title);
-await prepareTexts(studyMark?.language); // a round of a study is in the study's language
+await Promise.all([prepareTexts(studyMark?.language), readLayout()]); // a round of a study is in the study's language
 new Play().start();

@@ -2,6 +2,7 @@
 
 import { lastingStorage } from "../core/browser_storage.js";
 import { byId, el, notice } from "../core/dom.js";
+import { codeOf } from "../input/keyboard_layout.js";
 import {
   BUTTON_ACTIONS,
   buttonName,
@@ -26,6 +27,7 @@ const POLL_MS = 30;
 export class Settings {
   #dialog = byId("settings", HTMLDialogElement);
   offersPings = false; // whether the key for pings can be used in this room
+  #lastId = ""; // of what was last changed here: the keyboard stays there when everything is drawn anew
   /** @type {() => void} stops waiting for a key or button */
   #cancel = () => {};
 
@@ -44,6 +46,7 @@ export class Settings {
   }
 
   open() {
+    this.#lastId = "";
     this.#draw();
     if (!this.#dialog.open) this.#dialog.showModal();
   }
@@ -72,7 +75,7 @@ export class Settings {
           { class: "row row-apart" },
           el(
             "button",
-            { type: "button", class: "button", onclick: () => this.#change(structuredClone(DEFAULTS)) },
+            { type: "button", class: "button", id: "settings-reset", onclick: () => this.#reset() },
             say("play.settings.reset"),
           ),
           el(
@@ -83,13 +86,21 @@ export class Settings {
         ),
       ),
     );
+    document.getElementById(this.#lastId)?.focus();
+  }
+
+  #reset() {
+    this.#lastId = "settings-reset";
+    this.#change(structuredClone(DEFAULTS));
   }
 
   /** @param {number} set */
   #keySet(set) {
     const rows = this.#offered(KEY_ACTIONS).map((action) => {
       const name = keyName(this.mapping.keys[set][action]);
-      return binding(say(`play.settings.action.${action}`), name, (button) => this.#askKey(button, set, action));
+      return binding(`key-${set}-${action}`, say(`play.settings.action.${action}`), name, (button) =>
+        this.#askKey(button, set, action),
+      );
     });
     return el("div", { class: "bindings" }, el("h3", {}, say(`play.settings.keySet.${set + 1}`)), ...rows);
   }
@@ -102,7 +113,9 @@ export class Settings {
   #pad() {
     const rows = this.#offered(BUTTON_ACTIONS).map((action) => {
       const name = buttonName(this.mapping.buttons[action]);
-      return binding(say(`play.settings.action.${action}`), name, (button) => this.#askButton(button, action));
+      return binding(`pad-${action}`, say(`play.settings.action.${action}`), name, (button) =>
+        this.#askButton(button, action),
+      );
     });
     const zone = el(
       "select",
@@ -116,7 +129,10 @@ export class Settings {
       ),
     );
     zone.value = String(this.mapping.deadZone);
-    zone.addEventListener("change", () => this.#change({ ...this.mapping, deadZone: Number(zone.value) }));
+    zone.addEventListener("change", () => {
+      this.#lastId = zone.id;
+      this.#change({ ...this.mapping, deadZone: Number(zone.value) });
+    });
     const field = el(
       "div",
       { class: "field small" },
@@ -126,15 +142,22 @@ export class Settings {
     return el("div", { class: "bindings" }, el("h3", {}, say("play.settings.gamepad")), ...rows, field);
   }
 
+  /** @param {HTMLElement} button @param {string} request to press something */
+  #ask(button, request) {
+    this.#cancel();
+    this.#lastId = button.id;
+    button.textContent = request;
+    button.setAttribute("aria-label", request);
+  }
+
   /** @param {HTMLElement} button @param {number} set @param {import("../input/mapping.js").KeyAction} action */
   #askKey(button, set, action) {
-    this.#cancel();
-    button.textContent = say("play.settings.press");
+    this.#ask(button, say("play.settings.press"));
     const listen = (/** @type {KeyboardEvent} */ event) => {
       event.preventDefault();
       event.stopImmediatePropagation();
       this.#cancel();
-      this.#chooseKey(set, action, event.code);
+      this.#chooseKey(set, action, codeOf(event));
     };
     addEventListener("keydown", listen, { capture: true });
     this.#cancel = () => {
@@ -185,8 +208,7 @@ export class Settings {
 
   /** @param {HTMLElement} button @param {import("../input/mapping.js").ButtonAction} action */
   #askButton(button, action) {
-    this.#cancel();
-    button.textContent = say("play.settings.pressButton");
+    this.#ask(button, say("play.settings.pressButton"));
     this.gamepads.read(this.mapping); // buttons already down do not count
     const timer = setInterval(() => {
       const pressed = this.gamepads.pressedButton(this.mapping);
@@ -199,11 +221,11 @@ export class Settings {
   }
 }
 
-/** @param {string} action @param {string} name @param {(button: HTMLElement) => void} ask */
-function binding(action, name, ask) {
+/** @param {string} id @param {string} action @param {string} name @param {(button: HTMLElement) => void} ask */
+function binding(id, action, name, ask) {
   const button = el(
     "button",
-    { type: "button", class: "button button-small", "aria-label": `${action}: ${name}` },
+    { type: "button", id, class: "button button-small", "aria-label": `${action}: ${name}` },
     name,
   );
   button.addEventListener("click", () => ask(button));

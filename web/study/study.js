@@ -6,6 +6,7 @@
 import { heading } from "../components/action.js";
 import { requireStorage } from "../core/browser_storage.js";
 import { byId, el } from "../core/dom.js";
+import { readLayout } from "../input/keyboard_layout.js";
 import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
 import { LANGUAGES, pickLanguage, wishedLanguages } from "../text/language.js";
 import { Persistence } from "./persistence.js";
@@ -18,7 +19,7 @@ async function boot() {
   const persistence = new Persistence((offline) => (banner.hidden = !offline));
   const known = Object.keys(LANGUAGES);
   const wished = wishedLanguages();
-  await persistence.until(() => useLanguage(pickLanguage(known, wished)));
+  await Promise.all([persistence.until(() => useLanguage(pickLanguage(known, wished))), readLayout()]);
   try {
     requireStorage();
     const study = await persistence.until(askStudy);

@@ -65,6 +65,18 @@ function keyboard() {
   return { keys, send, changes: () => changes };
 }
 
+test("a remote control that does not tell places drives and grabs", () => {
+  const { keys, send } = keyboard();
+  send("keydown", "", { key: "ArrowUp" });
+  send("keydown", "", { key: "Enter" });
+  const { stick, grabs } = keys.read(DEFAULTS.keys[1]);
+  assert.deepEqual([stick, grabs], [{ x: 0, y: 1 }, 1]);
+  send("keyup", "", { key: "ArrowUp" });
+  assert.deepEqual(keys.read(DEFAULTS.keys[1]).stick, CENTRED);
+  send("keydown", "", { key: "W" });
+  assert.equal(keys.read(DEFAULTS.keys[0]).stick.y, 1);
+});
+
 test("keys are a stick of length one, diagonals too", () => {
   const { keys, send } = keyboard();
   send("keydown", "KeyW");
