@@ -75,6 +75,22 @@ def _turn(page: Page, *, hidden: bool) -> None:
 
 
 @pytest.mark.slow
+def test_a_screen_reader_hears_that_the_partner_came_and_the_keyboard_is_where_it_was(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.make_room("HandOff")
+    blue = open_page(room["join_path"], room)
+    blue.get_by_role("button", name="Copy the link").focus()
+    red = open_page(room["join_path"])
+    expect(blue.locator("#live")).to_have_text("Partner: getting ready")
+    expect(blue.get_by_role("button", name="I am ready")).to_be_focused()
+    red.get_by_role("button", name="I am ready").click()
+    expect(blue.locator("#live")).to_have_text("Partner: ready")
+    blue.keyboard.press("Enter")
+    wait_for(blue, "game.phase === 'playing'")
+
+
+@pytest.mark.slow
 def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("HandOff", blue="link", red="scripted")
     page = open_page(room["join_path"])

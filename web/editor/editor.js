@@ -327,7 +327,16 @@ const checks = new Checks(
   },
 );
 drawing.onChange = refresh;
-new Canvas(arena, drawing, settings, { use, undo, redo, remove, duplicate, turn, endTrial, playing: () => trial !== null });
+new Canvas(arena, drawing, settings, {
+  use,
+  undo,
+  redo,
+  remove,
+  duplicate,
+  turn,
+  endTrial,
+  playing: () => trial !== null,
+});
 listen();
 refresh();
 loadOffers().catch((error) => tell("bad", sayError(error)));

@@ -3,7 +3,7 @@
 import { byId } from "../core/dom.js";
 import { ticksOf } from "../core/ticks.js";
 import { say } from "../text/catalogue.js";
-import { reasonText } from "./seat_phrases.js";
+import { companyText, reasonText } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("./game.js").Scene} Scene */
@@ -14,16 +14,19 @@ export class Announcer {
   #region = byId("live", HTMLElement);
   #saidAtMs = -Infinity;
   #next = "";
-  #before = { phase: "", delivered: 0, stalled: false, tick: 0 };
+  #before = { phase: "", delivered: 0, stalled: false, tick: 0, company: "" };
 
   /** @param {Game} game @param {Scene} scene @param {number} nowMs */
   update(game, scene, nowMs) {
     const { phase } = game;
     const delivered = scene.view.delivered.filter(Boolean).length;
     const before = this.#before;
-    this.#before = { phase, delivered, stalled: scene.stalled, tick: scene.tick };
+    const company = companyText(game.room, game.own);
+    this.#before = { phase, delivered, stalled: scene.stalled, tick: scene.tick, company };
     const limit = game.round?.limit_ticks ?? 0;
     const passed = (/** @type {number} */ tick) => limit > 0 && before.tick < tick && scene.tick >= tick;
+    if (["lobby", "round_over"].includes(phase) && phase === before.phase && company !== before.company)
+      this.#next = company;
     if (phase === "playing" && before.phase !== "playing") this.#next = say("play.announce.start");
     if (phase === "paused" && before.phase !== "paused")
       this.#next = say("play.announce.paused", { reason: reasonText(game.room, game.own) });

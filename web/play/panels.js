@@ -126,7 +126,9 @@ export class Panels {
       open.length > 0 && game.welcome
         ? invitation(game.welcome, open, game.own.length === 0)
         : this.#askReady(game, cards, mapping);
+    const follows = cards.length < 2 && this.#ready.contains(document.activeElement);
     this.#ready.replaceChildren(el("div", { class: "stack" }, ...parts));
+    if (follows) this.focusAction(); // the partner came while the link was copied
   }
 
   /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */

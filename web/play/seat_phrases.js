@@ -42,6 +42,18 @@ export function waitingWords(seat, phase) {
 }
 
 /**
+ * Which of the other people are here and ready before a round: "Partner: ready".
+ * @param {Pick<import("../messages.js").RoomState, "phase" | "seats"> | null} room @param {readonly number[]} own
+ */
+export function companyText(room, own) {
+  const others = (room?.seats ?? []).filter(
+    ({ kind }, seat) => !own.includes(seat) && ["human", "remote"].includes(kind),
+  );
+  const phase = room?.phase ?? "lobby";
+  return others.map((seat) => `${seatName(seat, false, own.length === 0)}: ${waitingWords(seat, phase)}`).join(". ");
+}
+
+/**
  * What a seat is doing in the game.
  * @param {SeatState} seat @param {number} index 0 blue, 1 red @param {GameMap} map @param {View} view
  * @param {readonly number[]} own seats of this page

@@ -4,6 +4,7 @@ import { test } from "node:test";
 import { contrast, readable } from "../../core/colours.js";
 import { outline, radiusOf } from "../../shapes.js";
 import {
+  companyText,
   connectionWords,
   lostText,
   pauseLimitText,
@@ -82,6 +83,16 @@ test("a seat before the round", () => {
   assert.equal(waitingWords(seat({ ready: true }), "lobby"), "ready");
   assert.equal(waitingWords(seat({ kind: "idle", ready: true }), "lobby"), "does nothing");
   assert.equal(waitingWords(seat(), "series_over"), "");
+});
+
+test("of the other people is said whether they are here and ready, of computer players nothing", () => {
+  const room = (/** @type {Partial<import("../../messages.js").SeatState>} */ other) =>
+    companyText({ phase: /** @type {const} */ ("lobby"), seats: [seat(), seat(other)] }, [0]);
+  assert.equal(room({ open: true, present: false }), "Partner: not here yet");
+  assert.equal(room({}), "Partner: getting ready");
+  assert.equal(room({ ready: true }), "Partner: ready");
+  assert.equal(room({ kind: "agent", name: "scripted", ready: true }), "");
+  assert.equal(companyText({ phase: "lobby", seats: [seat(), seat()] }, [0, 1]), "", "both at this screen");
 });
 
 test("who is not ready yet, in a sentence or as a name", () => {
