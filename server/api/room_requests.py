@@ -8,7 +8,7 @@ from movingout.agents.catalogue import agent_card, agent_cards, open_to_all
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.live_options import check_live_agent
 from movingout.agents.map_limits import check_map_seen
-from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json, shipped_map_names
+from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import RecordingError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
