@@ -339,6 +339,18 @@ def test_the_address_can_name_a_map_that_stands_in_no_list(open_page: OpenPage, 
     assert json.loads(sent.value.post_data or "")["maps"] == ["HandOff:mirror"]
 
 
+def test_while_the_linked_map_is_made_another_can_be_chosen(open_page: OpenPage) -> None:
+    page = open_page("/")
+    asked: list[Route] = []
+    page.route("**/api/maps/*", lambda route: asked.append(route))  # not answered yet
+    page.goto("/?map=HandOff:mirror")
+    ready(page).get_by_role("radio", name="Left Right").check(force=True)
+    assert len(asked) == 1
+    asked[0].continue_()
+    expect(page.locator(".map-group").first.get_by_role("heading")).to_have_text("Linked map")
+    expect(page.locator("#chosen h2")).to_have_text("Left Right")
+
+
 def test_of_a_map_that_is_none_it_is_said(browser: Browser, server: Server) -> None:
     with complaining_page(browser, server, "/?map=MyMap") as page:
         ready(page)

@@ -77,10 +77,10 @@ async function load(lists) {
     surprises = mapList.surprise ?? [];
     own = { maps: mapList.own ?? [], leftOut: mapList.own_left_out ?? 0 };
     practiceMap = mapList.practice;
-    await findExtra();
     agents = agentList.agents;
     partner = defaultPartner(agents, agentList.default);
     showChoices(remembered());
+    await findExtra(); // making a generated map takes a while: meanwhile the others are there
     if (location.pathname === "/practice") await learn();
     if (location.hash === "#partner") offerPartner();
     if (location.hash === "#play") {
@@ -126,11 +126,15 @@ function everyMap() {
 
 /** The map that the address asks for; where there is none of that name, it is said, and the others are offered. */
 async function findExtra() {
+  const before = choice().map;
   try {
     extra = await extraMap([...maps, ...own.maps, ...(practiceMap ? [practiceMap] : [])]);
   } catch (error) {
     byId("first-problem", HTMLElement).replaceChildren(notice("attention", sayError(error)));
   }
+  if (!extra) return;
+  const now = choice();
+  showChoices({ ...now, map: now.map === before ? extra.map.name : now.map }); // unless another was chosen meanwhile
 }
 
 function drawPictures() {
