@@ -87,7 +87,28 @@ def test_a_screen_reader_hears_that_the_partner_came_and_the_keyboard_is_where_i
     red.get_by_role("button", name="I am ready").click()
     expect(blue.locator("#live")).to_have_text("Partner: ready")
     blue.keyboard.press("Enter")
+    expect(blue.locator("#live")).to_have_text("Get ready.")
     wait_for(blue, "game.phase === 'playing'")
+
+
+@pytest.mark.slow
+def test_after_the_last_round_one_sees_whether_the_partner_plays_again_or_has_left(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.make_room("HandOff", limit_ticks=15)
+    blue = open_page(room["join_path"], room)
+    red = open_page(room["join_path"])
+    start(blue, red)
+    company = blue.locator(".result-company")
+    red.get_by_role("button", name="Play again").click()
+    expect(company).to_have_text("Partner: ready")
+    red.close()
+    expect(company).to_have_text("Partner: no longer here")
+    expect(blue.locator("#live")).to_have_text("Partner: no longer here")
+    blue.get_by_role("button", name="Play again").click()
+    expect(blue.locator("#ready")).to_contain_text("Partner: no longer here")
+    blue.get_by_role("link", name="To the start page").click()
+    expect(blue).to_have_url(f"{server.url}/")
 
 
 @pytest.mark.slow

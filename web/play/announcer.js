@@ -3,7 +3,7 @@
 import { byId } from "../core/dom.js";
 import { ticksOf } from "../core/ticks.js";
 import { say } from "../text/catalogue.js";
-import { companyText, reasonText } from "./seat_phrases.js";
+import { companyText, isOver, reasonText } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("./game.js").Scene} Scene */
@@ -25,8 +25,9 @@ export class Announcer {
     this.#before = { phase, delivered, stalled: scene.stalled, tick: scene.tick, company };
     const limit = game.round?.limit_ticks ?? 0;
     const passed = (/** @type {number} */ tick) => limit > 0 && before.tick < tick && scene.tick >= tick;
-    if (["lobby", "round_over"].includes(phase) && phase === before.phase && company !== before.company)
+    if ((phase === "lobby" || isOver(phase)) && phase === before.phase && company !== before.company)
       this.#next = company;
+    if (phase === "countdown" && before.phase !== "countdown") this.#next = say("play.announce.countdown");
     if (phase === "playing" && before.phase !== "playing") this.#next = say("play.announce.start");
     if (phase === "paused" && before.phase !== "paused")
       this.#next = say("play.announce.paused", { reason: reasonText(game.room, game.own) });

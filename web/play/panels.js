@@ -6,7 +6,7 @@ import { grabName } from "./hud.js";
 import { invitation } from "./invitation.js";
 import { say } from "../text/catalogue.js";
 import { colourName, colourWord, mapDescription } from "../text/names.js";
-import { pauseLimitText, reasonText, waitingForText } from "./seat_phrases.js";
+import { isOver, pauseLimitText, reasonText, waitingForText } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../input/seats.js").SeatCard} SeatCard */
@@ -133,16 +133,18 @@ export class Panels {
 
   /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */
   #askReady(game, cards, mapping) {
-    const seats = game.room?.seats ?? [];
+    const { seats, phase } = game.room ?? { seats: [], phase: "lobby" };
     const waiting = seats
       .filter((seat, index) => !seat.ready && !game.own.includes(index))
-      .map((seat) => el("p", { class: "muted small" }, waitingForText(seat, game.own.length === 0)));
+      .map((seat) => el("p", { class: "muted small" }, waitingForText(seat, game.own.length === 0, phase)));
     if (game.own.length === 0) return [el("h2", {}, say("play.ready.soon")), ...waiting];
     if (!this.actions.asksReady) return [el("h2", {}, say("study.play.starts")), ...waiting];
     const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards.length > 1));
     const mineReady = game.own.every((seat) => seats[seat]?.ready);
     const hint = game.round ? el("p", { class: "small" }, mapDescription(game.round.map)) : "";
-    return [el("h2", {}, say("play.ready.title")), hint, ...rows, ...(mineReady ? waiting : [])];
+    // Between rounds there is no other button to leave by, and the partner may never come back.
+    const leave = isOver(phase) ? el("a", { class: "button", href: "/" }, say("play.over.lobby")) : "";
+    return [el("h2", {}, say("play.ready.title")), hint, ...rows, ...(mineReady ? [...waiting, leave] : [])];
   }
 
   /**

@@ -34,6 +34,7 @@ import { roundText } from "./seat_phrases.js";
  * @property {import("./best_rounds.js").Score | null} [best] so far in this browser; none for a first round
  * @property {readonly HTMLElement[]} [sharing] what shares or shows the round again
  * @property {HTMLElement} [problem] says why a way on is closed
+ * @property {HTMLElement} [company] says who has left, or is ready for the next round
  * @property {readonly HTMLElement[]} [asides] small print below
  * @property {import("../view/render.js").View} [view] how the arena looked at the end
  */
@@ -45,6 +46,7 @@ export function showResult(container, options) {
   const parts = [
     el("header", { class: "result-head" }, ...headWords(heading, options)),
     el("div", { class: "row result-ways" }, ...options.ways.map(wayOn)),
+    options.company ?? "",
     options.problem ?? "",
     options.view ? el("canvas", { class: "result-end", role: "img", "aria-label": say("play.result.end") }) : "",
     deliveries(options),

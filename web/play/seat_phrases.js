@@ -7,6 +7,7 @@ import { agentName, recordedPlayer, shapeObject } from "../text/names.js";
 /** @typedef {import("./game.js").GameMap} GameMap */
 /** @typedef {import("../view/render.js").View} View */
 /** @typedef {import("../wire/connection.js").Status} Status */
+/** @typedef {import("../messages.js").RoomState["phase"]} Phase */
 
 const PATIENCE_MS = 1000; // a shorter interruption is not mentioned
 
@@ -22,35 +23,47 @@ export function seatName(seat, own, watching = false) {
 }
 
 /**
- * Whom everybody else still waits for before a round.
- * @param {SeatState} seat @param {boolean} watching the reader is a spectator
+ * Whom everybody else still waits for before a round, or who has left after one.
+ * @param {SeatState} seat @param {boolean} watching the reader is a spectator @param {Phase} phase
  */
-export function waitingForText(seat, watching) {
+export function waitingForText(seat, watching, phase) {
+  if (isOver(phase) && !seat.present) return `${seatName(seat, false, watching)}: ${waitingWords(seat, phase)}`;
   if (seat.kind === "human" && !seat.name && !watching) return say("play.ready.waitingForPartner");
   return say("play.ready.waitingFor", { name: seatName(seat, false, watching) });
 }
 
+/** Whether a round or all of them are over. @param {string} phase */
+export function isOver(phase) {
+  return phase === "round_over" || phase === "series_over";
+}
+
 /**
- * What a seat is doing before and between rounds; nothing after the last one.
- * @param {SeatState} seat @param {import("../messages.js").RoomState["phase"]} phase
+ * What a seat is doing before and between rounds; after the last one, who has left or would play again.
+ * @param {SeatState} seat @param {Phase} phase
  */
 export function waitingWords(seat, phase) {
-  if (phase === "series_over") return "";
-  if (seat.open || (!seat.present && seat.kind !== "idle")) return say("play.state.notHere");
+  if (phase === "series_over" && (!isPerson(seat) || (seat.present && !seat.ready))) return "";
+  if (seat.open || (!seat.present && seat.kind !== "idle"))
+    return say(isOver(phase) ? "play.state.left" : "play.state.notHere");
   if (seat.kind === "idle") return say("play.state.idle");
   return seat.ready ? say("play.state.ready") : say("play.state.notReady");
 }
 
+/** Whether somebody plays who may come and go. @param {SeatState} seat */
+function isPerson({ kind }) {
+  return kind === "human" || kind === "remote";
+}
+
 /**
- * Which of the other people are here and ready before a round: "Partner: ready".
+ * Which of the other people are here and ready before or after a round: "Partner: ready".
  * @param {Pick<import("../messages.js").RoomState, "phase" | "seats"> | null} room @param {readonly number[]} own
  */
 export function companyText(room, own) {
-  const others = (room?.seats ?? []).filter(
-    ({ kind }, seat) => !own.includes(seat) && ["human", "remote"].includes(kind),
-  );
   const phase = room?.phase ?? "lobby";
-  return others.map((seat) => `${seatName(seat, false, own.length === 0)}: ${waitingWords(seat, phase)}`).join(". ");
+  return (room?.seats ?? [])
+    .filter((seat, index) => !own.includes(index) && isPerson(seat) && waitingWords(seat, phase) !== "")
+    .map((seat) => `${seatName(seat, false, own.length === 0)}: ${waitingWords(seat, phase)}`)
+    .join(". ");
 }
 
 /**

@@ -9,7 +9,7 @@ import { say, sayError } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
 import { countRound } from "./best_rounds.js";
 import { goOn, sameSeats } from "./next_game.js";
-import { reasonText, seatName } from "./seat_phrases.js";
+import { companyText, isOver, reasonText, seatName } from "./seat_phrases.js";
 import { shareButtons } from "./share_round.js";
 import { isDrawnIn, keepPlayed } from "../wire/played_map.js";
 
@@ -32,6 +32,7 @@ export class Series {
   #shown = null;
   #stoppedHere = false;
   #problem = problemBox();
+  #company = el("p", { class: "muted result-company" }); // the announcer says it aloud
 
   /** @param {Actions} actions */
   constructor(actions) {
@@ -50,9 +51,12 @@ export class Series {
 
   /** @param {Game} game @param {View} view */
   update(game, view) {
-    const over = game.phase === "round_over" || game.phase === "series_over";
+    const over = isOver(game.phase);
     if (over && game.result !== null && game.result !== this.#shown) this.#showResult(game, view);
     if (!over && this.showsResult) this.#hideResult();
+    const told = over && game.own.length > 0 && COMPLETE.includes(game.result?.outcome ?? "");
+    const company = told ? companyText(game.room, game.own) : ""; // why a round was cut short is in its result
+    if (company !== this.#company.textContent) this.#company.textContent = company;
   }
 
   /** @param {Game} game @param {View} view */
@@ -75,6 +79,7 @@ export class Series {
       best: counts ? countRound(round, result) : null,
       ways: this.#ways(game, result.outcome),
       sharing: this.#sharing(game, result.recording),
+      company: this.#company,
       problem: this.#problem,
       asides: counts && game.phase === "series_over" ? [this.#questions(game)] : [],
     });

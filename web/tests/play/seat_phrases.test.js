@@ -83,6 +83,10 @@ test("a seat before the round", () => {
   assert.equal(waitingWords(seat({ ready: true }), "lobby"), "ready");
   assert.equal(waitingWords(seat({ kind: "idle", ready: true }), "lobby"), "does nothing");
   assert.equal(waitingWords(seat(), "series_over"), "");
+  assert.equal(waitingWords(seat({ ready: true }), "series_over"), "ready");
+  assert.equal(waitingWords(seat({ present: false }), "round_over"), "no longer here");
+  assert.equal(waitingWords(seat({ present: false }), "series_over"), "no longer here");
+  assert.equal(waitingWords(seat({ kind: "agent", ready: true }), "series_over"), "");
 });
 
 test("of the other people is said whether they are here and ready, of computer players nothing", () => {
@@ -93,13 +97,17 @@ test("of the other people is said whether they are here and ready, of computer p
   assert.equal(room({ ready: true }), "Partner: ready");
   assert.equal(room({ kind: "agent", name: "scripted", ready: true }), "");
   assert.equal(companyText({ phase: "lobby", seats: [seat(), seat()] }, [0, 1]), "", "both at this screen");
+  assert.equal(companyText({ phase: "series_over", seats: [seat(), seat()] }, [0]), "", "reads the result");
 });
 
-test("who is not ready yet, in a sentence or as a name", () => {
-  assert.equal(waitingForText(seat(), false), "Waiting for your partner.");
-  assert.equal(waitingForText(seat({ kind: "agent", name: "scripted" }), false), "Not ready yet: Computer partner");
-  assert.equal(waitingForText(seat({ name: "Partner A" }), false), "Not ready yet: Partner A");
-  assert.equal(waitingForText(seat(), true), "Not ready yet: A person");
+test("who is not ready yet, in a sentence or as a name, or will not be", () => {
+  const text = (/** @type {Partial<import("../../messages.js").SeatState>} */ other, watching = false) =>
+    waitingForText(seat(other), watching, "lobby");
+  assert.equal(text({}), "Waiting for your partner.");
+  assert.equal(text({ kind: "agent", name: "scripted" }), "Not ready yet: Computer partner");
+  assert.equal(text({ name: "Partner A" }), "Not ready yet: Partner A");
+  assert.equal(text({}, true), "Not ready yet: A person");
+  assert.equal(waitingForText(seat({ present: false }), false, "series_over"), "Partner: no longer here");
 });
 
 test("names: mine, the partner's, an agent's", () => {
