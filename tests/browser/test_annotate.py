@@ -1,11 +1,14 @@
 """The annotator's page: findings are watched and judged by keys, buttons and fingers, in both languages."""
 
+import io
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from PIL import Image
+from playwright.sync_api import Locator, Page, expect
 
 from movingout.recordings.annotation.verdicts import VERDICTS_NAME, verdicts_of
 from tests.browser.pages import admin_token, overflow, violations
@@ -13,6 +16,7 @@ from tests.browser.support import DESKTOP, PHONE, Server, running_server
 from tests.recordings.annotation.support import waiting_alone
 
 OpenPage = Callable[..., Page]
+GROUND = "button => getComputedStyle(button).backgroundColor"
 EPISODES = ("annotated-1", "annotated-2")
 
 
@@ -99,6 +103,33 @@ def test_a_phone_shows_question_and_buttons_below_the_arena_in_german(
     assert overflow(page) <= 0
     page.locator("#confirmed").tap()
     expect(page.locator("#progress")).to_have_text("1 von 2 beurteilt")
+
+
+def test_in_forced_colours_the_time_line_the_arrow_of_a_list_and_the_answer_can_be_seen(
+    open_page: OpenPage, server: Server, folder: Path
+) -> None:
+    page = annotating(open_page, server, forced_colors="active", reduced_motion="reduce")
+    speed = page.get_by_label("Speed")
+    assert drawn(page.locator("#line"))[:, 4:-4].any(axis=0).all()
+    assert drawn(speed)[8:-8, -32:-8].any()
+    yes = page.locator("#confirmed")
+    page.keyboard.press("1")
+    first = page.locator(".annotate-finding").first
+    first.click()
+    expect(yes).to_have_attribute("aria-pressed", "true")
+    grounds = [one.evaluate(GROUND) for one in (yes, page.locator("#rejected"))]
+    assert grounds[0] != grounds[1]
+
+
+def drawn(place: Locator) -> np.ndarray:
+    """(height, width) where it differs from its own middle of the upper edge, which is empty."""
+    seen = np.asarray(Image.open(io.BytesIO(place.screenshot())).convert("L")).astype(int)
+    return np.abs(seen - seen[3, seen.shape[1] // 2]) > 5
+
+
+def test_a_screen_reader_hears_whose_failure_is_meant(open_page: OpenPage, server: Server, folder: Path) -> None:
+    page = annotating(open_page, server)
+    expect(page.get_by_role("button", name="Blue Does not come to help").first).to_be_visible()
 
 
 @pytest.mark.slow

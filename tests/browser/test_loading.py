@@ -32,6 +32,8 @@ def test_the_game_says_that_it_connects_until_its_program_is_there(server: Serve
     page.route("**/static/play/play.js", lambda route: held.append(route))
     page.goto(room["watch_path"], wait_until="commit")
     expect(page.get_by_text("Connecting…")).to_be_visible()
+    expect(page.locator("#stop")).to_be_disabled()  # nothing hears it yet
     held.pop().continue_()
     wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
     expect(page.locator("#overlay")).to_be_hidden()
+    expect(page.locator("#stop")).to_be_enabled()

@@ -32,6 +32,15 @@ def test_the_controls_are_tried_and_the_connection_is_measured(open_page: OpenPa
     assert sent["device"] == "keyboard" and 0 < sent["rtt_ms"] < 2000 and sent["untried"] == []
 
 
+def test_in_forced_colours_the_stick_can_be_seen(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.input_check(), fake.code())
+    page = open_page("/healthz", forced_colors="active")
+    study.open(page)
+    dot = page.locator(".check-dot").first
+    grounds = [one.evaluate("one => getComputedStyle(one).backgroundColor") for one in (dot, page.locator("body"))]
+    assert grounds[0] != grounds[1]
+
+
 @pytest.mark.parametrize("key", ["Space", "Enter"])
 def test_a_button_with_the_focus_does_not_take_the_first_grab(open_page: OpenPage, key: str) -> None:
     study = FakeStudy.at(fake.input_check(), fake.code())

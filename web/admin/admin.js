@@ -18,7 +18,8 @@ import {
   timeWords,
 } from "./words.js";
 import { ApiError, requestJson } from "../core/api.js";
-import { badge, byId, el, notice } from "../core/dom.js";
+import { namedBadge } from "../components/named_badge.js";
+import { byId, el, notice } from "../core/dom.js";
 import { say, sayError } from "../text/catalogue.js";
 import { mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
@@ -143,7 +144,7 @@ function addRoom({ room }) {
 
 /** @param {RoomRow} room */
 function seats({ seats, spectators }) {
-  const [blue, red] = seats.map((seat, index) => el("span", { class: "agent" }, badge(index), seatWords(seat)));
+  const [blue, red] = seats.map((seat, index) => el("span", { class: "agent" }, namedBadge(index), seatWords(seat)));
   const watching =
     spectators > 0 ? el("span", { class: "room-remark" }, say("admin.watching", { count: spectators })) : null;
   return el("span", { class: "room-seats" }, blue, red, watching);

@@ -6,7 +6,8 @@
 
 import { openWithToken } from "../components/admin_token.js";
 import { ApiError, request, requestJson } from "../core/api.js";
-import { badge, byId, el, notice } from "../core/dom.js";
+import { namedBadge } from "../components/named_badge.js";
+import { byId, el, notice } from "../core/dom.js";
 import { ticksOf } from "../core/ticks.js";
 import { ReplayError } from "../replay/data.js";
 import { itemName, tickTime } from "../replay/event_words.js";
@@ -224,7 +225,7 @@ class AnnotatePage {
         "aria-current": finding === this.#current ? "true" : null,
         onclick: () => void this.open(finding),
       },
-      badge(finding.seat),
+      namedBadge(finding.seat),
       el("span", {}, say(`annotate.case.${finding.case}`)),
       verdict ? el("span", { class: `pill ${TONES[verdict]}` }, say(`annotate.${verdict}`)) : null,
       el("span", { class: "small muted" }, `${mapTitle({ name: finding.map })} · ${tickTime(finding.start)}`),

@@ -7,7 +7,8 @@
 import { openWithToken } from "../components/admin_token.js";
 import { NO_PILL, pill, remark, showFacts } from "../components/dashboard.js";
 import { ApiError, requestJson } from "../core/api.js";
-import { badge, byId, el, notice } from "../core/dom.js";
+import { namedBadge } from "../components/named_badge.js";
+import { byId, el, notice } from "../core/dom.js";
 import { Alerts } from "./alerts.js";
 import { actor, askForAction, downloadPayments, openNext } from "./dialogs.js";
 import {
@@ -279,7 +280,7 @@ function pauseOf(data) {
 function seatsOf(data) {
   const names = seatNames(data);
   if (names === null) return [];
-  const agents = names.map((name, seat) => el("span", { class: "agent" }, badge(seat), name));
+  const agents = names.map((name, seat) => el("span", { class: "agent" }, namedBadge(seat), name));
   return [
     el("span", { class: "room-seats" }, ...agents),
     ...remark(data.map ? mapTitle({ name: data.map, title: data.title }) : ""),

@@ -11,6 +11,7 @@ import { colourName, mapDescription, mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 import { readLayout } from "../input/keyboard_layout.js";
 import { controlsCard } from "./controls.js";
+import { namedBadge } from "../components/named_badge.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { LIMITS, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
@@ -209,7 +210,7 @@ function showResearch(seats) {
   const lines = seats.flatMap((value, seat) => {
     const agent = agents.find(({ id }) => value === `agent:${id}`);
     const line = agent ? researchLine(agent) : "";
-    return line ? [el("li", {}, badge(seat), el("span", {}, line))] : [];
+    return line ? [el("li", {}, namedBadge(seat), el("span", {}, line))] : [];
   });
   byId("research", HTMLElement).replaceChildren(...lines);
 }

@@ -3,7 +3,8 @@
  * Who delivered what in a round: every item as it looks, with the name of who brought it home.
  */
 
-import { badge, el } from "../core/dom.js";
+import { namedBadge } from "../components/named_badge.js";
+import { el } from "../core/dom.js";
 import { outline, radiusOf } from "../shapes.js";
 import { say } from "../text/catalogue.js";
 import { shapeName } from "../text/names.js";
@@ -37,7 +38,7 @@ export function deliveryList(items, deliveredBy, delivered, names) {
 function who(seats, delivered, names) {
   if (!delivered) return [say("play.result.nobody")];
   if (seats.length === 0) return [say("play.result.itself")];
-  return [...seats.map(badge), seats.length > 1 ? say("play.result.together") : names[seats[0]]];
+  return [...seats.map(namedBadge), seats.length > 1 ? say("play.result.together") : names[seats[0]]];
 }
 
 /** @param {Item} item @param {number} reach half the side of the picture, in arena units */

@@ -121,7 +121,9 @@ class Play {
   #asksPause = false; // the last pause was asked for by its button or key
 
   start() {
-    byId("stop", HTMLButtonElement).addEventListener("click", () => this.#pauseOrStop());
+    const stop = byId("stop", HTMLButtonElement);
+    stop.addEventListener("click", () => this.#pauseOrStop());
+    stop.disabled = false;
     addEventListener("keydown", (event) => this.#pauseKey(event));
     addEventListener("pointerdown", (event) => event.pointerType === "touch" && this.#touch.wake());
     addEventListener("blur", () => this.#letGo(false));

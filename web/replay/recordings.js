@@ -6,7 +6,8 @@
 import { openWithToken } from "../components/admin_token.js";
 import { request } from "../core/api.js";
 import { decodeValues } from "../core/metric_values.js";
-import { badge, byId, el, notice } from "../core/dom.js";
+import { namedBadge } from "../components/named_badge.js";
+import { byId, el, notice } from "../core/dom.js";
 import { filterChoices, filterRecordings, playerWords } from "./recordings_filter.js";
 import { save } from "./source.js";
 import { duration, percent } from "../play/result_words.js";
@@ -164,7 +165,7 @@ function damagedRow({ id, damage }) {
 /** @param {Row} row */
 function players({ blue, red }) {
   const side = (/** @type {number} */ seat, /** @type {string | undefined} */ player) =>
-    el("span", { class: "agent" }, badge(seat), playerWords(player));
+    el("span", { class: "agent" }, namedBadge(seat), playerWords(player));
   return el(
     "span",
     { class: "players" },

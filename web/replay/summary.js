@@ -3,7 +3,8 @@
  * The head of the replay page: which episode this is, how it ended, and who played.
  */
 
-import { badge, byId, el } from "../core/dom.js";
+import { namedBadge } from "../components/named_badge.js";
+import { byId, el } from "../core/dom.js";
 import { outcomeText } from "../play/result_words.js";
 import { currentLanguage, say } from "../text/catalogue.js";
 import { mapTitle, replayedPlayer } from "../text/names.js";
@@ -26,7 +27,7 @@ export function showSummary(summary) {
     el(
       "div",
       { class: "replay-seat" },
-      badge(index),
+      namedBadge(index),
       el("span", { class: "replay-seat-name" }, replayedPlayer(kind, name)),
       words[index],
     ),
