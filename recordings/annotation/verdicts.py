@@ -2,6 +2,7 @@
 
 import json
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -15,7 +16,8 @@ from movingout.recordings.text_lines import append_line, read_lines
 
 VERDICTS_NAME = "annotations.jsonl"
 FORMAT = 1
-_ANNOTATOR = re.compile(r"[\w][\w .-]{0,39}")
+_ANNOTATOR = re.compile(r"\w[\w .-]*")
+_LONGEST = 40
 LONGEST_NOTE = 500  # letters
 
 
@@ -42,7 +44,8 @@ Verdicts = Mapping[str, Mapping[str, VerdictLine]]
 def checked_annotator(name: str) -> str:
     """The name without spaces around it. Raises RecordingError when it cannot be one."""
     name = name.strip()
-    if not _ANNOTATOR.fullmatch(name):
+    letters = "".join(sign for sign in name if not unicodedata.category(sign).startswith("M"))  # without vowel signs
+    if len(name) > _LONGEST or not _ANNOTATOR.fullmatch(letters):
         raise RecordingError("an annotator's name has 1 to 40 letters, digits, spaces, dots and hyphens")
     return name
 

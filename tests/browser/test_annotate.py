@@ -37,11 +37,11 @@ def folder(server: Server) -> Iterator[Path]:
         path.unlink(missing_ok=True)
 
 
-def annotating(open_page: OpenPage, server: Server, **options: object) -> Page:
-    """The page as Ada sees it."""
+def annotating(open_page: OpenPage, server: Server, name: str = "Ada", **options: object) -> Page:
+    """The page as Ada, or whoever, sees it."""
     script = f"sessionStorage.setItem('movingout.admin', {json.dumps(admin_token(server))});"
     page = open_page("/annotate", script=script, **options)
-    page.locator("#annotator").fill("Ada")
+    page.locator("#annotator").fill(name)
     page.keyboard.press("Enter")
     expect(page.locator(".annotate-span")).to_be_attached(timeout=30_000)
     return page
@@ -130,6 +130,12 @@ def drawn(place: Locator) -> np.ndarray:
 def test_a_screen_reader_hears_whose_failure_is_meant(open_page: OpenPage, server: Server, folder: Path) -> None:
     page = annotating(open_page, server)
     expect(page.get_by_role("button", name="Blue Does not come to help").first).to_be_visible()
+
+
+def test_a_name_may_be_written_with_vowel_signs(open_page: OpenPage, server: Server, folder: Path) -> None:
+    page = annotating(open_page, server, name="प्रिया")
+    page.keyboard.press("1")
+    expect(page.locator("#progress")).to_have_text("1 of 2 judged")
 
 
 @pytest.mark.slow

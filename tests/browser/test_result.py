@@ -198,3 +198,12 @@ def test_the_hint_of_a_map_is_on_the_game_page(server: Server, open_page: OpenPa
     room = server.make_room("HandOff", red="idle")
     page = open_page(room["join_path"], room)
     expect(page.locator("#ready")).to_contain_text("One narrow pathway: whoever is nearer passes the items down")
+
+
+def test_an_address_in_the_hint_of_a_map_hides_no_part_of_the_button(server: Server, open_page: OpenPage) -> None:
+    drawn = map_to_json(load_map("Simple")) | {"name": "drawn", "description": f"https://example.org/{'rooms' * 30}"}
+    room = server.post("/api/rooms", {"map": drawn, "seats": [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]})
+    page = open_page(room["join_path"], room)
+    card = page.locator("#ready")
+    expect(card.get_by_role("button", name="I am ready")).to_be_visible()
+    assert card.evaluate("card => card.scrollWidth <= card.clientWidth")

@@ -112,7 +112,9 @@ def test_what_nobody_can_have_said_is_refused(words: tuple[str, str, str], sente
 
 
 def test_names_of_people_in_any_language_are_names() -> None:
-    assert [checked_annotator(name) for name in (" Ada ", "Jürgen K.", "李")] == ["Ada", "Jürgen K.", "李"]
+    assert [checked_annotator(name) for name in (" Ada ", "Jürgen K.", "李", "प्रिया")] == [
+        "Ada", "Jürgen K.", "李", "प्रिया",
+    ]  # fmt: skip
 
 
 def test_what_was_said_about_deleted_recordings_goes_with_them(tmp_path: Path) -> None:
