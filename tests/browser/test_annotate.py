@@ -124,7 +124,8 @@ def test_in_forced_colours_the_time_line_the_arrow_of_a_list_and_the_answer_can_
 def drawn(place: Locator) -> np.ndarray:
     """(height, width) where it differs from its own middle of the upper edge, which is empty."""
     seen = np.asarray(Image.open(io.BytesIO(place.screenshot())).convert("L")).astype(int)
-    return np.abs(seen - seen[3, seen.shape[1] // 2]) > 5
+    differs: np.ndarray = np.abs(seen - seen[3, seen.shape[1] // 2]) > 5
+    return differs
 
 
 def test_a_screen_reader_hears_whose_failure_is_meant(open_page: OpenPage, server: Server, folder: Path) -> None:

@@ -6,7 +6,7 @@
 import { ApiError, requestJson } from "../core/api.js";
 import { byId, el, notice } from "../core/dom.js";
 import { save } from "../replay/source.js";
-import { say, sayError } from "../text/catalogue.js";
+import { say, sayError, unmarked } from "../text/catalogue.js";
 import { mapDescription, mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 import { fitCanvas } from "../view/render.js";
@@ -183,10 +183,11 @@ function replace(map) {
 
 function startFrom() {
   const from = starts.find(({ name }) => name === startSelect.value);
-  const title = from ? say("editor.copy", { title: mapTitle(from) }) : say("editor.untitled");
+  const title = from ? unmarked(say("editor.copy", { title: mapTitle(from) })) : say("editor.untitled");
   startSelect.value = "";
   if (from === undefined) return replace(emptyMap(title));
-  replace({ ...from, title, description: mapDescription(from), name: nameOf(title), number: 0, mode: "practice" });
+  const description = unmarked(mapDescription(from));
+  replace({ ...from, title, description, name: nameOf(title), number: 0, mode: "practice" });
 }
 
 /** @param {Settings["tool"]} tool */

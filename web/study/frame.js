@@ -6,7 +6,7 @@
 
 import { heading } from "../components/action.js";
 import { byId, el } from "../core/dom.js";
-import { currentLanguage, say } from "../text/catalogue.js";
+import { currentLanguage, isolated, say } from "../text/catalogue.js";
 import { LANGUAGES } from "../text/language.js";
 import { card } from "./screen.js";
 import { titleOf } from "./service.js";
@@ -70,7 +70,7 @@ export class StudyFrame {
    * @param {boolean} several two people sit here
    */
   setPlace(view, people, several) {
-    if (view && view.step.kind !== "ended-elsewhere") this.#title.textContent = view.study.title;
+    if (view && view.step.kind !== "ended-elsewhere") this.#title.textContent = isolated(view.study.title);
     this.#title.hidden = view === null; // the first screen has it as its heading
     const { done, total } = view?.position ?? { done: 0, total: 0 };
     this.#progress.hidden = total === 0;

@@ -4,6 +4,7 @@
  */
 
 import { requestJson } from "../core/api.js";
+import { isolated } from "../text/catalogue.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {import("../questionnaire/pages.js").Item} Item */
@@ -70,7 +71,7 @@ import { requestJson } from "../core/api.js";
  * @param {Pick<Study, "title" | "titles">} study @param {string} language
  */
 export function titleOf({ title, titles = {} }, language) {
-  return titles[language] ?? title;
+  return isolated(titles[language] ?? title);
 }
 
 /** @returns {Promise<Study>} */

@@ -13,6 +13,10 @@ import { DEFAULT_LANGUAGE } from "./language.js";
 /** @typedef {Record<string, string>} Texts */
 /** @typedef {Readonly<Record<string, unknown>>} Values numbers and lists are written as the language does */
 
+const FROM_THE_RIGHT = /[\u0590-\u08ff\ufb1d-\ufdff\ufe70-\ufefc]/; // Hebrew, Arabic and the scripts between
+const ISOLATE = "\u2068"; // first strong isolate, and the end of one
+const END = "\u2069";
+
 let language = DEFAULT_LANGUAGE;
 /** @type {Texts} */
 let texts = {};
@@ -57,9 +61,19 @@ export function say(key, values = {}) {
   if (text === undefined) throw new Error(`no text for ${key} in ${language}`);
   return text.replace(/\{(\w+)\}/g, (_, name) => {
     const value = values[name];
-    if (Array.isArray(value)) return new Intl.ListFormat(language).format(value.map(String));
-    return typeof value === "number" ? decimal.format(value) : String(value ?? "");
+    if (Array.isArray(value)) return new Intl.ListFormat(language).format(value.map((one) => isolated(String(one))));
+    return typeof value === "number" ? decimal.format(value) : isolated(String(value ?? ""));
   });
+}
+
+/** A name as people write it, in its own direction within a sentence from left to right. @param {string} name */
+export function isolated(name) {
+  return FROM_THE_RIGHT.test(name) && !name.startsWith(ISOLATE) ? ISOLATE + name + END : name;
+}
+
+/** A text that is kept, without the marks of `isolated`. @param {string} text */
+export function unmarked(text) {
+  return text.replaceAll(ISOLATE, "").replaceAll(END, "");
 }
 
 /** @param {string} key @param {Values} values @returns {string | undefined} */

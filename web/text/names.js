@@ -4,7 +4,7 @@
  * know, such as a map or an agent of one's own, keeps the name that the server gives it.
  */
 
-import { currentLanguage, has, say } from "./catalogue.js";
+import { currentLanguage, has, isolated, say } from "./catalogue.js";
 
 const GENERATED = "generated"; // maps/generated/names.py: generated:awareness:12 or generated:awareness:12:hard
 const DIFFICULTIES = ["easy", "medium", "hard"];
@@ -51,7 +51,7 @@ export function mapTitle({ name, title: given }) {
   if (base === GENERATED) return words.slice(2).reduce(changed, say("map.generated.title", { number: words[1] }));
   const title = has(`map.${base}.title`)
     ? say(`map.${base}.title`)
-    : (given ?? base.replace(/([a-z])([A-Z])/g, "$1 $2"));
+    : isolated(given ?? base.replace(/([a-z])([A-Z])/g, "$1 $2"));
   return words.reduce(changed, title);
 }
 
@@ -66,7 +66,7 @@ function changed(title, symmetry) {
 /** @param {{name: string, description: string}} map */
 export function mapDescription({ name, description }) {
   const key = `map.${name.split(":")[0]}.description`;
-  return has(key) ? say(key) : description;
+  return has(key) ? say(key) : isolated(description);
 }
 
 /**

@@ -4,7 +4,7 @@ import { readFileSync, readdirSync } from "node:fs";
 import { test } from "node:test";
 
 import { ApiError } from "../../core/api.js";
-import { has, say, sayError, sayNumber, setTexts } from "../../text/catalogue.js";
+import { has, say, sayError, sayNumber, setTexts, unmarked } from "../../text/catalogue.js";
 import { LANGUAGES, pickLanguage } from "../../text/language.js";
 import { textsOf } from "./support.js";
 
@@ -93,4 +93,12 @@ test("the language is the first wish that is offered, also without its country, 
   assert.equal(pickLanguage(["en", "de"], [null, undefined, "de-AT", "en"]), "de");
   assert.equal(pickLanguage(["en", "de"], ["fr", "en-US"]), "en");
   assert.equal(pickLanguage(["de"], ["en"]), "de");
+});
+
+test("a name that is written from the right has its own direction within a sentence, and is kept without marks", () => {
+  setTexts("en", { "a.b": "{name}: {count}" });
+  assert.equal(say("a.b", { name: "חדר 3", count: 4 }), "\u2068חדר 3\u2069: 4");
+  assert.equal(say("a.b", { name: "\u2068חדר 3\u2069", count: 4 }), "\u2068חדר 3\u2069: 4", "not twice");
+  assert.equal(say("a.b", { name: "Room 3", count: 4 }), "Room 3: 4");
+  assert.equal(unmarked(say("a.b", { name: "חדר 3", count: 4 })), "חדר 3: 4");
 });

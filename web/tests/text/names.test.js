@@ -10,6 +10,7 @@ test("a map has the title of the catalogue, else its own, else its name in words
   assert.equal(mapTitle({ name: "HandOff" }), "Hand Off");
   assert.equal(mapTitle({ name: "MyLab", title: "The lab" }), "The lab");
   assert.equal(mapTitle({ name: "TwoDoorsAhead" }), "Two Doors Ahead");
+  assert.equal(mapTitle({ name: "Heder", title: "חדר!" }), "\u2068חדר!\u2069", "in its own direction");
 });
 
 test("a mirrored or turned map says so in its title", () => {
