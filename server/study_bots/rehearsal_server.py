@@ -9,7 +9,7 @@ from typing import NamedTuple
 from movingout.server.commands.with_parent import PROGRAM
 from movingout.server.study_bots.study_client import SimulationError
 
-START_S = 60.0
+START_S = 300.0  # a busy machine takes minutes; a server that fails ends at once
 STOP_S = 60.0
 
 

@@ -77,7 +77,7 @@ def _lines(study: Study, store: Store) -> Iterator[str]:
 
 def _scale(item: QuestionnaireItem) -> str:
     if item.kind == "choice":
-        return "; ".join(f"{value}: {option}" for value, option in enumerate(item.options))
+        return "; ".join(["-1: no answer", *(f"{value}: {option}" for value, option in enumerate(item.options))])
     if item.kind == "text":
         return "free text"
     ends = f" ({item.ends[0]} to {item.ends[1]})" if any(item.ends) else ""

@@ -1,6 +1,6 @@
 """What an experimenter should know before the first participant comes: timeline, pay, missing models, weaknesses."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import get_args
@@ -132,6 +132,7 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
     yield from _role_confound(orders)
     yield from _order_confounds(study)
     yield from _ping_weaknesses(study)
+    yield from _without_effect(study, step_order)
     whole = cells(study)
     if study.units % whole:
         who = "pairs" if study.group == 2 else "participants"
@@ -192,6 +193,21 @@ def _order_confounds(study: Study) -> Iterator[str]:
     firsts = [set(block.partners) for block in study.blocks if block.partners]
     if len(firsts) > 1 and not set.intersection(*firsts):
         yield "some partners always come in an earlier block than others, so order and model are confounded"
+
+
+def _without_effect(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]:
+    """What the file says, and nothing happens."""
+    twice = [name for name, count in Counter(study.languages).items() if count > 1]
+    if twice:
+        yield f"languages: {', '.join(twice)} is named more than once"
+    for block in study.blocks:
+        unused = [name for name in ("split", "variants") if name in block.model_fields_set]
+        if block.challenge == 1 and unused:
+            yield f"block {block.id}: {' and '.join(unused)} has no effect without challenge: 2"
+        breaks = any(step.kind == "break" and step.block == block.id for step in step_order)
+        if block.break_after_maps and not breaks:
+            maps = f"{len(block.maps)} map{'s' * (len(block.maps) > 1)}"
+            yield f"block {block.id}: no break comes, because break_after_maps is {block.break_after_maps} of {maps}"
 
 
 def map_warnings(study: Study) -> Iterator[str]:

@@ -75,7 +75,9 @@ def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Pat
 
 
 def _follows(error: Any) -> bool:
-    """Whether the error only follows from others: a list counts as too short because its entries are faulty."""
+    """Whether another error says it: of a faulty entry, after which a list is too short; of what stands for a word."""
+    if error["type"] == "literal_error" and isinstance(error["input"], dict):
+        return str(error["loc"][-1]).startswith("literal[")  # `codes: unique`, or a mapping
     return bool(error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"])
 
 

@@ -92,6 +92,7 @@ def test_the_codebook_explains_every_column_of_every_table_and_every_question(tm
     for item in study.questionnaire("about-partner").items:
         assert f"| {item.id} |" in book and item.text in book
     assert "(Perfect to Failure)" in book
+    assert "| age | -1: no answer; 0: 18–24; 1: 25–34" in book
 
 
 def test_an_export_holds_no_identity_and_no_completion_code(tmp_path: Path) -> None:

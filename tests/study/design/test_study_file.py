@@ -313,3 +313,30 @@ def test_sounds_are_off_unless_the_file_says_on() -> None:
     assert [parse_study(SMALL + f"sounds: {word}\n").sounds for word in ("on", "off", '"on"')] == ["on", "off", "on"]
     ((_, path, message),) = faults(SMALL + "sounds: loud\n")
     assert path == "sounds" and "'on' or 'off'" in message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "warning"),
+    [
+        ("format: 1", "format: 1\nlanguages: [en, en]", "languages: en is named more than once"),
+        ("- id: play", "- id: play\n    split: train", "block play: split has no effect without challenge: 2"),
+        (
+            "- id: play",
+            "- id: play\n    break_after_maps: 2",
+            "block play: no break comes, because break_after_maps is 2 of 2 maps",
+        ),
+    ],
+)
+def test_what_has_no_effect_is_warned_of(old: str, new: str, warning: str) -> None:
+    assert warning in review(parse_study(SMALL.replace(old, new))).warnings
+    assert warning not in review(parse_study(SMALL)).warnings
+
+
+def test_a_break_and_a_split_that_have_an_effect_are_not_warned_of() -> None:
+    text = SMALL.replace("- id: play", "- id: play\n    break_after_maps: 1\n    challenge: 2\n    split: train")
+    assert not [one for one in review(parse_study(text)).warnings if "no effect" in one or "no break" in one]
+
+
+def test_a_faulty_code_is_one_fault() -> None:
+    ((_, path, message),) = faults(SMALL + "codes: {done: ABC}\n")
+    assert path == "codes.done" and "4 to 40 letters" in message
