@@ -1,5 +1,6 @@
-"""What a study was run with: its file, the software, the models."""
+"""What a study was run with: its file, the software, the models, its own maps."""
 
+import json
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -7,9 +8,12 @@ from pathlib import Path
 import movingout
 from movingout.agents.checkpoint.checkpoint import checkpoint_folders, model_roots, read_checkpoint
 from movingout.agents.errors import CheckpointError
+from movingout.maps import load_map, map_to_json
+from movingout.maps.library import is_generated_or_shipped
 from movingout.recordings.versions import versions
 from movingout.study.design.definition import Study
 from movingout.study.design.review import agent_ids
+from movingout.study.store.frozen_study import MAP
 
 _PACKAGES = ("maps", "world", "recordings", "agents", "matches", "study", "server", "web")
 _SUFFIXES = (".py", ".js", ".json", ".html", ".css", ".j2")
@@ -21,7 +25,10 @@ def code_versions() -> dict[str, str]:
 
 
 def model_hashes(study: Study) -> dict[str, str]:
-    """SHA-256 of the card of each trained agent (the card names the hashes of its files); "" for the others."""
+    """SHA-256 of the card of each trained agent (the card names the hashes of its files), "" for the others.
+
+    Maps of one's own are there as `map:NAME`, because their files may not change either.
+    """
     wanted = dict.fromkeys(agent_ids(study), "")
     for folder in checkpoint_folders(*model_roots()):
         try:
@@ -30,7 +37,16 @@ def model_hashes(study: Study) -> dict[str, str]:
             continue
         if wanted.get(checkpoint.card.id) == "":  # the first place that has it is the one that plays
             wanted[checkpoint.card.id] = checkpoint.sha256
-    return wanted
+    return wanted | {f"{MAP}{name}": _map_sha256(name) for name in _own_maps(study)}
+
+
+def _own_maps(study: Study) -> list[str]:
+    names = {name for block in study.blocks for name in block.maps} | {study.practice.map if study.practice else ""}
+    return [name for name in sorted(names) if name and not is_generated_or_shipped(name)]
+
+
+def _map_sha256(name: str) -> str:
+    return sha256(json.dumps(map_to_json(load_map(name)), sort_keys=True).encode()).hexdigest()
 
 
 @cache

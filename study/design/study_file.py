@@ -1,11 +1,13 @@
 """Reads study.yaml; every fault is reported with its line and the path of its field."""
 
+import json
 import typing
 from collections.abc import Iterable, Iterator
 from datetime import date
 from pathlib import Path
 from typing import Any
 
+import yaml
 from pydantic import BaseModel, ValidationError
 
 from movingout.maps.files.input_file import read_input
@@ -43,6 +45,41 @@ def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None)
     if found:
         raise StudyFileError(name, sorted(found))
     return study
+
+
+def complete_text(path: Path) -> str:
+    """The text of a study file that `read_study` can read, with each {file: NAME} replaced by what that file holds.
+
+    It says everything that participants read, also after these files have changed or are no longer there.
+    """
+    text, parts, end = path.read_text(encoding="utf-8"), [], 0
+    for start, stop, name in sorted(set(_file_places(text, yaml.compose(text, yaml.SafeLoader)))):
+        parts += [text[end:start], _quoted(read_input(path.parent / name).decode("utf-8"))]
+        end = stop
+    return "".join([*parts, text[end:]])
+
+
+def _file_places(text: str, node: yaml.Node | None) -> Iterator[tuple[int, int, str]]:
+    """Where each {file: NAME} begins and ends, without its anchor, and the name."""
+    if isinstance(node, yaml.SequenceNode):
+        for entry in node.value:
+            yield from _file_places(text, entry)
+    elif isinstance(node, yaml.MappingNode):
+        if [key.value for key, _ in node.value] != [FILE_KEY]:
+            for _, value in node.value:
+                yield from _file_places(text, value)
+            return
+        ((key, value),) = node.value
+        if node.flow_style:
+            yield text.index("{", node.start_mark.index), node.end_mark.index, value.value
+        else:
+            yield key.start_mark.index, value.end_mark.index, value.value
+
+
+def _quoted(text: str) -> str:
+    """A text on one line of YAML, so that faults keep their line numbers."""
+    letters = json.dumps(text, ensure_ascii=False)
+    return "".join(letter if letter.isprintable() else f"\\U{ord(letter):08x}" for letter in letters)
 
 
 def _text(path: Path) -> str:

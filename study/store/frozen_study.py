@@ -2,7 +2,7 @@
 
 import json
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
@@ -13,6 +13,8 @@ from movingout.study.errors import StudyError
 from movingout.study.store.audit import record
 from movingout.study.store.store import Store
 from movingout.study.store.tables import participants, study
+
+MAP = "map:"  # before the name of a map of one's own, among the models
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,15 +83,25 @@ def _check_same(store: Store, connection: Connection, known: Row[Any], row: Mapp
             f"this data folder holds what {kinds[0]} did, and {kinds[1]} must not be mixed with them; "
             f"choose another --data folder{look}"
         )
-    for name, words in (("id", "its id"), ("file_sha256", "its file"), ("models", "a model")):
-        if getattr(known, name) != row[name]:
-            raise StudyError(
-                f"study {known.id} has begun, and {words} has changed since; "
-                "restore it, or begin a new study with another --data folder"
-            )
+    for what in _changes(known, row):
+        raise StudyError(
+            f"study {known.id} has begun, and {what} has changed since; "
+            "restore it, or begin a new study with another --data folder"
+        )
     if known.code != row["code"]:
         connection.execute(update(study).values(code=row["code"]))
         record(connection, store.now(), "server", "code", code=json.loads(row["code"]))
+
+
+def _changes(known: Row[Any], row: Mapping[str, Any]) -> Iterator[str]:
+    if known.id != row["id"]:
+        yield "its id"
+    if known.file_sha256 != row["file_sha256"]:
+        yield "its file or a text beside it"
+    before, now = json.loads(known.models), json.loads(row["models"])
+    for name in before.keys() & now.keys():  # earlier versions kept no hashes of maps
+        if before[name] != now[name]:
+            yield f"the map {name.removeprefix(MAP)}" if name.startswith(MAP) else "a model"
 
 
 def _anybody(connection: Connection) -> bool:

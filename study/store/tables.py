@@ -52,7 +52,12 @@ study = Table(
     Column("file_text", Text, nullable=False, doc="study.yaml as it was then"),
     Column("file_sha256", String(64), nullable=False, doc="its SHA-256"),
     Column("code", Text, nullable=False, doc="versions of the software, JSON"),
-    Column("models", Text, nullable=False, doc="agent id to SHA-256 of its checkpoint, JSON"),
+    Column(
+        "models",
+        Text,
+        nullable=False,
+        doc="agent id to SHA-256 of its checkpoint, map:NAME to that of an own map, JSON",
+    ),
     Column("simulated", Boolean, nullable=False, server_default=false(), doc="whether the participants were programs"),
     Column("salt", String(32), nullable=False, info=_INSIDE, doc="of the hashes in the audit; leads to who left"),
     Column("paused", Boolean, nullable=False, server_default=false(), info=_INSIDE, doc="by the experimenter, for all"),

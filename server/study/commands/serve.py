@@ -37,7 +37,7 @@ from movingout.server.study.commands.serve_node import folder_of_node, serve_nod
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.review import Review, review
-from movingout.study.design.study_file import read_study
+from movingout.study.design.study_file import complete_text, read_study
 from movingout.study.errors import StudyError
 from movingout.study.store.frozen_study import frozen_study
 
@@ -55,10 +55,11 @@ def serve(args: argparse.Namespace) -> int:
     admission = Admission(args.codes, args.signed, args.any_device, simulated=args.rehearse is not None)
     if settings.in_cluster:
         folder = folder_of_node(as_node(settings), study, args.database, args.identities)
-        if not admission.simulated and not _has_begun(folder):
+        begun_with = _begun_with(folder)
+        if not admission.simulated and begun_with is None:
             _refuse_blanks(found, args.file)
         sys.setswitchinterval(SWITCH_S)
-        return serve_node(settings, folder, args.file.read_text(encoding="utf-8"), admission)
+        return serve_node(settings, folder, text_to_freeze(args.file, begun_with), admission)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
     refuse_cluster_folder(settings.data)
     if settings.s3:
@@ -70,7 +71,8 @@ def serve(args: argparse.Namespace) -> int:
         folder.exclusive(),
         closing(listen(settings.host, settings.port)) as listening,
     ):
-        if args.rehearse is None and not _has_begun(folder):
+        begun_with = _begun_with(folder)
+        if args.rehearse is None and begun_with is None:
             _refuse_blanks(found, args.file)
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
@@ -78,7 +80,7 @@ def serve(args: argparse.Namespace) -> int:
         app = create_study_app(
             *_host(settings, lock, certificate),
             folder,
-            args.file.read_text(encoding="utf-8"),
+            text_to_freeze(args.file, begun_with),
             **admission._asdict(),
         )
         code = asyncio.run(app.state.session_service.new_code()) if args.codes else ""
@@ -114,14 +116,19 @@ def _refuse_blanks(found: Review, file: Path) -> None:
         raise StudyError("\n".join([*found.unfilled, help]))
 
 
-def _has_begun(folder: StudyFolder) -> bool:
-    """Whether it was served before: then its file may not change any more."""
+def _begun_with(folder: StudyFolder) -> str | None:
+    """The text of the study file if it was served before: then it may not change any more."""
     try:
         with closing(folder.open_existing()) as store:
-            frozen_study(store)
+            return frozen_study(store).file_text
     except StudyError:
-        return False
-    return True
+        return None
+
+
+def text_to_freeze(file: Path, begun_with: str | None) -> str:
+    """With the texts that the study keeps in files; studies of earlier versions began without them."""
+    text = file.read_text(encoding="utf-8")
+    return text if text == begun_with else complete_text(file)
 
 
 def _settings(args: argparse.Namespace) -> Settings:

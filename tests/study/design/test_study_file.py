@@ -12,7 +12,7 @@ from movingout.maps import load_map, map_to_json
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
 from movingout.study.design.review import map_warnings, review
-from movingout.study.design.study_file import parse_study, read_study
+from movingout.study.design.study_file import complete_text, parse_study, read_study
 from movingout.study.design.templates import template_names, template_text
 from movingout.study.errors import StudyError, StudyFileError
 
@@ -166,6 +166,26 @@ def test_a_text_can_lie_in_a_file_beside_the_study(tmp_path: Path) -> None:
     file = tmp_path / "study.yaml"
     file.write_text(SMALL.replace("text: We record how you play.", "text: {en: {file: consent.md}}"), encoding="utf-8")
     assert read_study(file).consent.text.text() == "# Yes?"
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        "text: {en: {file: consent.md}}  # why",
+        "text: {en: &same {file: consent.md}, de: *same}",
+        "text:\n    en:\n      file: consent.md  # why\n    de: Ja?",
+        "text:\n    en: &same\n      file: 'consent.md'\n    de: *same",
+    ],
+)
+def test_the_complete_text_of_a_study_needs_no_other_files(tmp_path: Path, written: str) -> None:
+    (tmp_path / "consent.md").write_text('# "Yes"?\n\nIt\u2028is\x7f \\ 🙂.\n', encoding="utf-8")
+    file = tmp_path / "study.yaml"
+    file.write_text(SMALL.replace("text: We record how you play.", written), encoding="utf-8")
+    complete = complete_text(file)
+    assert parse_study(complete) == read_study(file)
+    assert complete.count("\n") == file.read_text(encoding="utf-8").count("\n") and complete.count("#") > 0
+    file.write_text(SMALL, encoding="utf-8")
+    assert complete_text(file) == SMALL
 
 
 @pytest.mark.parametrize("name", ["missing.md", "../secret.md", "/etc/hostname"])

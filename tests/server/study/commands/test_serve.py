@@ -1,14 +1,22 @@
 """`movingout study serve`: what it prints, and what it refuses in a sentence."""
 
 import re
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from movingout.server.cli import main
+from movingout.server.study.commands.serve import text_to_freeze
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.data.versions import model_hashes
+from movingout.study.design.study_file import complete_text, read_study
+from movingout.study.store.frozen_study import freeze_study
 from tests.server.persistence.test_room_snapshot import free_port
 from tests.server.study.study_process import study_process
 from tests.server.study.support import SOLO
+
+WITH_FILE = re.sub(r'en: "# Consent.*?"', "en: {file: consent.md}", SOLO)
 
 
 def refused(capsys: pytest.CaptureFixture[str], file: Path, data: Path, *options: str) -> str:
@@ -33,7 +41,7 @@ def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsy
         in_use = refused(capsys, file, tmp_path / "other", "--port", str(port))
         assert f"port {port} is in use already" in in_use
     file.write_text(SOLO.replace("id: solo", "id: solo\nseed: 9"), encoding="utf-8")
-    assert "study solo has begun, and its file has changed since" in refused(capsys, file, tmp_path)
+    assert "study solo has begun, and its file or a text beside it has changed since" in refused(capsys, file, tmp_path)
     file.write_text(SOLO, encoding="utf-8")
     simulated = refused(capsys, file, tmp_path, "--rehearse", "2")
     assert "holds what people did, and simulated participants must not be mixed with them" in simulated
@@ -67,3 +75,25 @@ def test_what_makes_no_sense_is_refused(
     file.write_text(SOLO, encoding="utf-8")
     said = refused(capsys, file, tmp_path, "--port", "0", *options)
     assert said.startswith("movingout: ") and "Traceback" not in said
+
+
+def test_a_text_beside_the_file_of_a_study_that_has_begun_may_not_change(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, consent = tmp_path / "study.yaml", tmp_path / "consent.md"
+    file.write_text(WITH_FILE, encoding="utf-8")
+    consent.write_text("We record how you play.", encoding="utf-8")
+    folder = StudyFolder(read_study(file), tmp_path / "data")
+    with closing(folder.open()) as store, closing(folder.open_identities()):
+        freeze_study(store, "solo", complete_text(file), {}, model_hashes(folder.study))
+        store.arrive("P1", "en")
+    consent.write_text("We record who you are.", encoding="utf-8")
+    assert "its file or a text beside it has changed since" in refused(capsys, file, tmp_path / "data")
+
+
+def test_a_study_that_began_with_an_earlier_version_goes_on(tmp_path: Path) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(WITH_FILE, encoding="utf-8")
+    (tmp_path / "consent.md").write_text("We record how you play.", encoding="utf-8")
+    assert text_to_freeze(file, WITH_FILE) == WITH_FILE
+    assert text_to_freeze(file, None) == complete_text(file) != WITH_FILE
