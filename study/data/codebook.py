@@ -22,7 +22,7 @@ _TABLES = {
     "audit": "Who did what, and when; participants are hashes.",
     "tombstones": "Withdrawals: how much was removed.",
     "allocation": "What each unit was to play, in its order.",
-    "recordings": "The recording of each round.",
+    "recordings": "The recording of each round that is finished.",
 }
 
 

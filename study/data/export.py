@@ -20,6 +20,7 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports import export as export_recordings
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.target import new_target
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.spreadsheet import safe_cells
 from movingout.recordings.storage.listing import path_of
 from movingout.study.data.codebook import DERIVED, codebook
@@ -125,8 +126,8 @@ def _allocation(study: Study, units: Iterable[Row]) -> Iterable[Row]:
 
 
 def _manifest(folder: Path, rounds: Iterable[Row], done: Exported) -> list[Row]:
-    """The file and the hash of each recording."""
-    manifest = []
+    """The file and the hash of each recording that is finished: a journal still grows, and gets another name."""
+    manifest, unfinished = [], 0
     for row in rounds:
         try:
             path = path_of(folder, row["episode"])
@@ -134,10 +135,15 @@ def _manifest(folder: Path, rounds: Iterable[Row], done: Exported) -> list[Row]:
             if row["ticks"] != 0:  # else the server was killed before the first tick
                 done.missing.append(row["episode"])
             continue
+        if path.name.endswith(JOURNAL_SUFFIX):
+            unfinished += 1
+            continue
         with path.open("rb") as stream:
             digest = file_digest(stream, "sha256").hexdigest()
         manifest.append({"episode": row["episode"], "round": row["id"], "file": path.name, "sha256": digest})
     done.recordings = len(manifest)
+    if unfinished:
+        done.warnings.append(f"rounds not finished yet, whose recordings are left out: {unfinished}")
     return manifest
 
 

@@ -88,7 +88,9 @@ participants = Table(
     Column("step", Text, nullable=False, doc="key of the step that the participant is at"),
     Column("arrived_ms", BigInteger, nullable=False, doc="first seen"),
     Column("finished_ms", BigInteger, doc="when the code was given"),
-    Column("outcome", String(16), doc="done, partner-left, no-partner, withdrew (or did not come back) or screened-out"),
+    Column(
+        "outcome", String(16), doc="done, partner-left, no-partner, withdrew (or did not come back) or screened-out"
+    ),
     Column("code", String(40), info=_INSIDE, doc="completion code; leads to who was paid"),
     Column("keep", Boolean, doc="whether the data may be kept, asked at the debrief or at Stop"),
     Column("screen", String(16), nullable=False, server_default="", doc="the same for two who share one screen"),

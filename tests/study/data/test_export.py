@@ -269,3 +269,16 @@ def test_the_commands_say_what_they_did(tmp_path: Path, capsys: pytest.CaptureFi
     assert "has no data in" in capsys.readouterr().err
     assert main(["study", "backup", str(file), "--data", str(tmp_path / "nothing"), "-o", str(tmp_path / "b")]) == 2
     assert "say so here too: --cluster or --database" in capsys.readouterr().err
+
+
+def test_a_round_that_is_still_being_recorded_has_no_file_yet(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, _ = fill(tmp_path, study, text, 1)
+    first, second = (row["episode"] for row in store.rows(rounds))
+    place.recordings.mkdir(exist_ok=True)
+    (place.recordings / f"{first}.mcap").write_bytes(b"finished")
+    (place.recordings / f"{second}.mcap.journal").write_bytes(b"grows")
+    done = export_study(place, store, tmp_path / "out", Options(("csv",), training=False))
+    assert [row["file"] for row in read_csv(tmp_path / "out" / "recordings.csv")] == [f"{first}.mcap"]
+    assert "rounds not finished yet, whose recordings are left out: 1" in done.warnings
+    assert done.missing == []
