@@ -161,8 +161,7 @@ def test_rounds_that_do_not_count_and_people_who_said_no_are_left_out(tmp_path: 
     assert len(found.rounds) == 6 - 1 - 2
     assert pids[2] not in {row["pid"] for row in found.answers}
     assert [row[2] for row in flags(found).rows] == [f"unit {first['unit']}: marked invalid by the experimenter"]
-    counted = dict(flow(found).rows)
-    assert (counted["finished"], counted["wanted their data deleted (also counted above)"]) == ("3", "1")
+    assert {("finished", "3"), ("wanted their data deleted (also counted above)", "1")} <= set(flow(found).rows)
 
 
 def test_pings_are_counted_by_partner_and_participant_where_they_are_on(tmp_path: Path) -> None:
