@@ -84,7 +84,7 @@ class PublicHost(ABC):
         self.own_maps = MapFolder(settings.maps)
         self.own_maps.read()
         self.map_workers = MapWorkers()
-        self.started_at = time.time()
+        self.started_at = time.monotonic()
         self._admin_hash = hash_token(self.admin_token)
         self.checks: list[Callable[[], Iterator[str]]] = []  # each names what else does not work
         self.metric_sources: list[Callable[[], Iterator[Metric]]] = []  # what else is measured

@@ -59,7 +59,7 @@ def server_report(host: "PublicHost", reports: list[dict[str, Any]]) -> dict[str
         lateness.include(each["late"])
     refusal = host.refusal()
     return {
-        "uptime_s": round(time.time() - host.started_at, 1),
+        "uptime_s": round(time.monotonic() - host.started_at, 1),
         "cpu_percent": max((each["cpu_percent"] for each in reports), default=0.0),  # of the busiest process
         "load": os.getloadavg()[0],
         "ticks": lateness.ticks,

@@ -1,7 +1,6 @@
 """The HTTP API: maps, rooms, questionnaire, recordings, administration. Responses are JSON."""
 
 import asyncio
-import contextlib
 import io
 from functools import lru_cache
 from typing import Any
@@ -12,9 +11,6 @@ from fastapi import APIRouter, Depends, FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, JSONResponse, Response
 
-from movingout.agents.built_in import AgentCard
-from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, agent_card, agent_cards
-from movingout.agents.errors import CheckpointError
 from movingout.recordings import RecordingError
 from movingout.server import messages as m
 from movingout.server.api import agent_debug, findings, pages, share
@@ -33,7 +29,7 @@ from movingout.server.api.authentication import (
 from movingout.server.api.errors import ApiError, error_json
 from movingout.server.api.health import health_routes
 from movingout.server.api.map_routes import map_routes
-from movingout.server.api.proposed_partner import proposed_partner
+from movingout.server.api.offered_agents import OfferedAgents
 from movingout.server.api.room_requests import RoomRequest, open_room
 from movingout.server.notices import Notice
 from movingout.server.persistence.answer_log import TooManyAnswers
@@ -106,13 +102,11 @@ def shape_errors(app: FastAPI, host: PublicHost) -> None:
 def _play_routes(host: PublicHost) -> APIRouter:
     router = APIRouter()
 
+    offered = OfferedAgents(host.settings)
+
     @router.get("/api/agents")
-    async def agents() -> dict[str, Any]:
-        partner, cards = proposed_partner(host.settings), [card for card in agent_cards() if card.offered]
-        if partner not in {card.id for card in cards}:  # the operator's own, or with options
-            with contextlib.suppress(CheckpointError):  # damaged since the start: the others can be chosen
-                cards.append(agent_card(partner))
-        return {"agents": [_offer(card) for card in cards], "default": partner}
+    async def agents() -> Response:
+        return Response(offered.document(), media_type="application/json")
 
     @router.post("/api/rooms", dependencies=[Depends(own_page(host))])
     async def new_room(request: Request) -> dict[str, Any]:
@@ -150,20 +144,6 @@ def _qr_code(address: str) -> bytes:
 
 def _id(room: Room) -> str:
     return room.id
-
-
-def _offer(card: AgentCard) -> dict[str, Any]:
-    """What the lobby shows of an agent; scores that were not measured are null."""
-    tcr = {"unseen": card.scores.get(UNSEEN_TCR), "alone": card.scores.get(ALONE_TCR)}
-    return {
-        "id": card.id,
-        "name": card.name,
-        "kind": card.kind,
-        "description": card.description,
-        "policy": card.policy,
-        "population": card.population,
-        "tcr": tcr,
-    }
 
 
 def _room_view(room: Room) -> dict[str, Any]:

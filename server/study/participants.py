@@ -2,6 +2,7 @@
 
 import secrets
 import time
+from collections import deque
 from collections.abc import Iterator, Mapping
 
 from movingout.server.study.databases import StudyDatabases
@@ -16,7 +17,9 @@ from movingout.study.store.store import Participant
 CODE_LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 CODE_LENGTH = 10
 UNDECIDED_S = 1800.0  # how long somebody who has not consented yet may be away
-MOST_AT_ONCE = 100
+MOST_UNDECIDED = 2000  # of them are remembered after they have closed the page
+MOST_DECLINED = 1000  # whose pages still say goodbye
+MOST_AT_ONCE = 500  # deleted a second; more than can arrive
 
 
 class Participants:
@@ -27,6 +30,7 @@ class Participants:
         self._store = databases.store
         self._identities = databases.identities
         self._sessions: dict[str, ParticipantSession] = {}
+        self._declined = deque[ParticipantSession](maxlen=MOST_DECLINED)
         self._first_steps = steps(study, assign(study, 0))  # the same for every slot until the unit is formed
 
     def __iter__(self) -> Iterator[ParticipantSession]:
@@ -59,17 +63,25 @@ class Participants:
         await tx.run(self._store.decline, session.pid)
         await tx.run(self._identities.forget, session.pid)
         session.declined = True
+        self._declined.append(session)
         del self._sessions[session.pid]
 
     async def drop_undecided(self, tx: Transaction, now: float) -> None:
         """Forget who opened the link and left without an answer to the consent: a row stays only with a consent."""
-        gone = [one for one in self._sessions.values() if not one.has_consented and one.absent_s(now) > UNDECIDED_S]
-        pids = [session.pid for session in gone[:MOST_AT_ONCE]]
+        pids = [session.pid for session in self._gone(now)[:MOST_AT_ONCE]]
         if pids:
             await tx.run(drop_undecided, self._store, pids)
             await tx.run(self._identities.drop, pids)
             for pid in pids:
                 del self._sessions[pid]
+
+    def _gone(self, now: float) -> list[ParticipantSession]:
+        """Of those without a consent, who has been away too long; while they are many, whoever has no page open."""
+        undecided = [one for one in self._sessions.values() if not one.has_consented]
+        undecided.sort(key=lambda one: one.absent_s(now), reverse=True)
+        surplus = max(0, len(undecided) - MOST_UNDECIDED)
+        crowded = [one for one in undecided[:surplus] if not one.present(now)]
+        return crowded + [one for one in undecided[surplus:] if one.absent_s(now) > UNDECIDED_S]
 
     async def move(self, tx: Transaction, session: ParticipantSession, key: str) -> None:
         """To the step with this key."""

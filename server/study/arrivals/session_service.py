@@ -4,6 +4,7 @@ import secrets
 import time
 from collections.abc import Sequence
 from typing import Literal
+from weakref import WeakValueDictionary
 
 from movingout.server.security.tokens import hash_token, new_id, new_token
 from movingout.server.study.arrivals.arrival_link import CODE, Arrival, ArrivalRefused
@@ -13,18 +14,20 @@ from movingout.server.study.transaction import Transaction
 
 SINCE = "."  # in a token, before the time from which on it shows texts
 AT_ONE_SCREEN = 2
+MOST_SUPERSEDED = 50_000  # pages that are told that the study is open elsewhere; older ones have to arrive again
 CODE_LETTERS = 8  # 40 bits, which nobody guesses
 Elsewhere = Literal["elsewhere"]
 
 
 class SessionService:
-    """Random tokens, kept as hashes: the newest of each participant in the database, all of this run in memory."""
+    """Random tokens, kept as hashes: the newest of each participant in the database, those of this run in memory."""
 
     def __init__(self, running: RunningStudy) -> None:
         self._running = running
         self._identities = running.databases.identities
-        self._sessions: dict[str, ParticipantSession] = {}  # by the hash of the token
-        self._superseded: set[str] = set()
+        # By the hash of the token. Weak: who left without a consent is remembered by nobody.
+        self._sessions = WeakValueDictionary[str, ParticipantSession]()
+        self._superseded: dict[str, None] = {}  # the oldest first
 
     async def arrive(
         self, arrival: Arrival, language: str, beside: str = "", known: Sequence[str] = ()
@@ -61,14 +64,14 @@ class SessionService:
         digest = hash_token(token).hex()
         if digest in self._superseded:
             return "elsewhere"
-        if digest not in self._sessions:
+        session = self._sessions.get(digest)
+        if session is None:
             pid = await self._running.databases.run(self._identities.of_session, digest)
             session = self._running.participants.get(pid) if pid is not None else None
             if session is None:
                 return None
             self._sessions[digest] = session
             session.texts_since_ms = _since_ms(token)  # after a restart
-        session = self._sessions[digest]
         if self._running.participants.get(session.pid) is not session and not session.declined:
             return None  # they never consented, and were forgotten
         self._mark_present(session)
@@ -129,7 +132,9 @@ class SessionService:
         await tx.run(self._identities.open_session, session.pid, digest)
         for old in [one for one, known in self._sessions.items() if known is session]:
             del self._sessions[old]
-            self._superseded.add(old)
+            self._superseded[old] = None
+        while len(self._superseded) > MOST_SUPERSEDED:
+            del self._superseded[next(iter(self._superseded))]
         self._sessions[digest] = session
         notify([session])  # the other pages ask, and are told that the study is open elsewhere
         session.listeners = []

@@ -3,15 +3,20 @@
 import contextlib
 import gzip
 import http.client
+import time
 from pathlib import Path
 
 import pytest
 
+from movingout.agents.built_in import AgentCard
 from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR
 from movingout.agents.checkpoint.checkpoint import SHIPPED, read_checkpoint
 from movingout.maps import map_from_json, shipped_map_names
 from movingout.server import messages as m
+from movingout.server.api import offered_agents
+from movingout.server.api.offered_agents import OfferedAgents
 from movingout.server.api.pages import WEB
+from movingout.server.settings import Settings
 from tests.server.live import ADMIN, Live, serve
 
 
@@ -26,6 +31,21 @@ def test_the_catalogue_names_its_agents_and_the_proposed_one(live: Live) -> None
     _, answer = live.call("/api/agents")
     assert {"scripted", "idle"} <= {agent["id"] for agent in answer["agents"]}
     assert answer["default"] == "bass@any"
+
+
+def test_the_cards_of_agents_are_read_at_most_every_two_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    read = []
+
+    def cards() -> list[AgentCard]:
+        read.append(now[0])
+        return []
+
+    monkeypatch.setattr(offered_agents, "agent_cards", cards)
+    offered = OfferedAgents(Settings(), lambda: now[0])
+    for now[0] in (100.0, 100.5, 101.9, 102.1, 103.0):
+        assert b'"default"' in offered.document()
+    assert read == [100.0, 102.1]
 
 
 def test_the_catalogue_says_what_a_trained_agent_learned_from_and_reaches_and_nothing_of_others(live: Live) -> None:
@@ -299,3 +319,10 @@ def test_the_tutorial_is_for_one_or_two_players_on_its_own_map(live: Live) -> No
     for change in ({"seats": [agent, agent]}, {"maps": ["HandOff"]}, {"seats": [here]}):
         status, answer = live.call("/api/rooms", {"tutorial": True, **change})
         assert (status, answer["error"]["code"]) == (422, "tutorial")
+
+
+def test_the_time_that_the_server_is_up_follows_no_clock_that_is_set(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(time, "time", lambda: 0.0)
+    assert 0.0 <= live.call("/api/admin/state", token=ADMIN)[1]["uptime_s"] < 86_400.0

@@ -2,9 +2,11 @@
 
 import asyncio
 import contextlib
+import gc
 import json
 import sqlite3
 import urllib.request
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -13,9 +15,11 @@ from typing import Any
 import pytest
 
 from movingout.server.connection.admission import AdmissionControl
+from movingout.server.study import participants as server_participants
 from movingout.server.study.api.dashboard import Dashboard
 from movingout.server.study.api.participant_view import ParticipantViews
-from movingout.server.study.participant_session import notify
+from movingout.server.study.arrivals import session_service
+from movingout.server.study.participant_session import PRESENT_S, notify
 from movingout.server.study.participants import CODE_LENGTH, Participants
 from movingout.server.study.participants import CODE_LETTERS as CODE_ALPHABET
 from movingout.study.store.store import MOST_CHANGES
@@ -33,6 +37,35 @@ def test_a_flood_of_arrivals_from_one_address_is_refused_and_keeps_nothing(
     refused = [answer["error"]["code"] for status, answer in (solo.arrive() for _ in range(20)) if status == 429]
     assert refused == ["too_many_arrivals"] * 15
     assert len(solo.running.databases.store.rows(participants)) == before + 5
+
+
+def test_who_opens_the_link_and_leaves_is_forgotten_early_where_they_are_many(
+    solo: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A flood of arrivals from many addresses must not fill the memory for half an hour."""
+    agreed = solo.visitor()
+    agreed.agree()
+    left = [weakref.ref(solo.running.participants[solo.visitor().pid]) for _ in range(6)]
+    declined = solo.visitor()
+    declined.call("decline", {})
+    solo.later(PRESENT_S + 1)
+    here = [solo.visitor() for _ in range(3)]
+    monkeypatch.setattr(server_participants, "MOST_UNDECIDED", len(here) + 2)
+    solo.look()
+    gc.collect()
+    assert sum(one() is None for one in left) == 4, "they are in no table any more"
+    assert all(visitor.look()["step"]["kind"] == "consent" for visitor in here)
+    assert agreed.look()["step"]["kind"] != "consent" and declined.look()["step"]["kind"] == "code"
+    monkeypatch.setattr(server_participants, "MOST_UNDECIDED", 0)
+    solo.look()
+    assert all(visitor.look()["step"]["kind"] == "consent" for visitor in here), "their pages are open"
+
+
+def test_pages_that_were_replaced_are_remembered_up_to_a_number(solo: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(session_service, "MOST_SUPERSEDED", 2)
+    pages = [solo.visitor(PROLIFIC_PID="again") for _ in range(4)]
+    assert [page.call("view")[0] for page in pages[:1]] == [401], "it arrives again"
+    assert [page.look()["step"]["kind"] for page in pages[1:]] == ["ended-elsewhere", "ended-elsewhere", "consent"]
 
 
 def test_one_token_has_three_streams_and_the_newest_work(solo: Served) -> None:
