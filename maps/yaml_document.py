@@ -14,6 +14,8 @@ FieldPath = tuple[str | int, ...]
 BLANKS = ("Zs", "Cf")  # no-break and narrow spaces, soft hyphens, joiners: word processors write them
 MAX_BYTES = 1 << 20
 _MOST_NODES = 20_000  # aliases can blow a small file up
+_LONGEST_NUMBER = 64  # letters; reading longer ones takes time that grows with the square
+_TEXT = "tag:yaml.org,2002:str"
 
 
 class FileFault(NamedTuple):
@@ -39,9 +41,9 @@ class YamlDocument:
         self._lines: dict[FieldPath, int] = {(): 1}
         self._loader = yaml.SafeLoader(_readable(text))
         try:
+            root = self._loader.get_single_node()  # gives up at deeply nested brackets, which scanning does not
             if not aliases:
                 _refuse_aliases(text)
-            root = self._loader.get_single_node()
             self.value = self._value(root, (), ()) if root else None
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
@@ -79,10 +81,13 @@ class YamlDocument:
         if isinstance(node, yaml.SequenceNode):
             inner = (*around, id(node))
             return [self._value(entry, (*path, index), inner) for index, entry in enumerate(node.value)]
+        line, shown = node.start_mark.line + 1, repr(node.value[:_LONGEST_NUMBER])
+        if node.tag != _TEXT and len(node.value) > _LONGEST_NUMBER:
+            raise _error(line, path, f"{shown} is too long for a number or a date; write a text in quotes")
         try:
             return self._loader.construct_object(node, deep=True)
         except ValueError as error:  # a date such as 2026-13-45
-            raise _error(node.start_mark.line + 1, path, f"{node.value!r} is not a valid value: {error}") from None
+            raise _error(line, path, f"{shown} is not a valid value: {error}") from None
 
     def _entries(self, node: yaml.MappingNode, path: FieldPath, around: tuple[int, ...]) -> Iterator[tuple[str, Any]]:
         seen: set[str] = set()

@@ -1,6 +1,7 @@
 """YAML texts as values with lines."""
 
 import pytest
+import yaml
 
 from movingout.maps.yaml_document import YamlDocument, YamlError, path_text
 
@@ -53,3 +54,18 @@ def test_aliases_can_be_refused() -> None:
     assert YamlDocument(text).value == {"a": [1], "b": [1]}
     with pytest.raises(YamlError, match=r"line 2: .*no aliases \(\*a\); write it out"):
         YamlDocument(text, aliases=False)
+
+
+@pytest.mark.parametrize("number", ["9" * 100_000, "1_" * 100_000 + "1", "1:" * 100_000 + "1", "0x" + "f" * 100_000])
+def test_a_number_that_would_take_minutes_to_read_is_refused_shortly(number: str) -> None:
+    with pytest.raises(YamlError, match="too long for a number") as refused:
+        YamlDocument(f"a: {number}")
+    assert len(str(refused.value)) < 200
+    assert YamlDocument(f"a: '{number}'").value == {"a": number}
+
+
+def test_deep_brackets_are_refused_at_once_where_aliases_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Scanning them for aliases takes minutes."""
+    monkeypatch.setattr(yaml, "scan", None)
+    with pytest.raises(YamlError, match="nested too deeply"):
+        YamlDocument("[" * 10_000, aliases=False)
