@@ -102,7 +102,7 @@ class RoundPause(NamedTuple):
         if absent:
             notice = about("waiting", absent, "lost the connection. The game waits.")
             return cls(notice, min(budget.wait_until(seat, resume_s, now) for seat in absent))
-        waiting = [seat for seat in seats if not seat.is_ready]
+        waiting = [seat for seat in seats if seat.taken_by_client and not seat.is_ready]  # an agent only loads
         notice = about("paused", waiting, "paused the game.") if waiting else Notice("all_back", "Everybody is back.")
         return cls(notice, budget.end(seats, now))
 

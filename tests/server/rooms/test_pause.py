@@ -198,3 +198,14 @@ def test_an_absence_is_counted_once_though_others_come_and_go_meanwhile() -> Non
     state = blue.last(m.RoomState)
     assert isinstance(state, m.RoomState) and table.phase == "paused"
     assert state.until_ms == pytest.approx((table.now + RESUME_S - 15) * 1e3, abs=1000)
+
+
+def test_an_agent_that_is_still_loading_after_a_restart_has_not_paused_the_game() -> None:
+    table = Table(seats=[Seat(0, "human", shared=True), Seat(1, "agent", "fake", name="fake")])
+    blue = table.join(claim=1)
+    table.ready(blue)
+    played_on(table)
+    table.say(blue, m.Pause(0))
+    table.services.agents.players[0].ready = False
+    table.say(blue, m.Ready(0))
+    assert (table.phase, table.room.notice.code) == ("paused", "all_back")
