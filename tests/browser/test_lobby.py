@@ -51,7 +51,7 @@ def test_the_lobby_is_accessible_in_both_themes(open_page: OpenPage) -> None:
 
 def test_a_trained_agent_has_a_card_of_one_line_at_the_desk_and_on_a_phone(open_page: OpenPage, pictures: Path) -> None:
     page = ready(open_page("/"))
-    page.get_by_label("Red").select_option("agent:bass@all")
+    page.get_by_role("combobox", name="Red").select_option("agent:bass@all")
     card = page.locator("#seat-help-1")
     expect(card).to_contain_text(re.compile(r"Gets \d\d % of the work done with partners it never met"))
     page.locator("#more summary").click()
@@ -64,14 +64,14 @@ def test_a_trained_agent_has_a_card_of_one_line_at_the_desk_and_on_a_phone(open_
     assert overflow(page) <= 0
     card.scroll_into_view_if_needed()
     page.screenshot(path=pictures / "lobby-card-phone.png")
-    page.get_by_label("Red").select_option("agent:idle")
+    page.get_by_role("combobox", name="Red").select_option("agent:idle")
     expect(card).to_have_text("Does nothing: you play alone.")
 
 
 def test_a_chosen_map_opens_a_room_and_its_seat_is_kept_in_the_tab(open_page: OpenPage, server: Server) -> None:
     page = ready(open_page("/"))
     page.get_by_role("radio", name="Left Right").check(force=True)
-    page.get_by_label("Red").select_option("agent:idle")
+    page.get_by_role("combobox", name="Red").select_option("agent:idle")
     page.get_by_role("button", name="Play Left Right").click()
     page.wait_for_url("**/play/*")
     assert len(tokens_of_room(page)) == 1
@@ -90,7 +90,7 @@ def test_the_whole_choice_is_made_by_keyboard(open_page: OpenPage) -> None:
 
 def test_two_people_at_one_screen_are_told_their_keys_and_get_both_seats(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
-    page.get_by_label("Red").select_option("here")
+    page.get_by_role("combobox", name="Red").select_option("here")
     expect(page.locator("#seats-note")).to_contain_text("W A S D")
     page.locator("#play").click()
     page.wait_for_url("**/play/*")
@@ -110,8 +110,8 @@ def test_all_twelve_maps_are_played_in_order(open_page: OpenPage) -> None:
 
 def test_without_a_seat_of_ones_own_the_link_and_its_code_are_shown(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
-    page.get_by_label("Blue").select_option("link")
-    page.get_by_label("Red").select_option("remote")
+    page.get_by_role("combobox", name="Blue").select_option("link")
+    page.get_by_role("combobox", name="Red").select_option("remote")
     page.get_by_role("button", name="Open Distance Priority").click()
     heading = page.get_by_role("heading", name="The room is open")
     expect(heading).to_be_focused()
@@ -125,7 +125,7 @@ def test_without_a_seat_of_ones_own_the_link_and_its_code_are_shown(open_page: O
 
 def test_a_person_who_plays_with_a_program_sees_where_it_connects(open_page: OpenPage, server: Server) -> None:
     page = ready(open_page("/"))
-    page.get_by_label("Red").select_option("remote")
+    page.get_by_role("combobox", name="Red").select_option("remote")
     page.locator("#play").click()
     page.wait_for_url("**/play/*")
     expect(page.get_by_role("heading", name="Waiting for a program")).to_be_visible()
@@ -135,8 +135,8 @@ def test_a_person_who_plays_with_a_program_sees_where_it_connects(open_page: Ope
 
 def test_two_agents_are_watched(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
-    page.get_by_label("Blue").select_option("agent:idle")
-    page.get_by_label("Red").select_option("agent:idle")
+    page.get_by_role("combobox", name="Blue").select_option("agent:idle")
+    page.get_by_role("combobox", name="Red").select_option("agent:idle")
     page.get_by_role("button", name="Watch Distance Priority").click()
     page.wait_for_url("**/watch/*")
 
@@ -168,14 +168,14 @@ def test_changed_items_need_a_number_and_the_field_gets_the_focus(open_page: Ope
 def test_the_last_choice_is_there_on_the_next_visit(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
     page.get_by_role("radio", name="Four Corners").check(force=True)
-    page.get_by_label("Red").select_option("agent:idle")
+    page.get_by_role("combobox", name="Red").select_option("agent:idle")
     page.get_by_label("Time limit").select_option("900")
     page.locator("#play").click()
     page.wait_for_url("**/play/*")
     page.goto("/")
     ready(page)
     expect(page.locator("#chosen h2")).to_have_text("Four Corners")
-    expect(page.get_by_label("Red")).to_have_value("agent:idle")
+    expect(page.get_by_role("combobox", name="Red")).to_have_value("agent:idle")
     expect(page.get_by_label("Time limit")).to_have_value("900")
 
 
@@ -300,7 +300,7 @@ def test_the_operators_pages_are_folded_away_and_say_what_they_ask_for(open_page
 
 def test_a_link_that_only_this_machine_opens_says_so_with_the_command(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
-    page.get_by_label("Red").select_option("link")
+    page.get_by_role("combobox", name="Red").select_option("link")
     page.locator("#play").click()
     page.wait_for_url("**/play/*")
     warning = page.locator("#ready .loopback")
@@ -311,9 +311,9 @@ def test_a_link_that_only_this_machine_opens_says_so_with_the_command(open_page:
 def test_a_phone_sends_the_link_its_own_way(open_page: OpenPage) -> None:
     script = "navigator.share = async (what) => { window.shared = what; };"
     page = ready(open_page("/", script=script, viewport=SMALL_PHONE, has_touch=True, is_mobile=True))
-    page.get_by_label("Blue").select_option("link")
-    page.get_by_label("Red").select_option("agent:idle")
-    page.get_by_label("Red").scroll_into_view_if_needed()
+    page.get_by_role("combobox", name="Blue").select_option("link")
+    page.get_by_role("combobox", name="Red").select_option("agent:idle")
+    page.get_by_role("combobox", name="Red").scroll_into_view_if_needed()
     page.locator("#play").tap()
     page.get_by_role("button", name="Send the link…").tap()
     assert page.evaluate("window.shared.url") == page.locator(".share-address").inner_text()
@@ -323,7 +323,7 @@ def test_a_phone_sends_the_link_its_own_way(open_page: OpenPage) -> None:
 def test_the_address_can_name_the_map_and_lead_to_the_choice_of_a_partner(open_page: OpenPage) -> None:
     page = ready(open_page("/?map=LeftRight#partner"))
     expect(page.locator("#chosen h2")).to_have_text("Left Right")
-    expect(page.get_by_label("Red")).to_be_focused()
+    expect(page.get_by_role("combobox", name="Red")).to_be_focused()
 
 
 def test_the_address_can_name_a_map_that_stands_in_no_list(open_page: OpenPage, pictures: Path) -> None:

@@ -38,7 +38,7 @@ def test_own_maps_stand_in_the_lobby_and_are_played(browser: Browser, garage: Se
         group.scroll_into_view_if_needed()
         page.screenshot(path=pictures / "lobby-own-maps.png")
         page.get_by_role("radio", name="Garage").check(force=True)
-        page.get_by_label("Red").select_option("agent:idle")
+        page.get_by_role("combobox", name="Red").select_option("agent:idle")
         page.locator("#play").click()
         page.wait_for_url("**/play/*")
         start(page)

@@ -70,7 +70,7 @@ def test_one_plays_on_with_the_same_partner_or_chooses_another(server: Server, o
     start(page)
     wait_for(page, "game.phase === 'series_over'", 60)
     page.get_by_role("link", name="Another partner").click()
-    expect(page.get_by_label("Red")).to_be_focused()
+    expect(page.get_by_role("combobox", name="Red")).to_be_focused()
     expect(page.locator("#chosen h2")).to_have_text("Hand Off")
 
 
@@ -87,7 +87,7 @@ def test_a_drawn_map_is_there_when_one_chooses_another_partner(server: Server, o
     expect(page.locator("#chosen h2")).to_have_text("The attic")
     group = page.locator(".map-group", has=page.get_by_role("heading", name="Just played"))
     expect(group.get_by_role("radio", name="The attic")).to_be_checked()
-    expect(page.get_by_label("Red")).to_be_focused()
+    expect(page.get_by_role("combobox", name="Red")).to_be_focused()
     with page.expect_request("**/api/rooms") as request:
         page.get_by_role("button", name="Play The attic").click()
     assert sent_body(request.value)["map"]["title"] == "The attic"

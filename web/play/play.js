@@ -10,7 +10,7 @@ import { Gamepads } from "../input/gamepad.js";
 import { Keyboard } from "../input/keyboard.js";
 import { codeOf, readLayout } from "../input/keyboard_layout.js";
 import { loadMapping, PAUSE_KEYS } from "../input/mapping.js";
-import { LostPads } from "./lost_pads.js";
+import { LostPads } from "../input/lost_pads.js";
 import { PadMemory, STUDY_PADS } from "../input/pad_memory.js";
 import { LocalSeats } from "../input/seats.js";
 import { InputSenders } from "../input/sender.js";

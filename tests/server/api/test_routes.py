@@ -5,6 +5,7 @@ import gzip
 import http.client
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -13,6 +14,7 @@ from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR
 from movingout.agents.checkpoint.checkpoint import SHIPPED, read_checkpoint
 from movingout.maps import map_from_json, shipped_map_names
 from movingout.server import messages as m
+from movingout.server import status as server_status
 from movingout.server.api import offered_agents
 from movingout.server.api.offered_agents import OfferedAgents
 from movingout.server.api.pages import WEB
@@ -324,5 +326,6 @@ def test_the_tutorial_is_for_one_or_two_players_on_its_own_map(live: Live) -> No
 def test_the_time_that_the_server_is_up_follows_no_clock_that_is_set(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(time, "time", lambda: 0.0)
+    clock = SimpleNamespace(time=lambda: 0.0, monotonic=time.monotonic, process_time=time.process_time)
+    monkeypatch.setattr(server_status, "time", clock)
     assert 0.0 <= live.call("/api/admin/state", token=ADMIN)[1]["uptime_s"] < 86_400.0

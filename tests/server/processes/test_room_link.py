@@ -2,11 +2,12 @@
 
 import asyncio
 import signal
-import time
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
+from movingout.server.processes import room_link
 from movingout.server.processes.room_link import SILENT_S, WATCH_S, RoomLink
 
 
@@ -25,12 +26,12 @@ def killed(monkeypatch: pytest.MonkeyPatch, naps: list[float]) -> list[float]:
 
     nothing = cast(Any, None)
     link = RoomLink(0, nothing, nothing, nothing)
-    monkeypatch.setattr(time, "monotonic", lambda: clock[0])
-    monkeypatch.setattr(asyncio, "sleep", sleep)
-    monkeypatch.setattr(link, "_kill", kill)
     link._heard = clock[0]
     link._ready.set()
-    with pytest.raises(asyncio.CancelledError):
+    with monkeypatch.context() as patched, pytest.raises(asyncio.CancelledError):
+        patched.setattr(link, "_kill", kill)
+        patched.setattr(room_link, "time", SimpleNamespace(monotonic=lambda: clock[0]))  # servers of other tests go on
+        patched.setattr(room_link, "asyncio", SimpleNamespace(sleep=sleep))
         asyncio.run(link._watch())
     return kills
 

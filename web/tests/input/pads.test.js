@@ -7,7 +7,7 @@ import { DEFAULTS } from "../../input/mapping.js";
 import { PadMemory } from "../../input/pad_memory.js";
 import { LocalSeats } from "../../input/seats.js";
 import { CENTRED } from "../../input/stick.js";
-import { LostPads } from "../../play/lost_pads.js";
+import { LostPads } from "../../input/lost_pads.js";
 import { speak } from "../text/support.js";
 
 speak("en");
