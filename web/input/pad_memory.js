@@ -10,7 +10,7 @@ export class PadMemory {
   #key;
   #people;
   #storage;
-  /** @type {(PadName | null)[]} by person */
+  /** @type {(PadName | null | undefined)[]} by person */
   #pads = [];
 
   /**
@@ -35,7 +35,7 @@ export class PadMemory {
     return this.#pads[this.#people[seat]] ?? undefined;
   }
 
-  /** @param {number} seat @param {PadName} pad */
+  /** @param {number} seat @param {PadName | undefined} pad */
   set(seat, pad) {
     this.#pads[this.#people[seat]] = pad;
     try {

@@ -16,7 +16,7 @@ import { CENTRED, strongest } from "./stick.js";
  * @typedef {{seat: number, keySets: number[], pad: PadName | null, device: Device}} SeatCard
  */
 /** @typedef {{index: number, id: string}} PadName */
-/** @typedef {{get(seat: number): PadName | undefined, set(seat: number, pad: PadName): unknown}} PadMemory */
+/** @typedef {{get(seat: number): PadName | undefined, set(seat: number, pad: PadName | undefined): unknown}} PadMemory */
 /**
  * @typedef {object} Devices
  * @property {{read(keys: KeySet): Reading, isUsed(keys: KeySet): boolean}} keyboard
@@ -68,10 +68,10 @@ export class LocalSeats {
   /** Two people swap seats. */
   swap() {
     this.#swapped = !this.#swapped;
-    const [blue, red] = [this.#pads.get(0), this.#pads.get(1)];
-    this.#pads.clear();
-    if (blue) this.#give(1, blue);
-    if (red) this.#give(0, red);
+    for (const known of [this.#pads, this.#padOf, this.#device]) exchange(known);
+    const [blue, red] = [this.#memory.get(0), this.#memory.get(1)];
+    this.#memory.set(0, red);
+    this.#memory.set(1, blue);
   }
 
   /** Reads every device once. @param {Mapping} mapping @returns {Map<number, SeatReading>} by seat */
@@ -197,6 +197,13 @@ export class LocalSeats {
     if (this.#pads.has(seat)) return "gamepad";
     return this.#device.get(seat) ?? this.#firstDevice;
   }
+}
+
+/** What is known of one seat becomes that of the other. @template Value @param {Map<number, Value>} known */
+function exchange(known) {
+  const entries = [...known];
+  known.clear();
+  for (const [seat, value] of entries) known.set(1 - seat, value);
 }
 
 /** @param {Device} device @param {Reading} reading @param {boolean} used */

@@ -75,6 +75,17 @@ test("people who swap sides keep their gamepads so", () => {
   assert.deepEqual(twoSeats().read(driven(0), pad(1)), [undefined, 0]);
 });
 
+test("who has the only gamepad keeps it on the other side, also after it was unplugged and after a reload", () => {
+  const { seats, read } = twoSeats();
+  read(driven(0));
+  seats.swap();
+  assert.deepEqual(read(pad(0)), [undefined, 0]);
+  read();
+  assert.deepEqual(seats.padsLost, [1]);
+  assert.deepEqual(read(driven(0)), [undefined, 0]);
+  assert.deepEqual(twoSeats().read(driven(0)), [undefined, 0]);
+});
+
 test("two gamepads that are gone come back to their seats; a strange one replaces the one that is missing", () => {
   const { seats, read } = twoSeats();
   read(driven(0), driven(1));
