@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
-from movingout.maps.yaml_document import FieldPath, FileFault, YamlDocument, YamlError, list_needed, path_text
+from movingout.maps.yaml_document import MAX_BYTES, FieldPath, FileFault, YamlDocument, YamlError, list_needed, path_text
 from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names
 from movingout.study.errors import StudyError, StudyFileError
@@ -50,13 +50,27 @@ def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None)
 def complete_text(path: Path) -> str:
     """The text of a study file that `read_study` can read, with each {file: NAME} replaced by what that file holds.
 
-    It says everything that participants read, also after these files have changed or are no longer there.
+    It says everything that participants read, also after these files have changed or are no longer there. Raises
+    StudyError where it would be another study, or none: data that were recorded with it could not be exported.
     """
     text, parts, end = path.read_text(encoding="utf-8"), [], 0
     for start, stop, name in sorted(set(_file_places(text, yaml.compose(text, yaml.SafeLoader)))):
         parts += [text[end:start], _quoted(read_input(path.parent / name).decode("utf-8"))]
         end = stop
-    return "".join([*parts, text[end:]])
+    complete = "".join([*parts, text[end:]])
+    if complete != text and not _is_of(complete, read_study(path)):
+        raise StudyError(
+            f"{path.name} cannot be kept together with the texts of its files; write each of them as {{file: NAME}}, "
+            f"without tags and *aliases inside. All of it may have {MAX_BYTES >> 20} MiB"
+        )
+    return complete
+
+
+def _is_of(text: str, study: Study) -> bool:
+    try:
+        return parse_study(text) == study
+    except StudyFileError:
+        return False
 
 
 def _file_places(text: str, node: yaml.Node | None) -> Iterator[tuple[int, int, str]]:

@@ -188,6 +188,25 @@ def test_the_complete_text_of_a_study_needs_no_other_files(tmp_path: Path, writt
     assert complete_text(file) == SMALL
 
 
+@pytest.mark.parametrize(
+    ("written", "length"),
+    [
+        ("text:\n    en:\n      file: >-\n        consent.md\n    de: Ja.", 9),
+        ("text:\n    en:\n      file: &name consent.md\n    de:\n      file: *name", 9),
+        (f"text: {{{', '.join(f'{one}: {{file: consent.md}}' for one in ('en', 'de', 'fr', 'ja'))}}}", 100_000),
+    ],
+)
+def test_a_study_does_not_begin_with_a_text_that_could_not_be_read_again(
+    tmp_path: Path, written: str, length: int
+) -> None:
+    (tmp_path / "consent.md").write_text("同" * length, encoding="utf-8")
+    file = tmp_path / "study.yaml"
+    file.write_text(SMALL.replace("text: We record how you play.", written), encoding="utf-8")
+    assert read_study(file)
+    with pytest.raises(StudyError, match=r"study.yaml cannot be kept .* as \{file: NAME\}"):
+        complete_text(file)
+
+
 @pytest.mark.parametrize("name", ["missing.md", "../secret.md", "/etc/hostname"])
 def test_a_file_elsewhere_or_nowhere_is_a_fault(tmp_path: Path, name: str) -> None:
     file = tmp_path / "study.yaml"
