@@ -86,7 +86,8 @@ class StudyFolder:
 
         Texts that the study keeps in files are read from the folder `beside`. Raises StudyError.
         """
-        return replace(self, study=parse_study(frozen_study(store).file_text, "the study as it began", beside))
+        text = frozen_study(store).file_text
+        return replace(self, study=parse_study(text, "the study as it began", beside, begun=True))
 
     def open_existing(self, now: Callable[[], int] = now_ms) -> Store:
         """The store of a study that was run. Raises StudyError when it never was."""

@@ -25,8 +25,11 @@ def read_study(path: Path) -> Study:
     return parse_study(_text(path), path.name, path.parent)
 
 
-def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None) -> Study:
-    """The study in a text; texts given as {file: NAME} are read from `folder`, if there is one."""
+def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None, *, begun: bool = False) -> Study:
+    """The study in a text; texts given as {file: NAME} are read from `folder`, if there is one.
+
+    Of one that has begun, the parts may contradict each other: earlier versions let some of that pass.
+    """
     try:
         document = YamlDocument(text)
     except YamlError as error:
@@ -41,7 +44,8 @@ def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None)
     except ValidationError as error:
         faults = [_fault(document, one) for one in error.errors(include_url=False) if not _follows(one)]
         raise StudyFileError(name, sorted(set(faults))) from None
-    found = [FileFault(document.line(path), path_text(path), message) for path, message in _inconsistencies(study)]
+    faults = () if begun else _inconsistencies(study)
+    found = [FileFault(document.line(path), path_text(path), message) for path, message in faults]
     if found:
         raise StudyFileError(name, sorted(found))
     return study
