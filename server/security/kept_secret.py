@@ -32,11 +32,18 @@ def _read(path: Path) -> str:
     try:
         about = os.fstat(descriptor)
         owners = os.geteuid(), path.parent.stat().st_uid  # root reads what the server keeps in a folder of its own
-        private = stat.S_ISREG(about.st_mode) and about.st_uid in owners and not about.st_mode & 0o077
+        private = stat.S_ISREG(about.st_mode) and about.st_uid in owners and not _others_may_read(about, path.parent)
         found = _TOKEN.fullmatch(os.read(descriptor, 256).decode("ascii", "replace").strip()) if private else None
     finally:
         os.close(descriptor)
     return found[0] if found else ""
+
+
+def _others_may_read(about: os.stat_result, folder: Path) -> bool:
+    if not about.st_mode & 0o077:
+        return False
+    with tempfile.NamedTemporaryFile(dir=folder) as probe:  # mode 0600, but not on drives of Windows under WSL or Docker
+        return not os.fstat(probe.fileno()).st_mode & 0o077
 
 
 def _make(path: Path, token: str, replace: bool) -> str:

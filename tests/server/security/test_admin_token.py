@@ -1,5 +1,6 @@
 """The admin token of a data folder: the same at every start, and read by nobody but its owner."""
 
+import os
 import stat
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 from movingout.server.commands.play import with_kept_token
 from movingout.server.persistence.data_folder import BadDataFolder
 from movingout.server.security.admin_token import NAME, kept_token
+from movingout.server.security.kept_secret import kept_secret
 from movingout.server.settings import Settings
 
 
@@ -31,6 +33,20 @@ def test_a_token_that_others_could_read_is_no_secret_and_is_replaced(tmp_path: P
     newer = kept_token(tmp_path)
     assert newer != token and kept_token(tmp_path) == newer
     assert stat.S_IMODE((tmp_path / NAME).stat().st_mode) == 0o600
+
+
+def test_where_files_have_no_modes_the_token_is_the_same_at_every_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on a drive of Windows, under WSL or in a container: chmod does nothing, and everything is 0777."""
+    real = os.fstat
+
+    def without_modes(descriptor: int) -> os.stat_result:
+        return os.stat_result((real(descriptor).st_mode | 0o777, *real(descriptor)[1:]))
+
+    monkeypatch.setattr(os, "fstat", without_modes)
+    assert kept_secret(tmp_path / NAME, replace=False) == kept_secret(tmp_path / NAME, replace=False) != ""
+    assert kept_token(tmp_path) == kept_token(tmp_path)
 
 
 @pytest.mark.parametrize("content", [b"", b"short", b"two words that are long enough", b"\xff\x00" * 20, b"a" * 4000])
