@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 _PERIOD_S = 0.5
+_STILL_S = 5.0  # without an alarm, and hardly any computing: the process was stopped, as by Ctrl-Z or a cluster
 
 
 class DecisionTimeout(BaseException):
@@ -31,6 +32,7 @@ class DecisionTimer:
         self._started: float | None = None
         self._allowed_s = limit_s
         self._last_heartbeat = time.monotonic()
+        self._checked = self._last_heartbeat, time.process_time()
 
     def start(self, at_least_s: float = 0.0) -> None:
         """A call begins, which may take the limit, or `at_least_s` if that is longer."""
@@ -50,6 +52,7 @@ class DecisionTimer:
         if not hasattr(signal, "SIGALRM") or threading.current_thread() is not threading.main_thread():
             yield
             return
+        self._checked = time.monotonic(), time.process_time()
         before = signal.signal(signal.SIGALRM, self._check)
         signal.setitimer(signal.ITIMER_REAL, _PERIOD_S, _PERIOD_S)
         try:
@@ -59,10 +62,18 @@ class DecisionTimer:
             signal.signal(signal.SIGALRM, before)
 
     def _check(self, signum: int, frame: FrameType | None) -> None:
+        stopped_s = self._stopped_s()
         if self._started is None:
             return
+        self._started += stopped_s
         if time.monotonic() - self._started > self._allowed_s:
             self._started = None
             raise DecisionTimeout(self._allowed_s)
         if self._allowed_s > self.limit_s:  # otherwise the silence between two calls is short enough
             self._heartbeat()
+
+    def _stopped_s(self) -> float:
+        """For how long the process stood still since the last alarm, which is not the agent's fault."""
+        (at, computed), self._checked = self._checked, (time.monotonic(), time.process_time())
+        passed, computing = self._checked[0] - at, self._checked[1] - computed
+        return passed if passed > _STILL_S and computing < passed / 10 else 0.0

@@ -16,6 +16,7 @@ from movingout.matches.match import Match, match_to_json, result_from_json
 
 _GRACE_S = 30.0  # how long after the agents' own limit a worker without a heartbeat is killed
 _START_S = 900.0  # the same until it is ready: imports take minutes on a busy machine, which is no agent's fault
+_AWAY_S = 5.0  # a second's wait that takes longer: everything stood still, as after Ctrl-Z, or when a cluster suspends it
 _ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 
 
@@ -103,13 +104,10 @@ class LocalWorkerPool:
             silent = self._kill_silent()
             if silent is not None:
                 return silent
-            try:
-                worker, process, line = self._inbox.get(timeout=1.0)
-            except queue.Empty:
-                continue
-            if self._processes.get(worker) is not process:
+            arrived = self._wait()
+            if arrived is None or self._processes.get(arrived[0]) is not arrived[1]:
                 continue  # a late message of a worker that was replaced
-            found = self._read(worker, process, line)
+            found = self._read(*arrived)
             if found is not None:
                 return found
 
@@ -117,6 +115,18 @@ class LocalWorkerPool:
         for process in self._processes.values():
             process.end()
         self._processes.clear()
+
+    def _wait(self) -> tuple[int, _WorkerProcess, str] | None:
+        """The next line of a worker, if one comes within a second."""
+        before = time.monotonic()
+        try:
+            arrived = self._inbox.get(timeout=1.0)
+        except queue.Empty:
+            arrived = None
+        now = time.monotonic()
+        if now - before > _AWAY_S:
+            self._heard_at = dict.fromkeys(self._heard_at, now)
+        return arrived
 
     def _read(self, worker: int, process: _WorkerProcess, line: str) -> WorkerMessage | None:
         self._heard_at[worker] = time.monotonic()

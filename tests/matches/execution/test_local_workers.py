@@ -26,19 +26,25 @@ class _Process:
         """Killed."""
 
 
-def _first_message(monkeypatch: pytest.MonkeyPatch, times: Sequence[float]) -> str:
-    """Of a worker, where the clock shows these times: sent, looked at, ready, looked at, done."""
+def _first_message(monkeypatch: pytest.MonkeyPatch, times: Sequence[float], workers: int = 1) -> str:
+    """Where the clock shows these times: sent, looked at, waits, has waited, ready, looked at, waits, has waited, done."""
     monkeypatch.setattr(local_workers, "_WorkerProcess", _Process)
     monkeypatch.setattr(local_workers, "time", SimpleNamespace(monotonic=iter(times).__next__))
-    pool = LocalWorkerPool(1, SILENCE_S, None, grace_s=0.0)
-    pool.send(0, [])
+    pool = LocalWorkerPool(workers, SILENCE_S, None, grace_s=0.0)
+    for worker in range(workers):
+        pool.send(worker, [])
     return pool.next_message().kind
 
 
 def test_a_worker_that_is_slow_to_start_on_a_busy_machine_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _first_message(monkeypatch, [0, 300, 301, 302, 303]) == "done"
+    assert _first_message(monkeypatch, [0, 300, 300, 301, 301, 302, 302, 303, 303]) == "done"
 
 
 def test_one_that_never_starts_or_is_silent_while_it_plays_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _first_message(monkeypatch, [0, 2000, 2000]) == "died"
-    assert _first_message(monkeypatch, [0, 1, 2, 2 + SILENCE_S + 1, 100]) == "died"
+    assert _first_message(monkeypatch, [0, 2000]) == "died"
+    assert _first_message(monkeypatch, [0, 1, 1, 2, 2, 2 + SILENCE_S + 1]) == "died"
+
+
+def test_after_a_command_was_stopped_and_goes_on_its_workers_are_heard_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As by Ctrl-Z, or where a cluster suspends a job: the matches of every worker counted as failed."""
+    assert _first_message(monkeypatch, [0, 0, 1, 1, 1001, 1001, 1002, 1002, 1003, 1003], workers=2) == "done"
