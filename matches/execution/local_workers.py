@@ -16,7 +16,7 @@ from movingout.matches.match import Match, match_to_json, result_from_json
 
 _GRACE_S = 30.0  # how long after the agents' own limit a worker without a heartbeat is killed
 _START_S = 900.0  # the same until it is ready: imports take minutes on a busy machine, which is no agent's fault
-_AWAY_S = 5.0  # a second's wait that takes longer: everything stood still, as after Ctrl-Z, or when a cluster suspends it
+_AWAY_S = 5.0  # a second's wait that takes longer: everything stood still, as by Ctrl-Z or where a cluster suspends it
 _ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 
 

@@ -42,7 +42,8 @@ def _read(path: Path) -> str:
 def _others_may_read(about: os.stat_result, folder: Path) -> bool:
     if not about.st_mode & 0o077:
         return False
-    with tempfile.NamedTemporaryFile(dir=folder) as probe:  # mode 0600, but not on drives of Windows under WSL or Docker
+    # A new file has the mode 0600, but not on drives of Windows under WSL or Docker.
+    with tempfile.NamedTemporaryFile(dir=folder) as probe:
         return not os.fstat(probe.fileno()).st_mode & 0o077
 
 

@@ -12,7 +12,15 @@ from pydantic import BaseModel, ValidationError
 
 from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
-from movingout.maps.yaml_document import MAX_BYTES, FieldPath, FileFault, YamlDocument, YamlError, list_needed, path_text
+from movingout.maps.yaml_document import (
+    MAX_BYTES,
+    FieldPath,
+    FileFault,
+    YamlDocument,
+    YamlError,
+    list_needed,
+    path_text,
+)
 from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names
 from movingout.study.errors import StudyError, StudyFileError
@@ -44,8 +52,8 @@ def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None,
     except ValidationError as error:
         faults = [_fault(document, one) for one in error.errors(include_url=False) if not _follows(one)]
         raise StudyFileError(name, sorted(set(faults))) from None
-    faults = () if begun else _inconsistencies(study)
-    found = [FileFault(document.line(path), path_text(path), message) for path, message in faults]
+    contradicting = [] if begun else _inconsistencies(study)
+    found = [FileFault(document.line(path), path_text(path), message) for path, message in contradicting]
     if found:
         raise StudyFileError(name, sorted(found))
     return study

@@ -16,7 +16,9 @@ import { CENTRED, strongest } from "./stick.js";
  * @typedef {{seat: number, keySets: number[], pad: PadName | null, device: Device}} SeatCard
  */
 /** @typedef {{index: number, id: string}} PadName */
-/** @typedef {{get(seat: number): PadName | undefined, set(seat: number, pad: PadName | undefined): unknown}} PadMemory */
+/**
+ * @typedef {{get(seat: number): PadName | undefined, set(seat: number, pad: PadName | undefined): unknown}} PadMemory
+ */
 /**
  * @typedef {object} Devices
  * @property {{read(keys: KeySet): Reading, isUsed(keys: KeySet): boolean}} keyboard
@@ -68,7 +70,9 @@ export class LocalSeats {
   /** Two people swap seats. */
   swap() {
     this.#swapped = !this.#swapped;
-    for (const known of [this.#pads, this.#padOf, this.#device]) exchange(known);
+    exchange(this.#pads);
+    exchange(this.#padOf);
+    exchange(this.#device);
     const [blue, red] = [this.#memory.get(0), this.#memory.get(1)];
     this.#memory.set(0, red);
     this.#memory.set(1, blue);

@@ -27,7 +27,7 @@ class _Process:
 
 
 def _first_message(monkeypatch: pytest.MonkeyPatch, times: Sequence[float], workers: int = 1) -> str:
-    """Where the clock shows these times: sent, looked at, waits, has waited, ready, looked at, waits, has waited, done."""
+    """Where the clock shows these times: sent, looked, waits, has waited, ready, looked, waits, has waited, done."""
     monkeypatch.setattr(local_workers, "_WorkerProcess", _Process)
     monkeypatch.setattr(local_workers, "time", SimpleNamespace(monotonic=iter(times).__next__))
     pool = LocalWorkerPool(workers, SILENCE_S, None, grace_s=0.0)
