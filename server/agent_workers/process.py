@@ -30,6 +30,7 @@ HANG_S = {
     "overrun": 2.0,
 }  # seconds in one phase after which the worker is replaced
 WATCH_EVERY_S = 0.25
+STILL_S = 1.0  # a sleep of WATCH_EVERY_S that takes longer
 QUICK_DEATH_S = 1.0  # a worker that died younger than this is not replaced at once
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
@@ -204,10 +205,13 @@ async def _spawn(link: socket.socket, file: IO[bytes], thread_cores: float) -> a
 
 async def _watch(heartbeat: WorkerHeartbeat) -> None:
     """Return when the worker has been in one phase for too long."""
-    starting = heartbeat.read().since
+    starting, awake = heartbeat.read().since, time.monotonic()
     while True:
+        before = time.monotonic()
         await asyncio.sleep(WATCH_EVERY_S)
+        if time.monotonic() - before > STILL_S:  # the whole machine stood still
+            awake = time.monotonic()
         since, phase, _ = heartbeat.read()
         limit = HANG_S["loading"] if since == starting else HANG_S[phase]
-        if time.monotonic() - since > limit:
+        if time.monotonic() - max(since, awake) > limit:
             return
