@@ -142,10 +142,11 @@ export class Settings {
     return el("div", { class: "bindings" }, el("h3", {}, say("play.settings.gamepad")), ...rows, field);
   }
 
-  /** @param {HTMLElement} button @param {string} request to press something */
-  #ask(button, request) {
-    this.#cancel();
-    this.#lastId = button.id;
+  /** @param {HTMLElement} asked @param {string} request to press something */
+  #ask({ id }, request) {
+    this.#lastId = id;
+    this.#draw(); // a button that asked before has its name again
+    const button = byId(id, HTMLElement);
     button.textContent = request;
     button.setAttribute("aria-label", request);
   }
