@@ -11,7 +11,7 @@ import socket
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from typing import IO, Protocol
 
 import msgspec
@@ -203,15 +203,19 @@ async def _spawn(link: socket.socket, file: IO[bytes], thread_cores: float) -> a
     )
 
 
-async def _watch(heartbeat: WorkerHeartbeat) -> None:
+async def _watch(
+    heartbeat: WorkerHeartbeat,
+    clock: Callable[[], float] = time.monotonic,
+    sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
+) -> None:
     """Return when the worker has been in one phase for too long."""
-    starting, awake = heartbeat.read().since, time.monotonic()
+    starting, awake = heartbeat.read().since, clock()
     while True:
-        before = time.monotonic()
-        await asyncio.sleep(WATCH_EVERY_S)
-        if time.monotonic() - before > STILL_S:  # the whole machine stood still
-            awake = time.monotonic()
+        before = clock()
+        await sleep(WATCH_EVERY_S)
+        if clock() - before > STILL_S:  # the whole machine stood still
+            awake = clock()
         since, phase, _ = heartbeat.read()
         limit = HANG_S["loading"] if since == starting else HANG_S[phase]
-        if time.monotonic() - max(since, awake) > limit:
+        if clock() - max(since, awake) > limit:
             return

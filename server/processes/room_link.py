@@ -7,7 +7,7 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -190,15 +190,19 @@ class RoomLink(KeptProcess):
             self._handing_over = None
             await self._gone()
 
-    async def _watch(self) -> None:
+    async def _watch(
+        self,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
+    ) -> None:
         """Kill a process that is silent for too long, while this one was there to listen."""
         while True:
-            before = time.monotonic()
-            await asyncio.sleep(WATCH_S)
-            if time.monotonic() - before > SILENT_S / 2:  # the whole machine stood still, or was out of memory
-                self._heard = time.monotonic()
+            before = clock()
+            await sleep(WATCH_S)
+            if clock() - before > SILENT_S / 2:  # the whole machine stood still, or was out of memory
+                self._heard = clock()
             limit = SILENT_S if self._ready.is_set() else START_S
-            if time.monotonic() - self._heard > limit:
+            if clock() - self._heard > limit:
                 log.error("the process %d of the rooms %d hangs and is killed", self.pid, self.index)
                 self._kill(signal.SIGKILL)
 

@@ -2,12 +2,10 @@
 
 import asyncio
 import signal
-from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
-from movingout.server.processes import room_link
 from movingout.server.processes.room_link import SILENT_S, WATCH_S, RoomLink
 
 
@@ -28,11 +26,9 @@ def killed(monkeypatch: pytest.MonkeyPatch, naps: list[float]) -> list[float]:
     link = RoomLink(0, nothing, nothing, nothing)
     link._heard = clock[0]
     link._ready.set()
-    with monkeypatch.context() as patched, pytest.raises(asyncio.CancelledError):
-        patched.setattr(link, "_kill", kill)
-        patched.setattr(room_link, "time", SimpleNamespace(monotonic=lambda: clock[0]))  # servers of other tests go on
-        patched.setattr(room_link, "asyncio", SimpleNamespace(sleep=sleep))
-        asyncio.run(link._watch())
+    monkeypatch.setattr(link, "_kill", kill)
+    with pytest.raises(asyncio.CancelledError):
+        asyncio.run(link._watch(lambda: clock[0], sleep))
     return kills
 
 
