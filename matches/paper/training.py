@@ -16,7 +16,7 @@ from movingout.matches.paper.workspace import DATA, Workspace
 from movingout.recordings.groups import read_groups
 from movingout.recordings.storage.listing import read_players
 
-SEEDS_APART = 1000  # more than the trainings of an agent, so that no --seed repeats those of another
+SEEDS_APART = 1000  # more than the trainings of an agent, so that no --seed below four million repeats those of another
 LARGEST_SEED = 2**29 - 1  # of --seed: above it, training seeds would repeat, see `training_seed`
 _TRAINING_SEEDS = 2**32  # that `movingout train` takes
 IMITATING = ("mlp", "gru", "dp")  # kinds that learn what people do
