@@ -51,13 +51,18 @@ class Departures:
         self._deletions: set[asyncio.Task[None]] = set()
         self._ending = asyncio.Event()
 
-    async def dismiss(self, tx: Transaction, session: ParticipantSession, outcome: Outcome, keep: bool = True) -> None:
-        """End the study for one participant, with a code; a partner who cannot play on gets one as well."""
+    async def dismiss(
+        self, tx: Transaction, session: ParticipantSession, outcome: Outcome, keep: bool | None = None
+    ) -> None:
+        """End the study for one participant, with a code; a partner who cannot play on gets one as well.
+
+        `keep`: what the participant said about the data, None where nobody asked.
+        """
         tx.check()
         if session.finished:
             return
-        if not keep:
-            await tx.run(self._databases.store.keep_data, session.pid, False)
+        if keep is not None:
+            await tx.run(self._databases.store.keep_data, session.pid, keep)
         await self._participants.finish(tx, session, outcome)
         self._units.stop_waiting(tx, session)
         notify([session])
@@ -66,7 +71,7 @@ class Departures:
             if unit is not None:
                 await self.release_partners(tx, unit)
         finally:  # the machine of their room may be away
-            if not keep:
+            if keep is False:
                 self.delete_data(session)
 
     async def release_partners(self, tx: Transaction, unit: StudyUnit) -> None:

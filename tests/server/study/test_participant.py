@@ -162,6 +162,12 @@ def test_every_exit_gives_exactly_one_code(solo: Served, outcome: str, leave: Ca
     assert len(set(codes)) == len(codes)
 
 
+def test_who_stops_and_lets_the_data_be_kept_has_said_so(solo: Served) -> None:
+    visitor = solo.visitor().go_to("form")
+    visitor.stop(True)
+    assert visitor.step["kept"] is True
+
+
 @pytest.mark.slow
 def test_who_withdraws_with_the_data_is_paid_and_leaves_nothing_behind(tmp_path: Path) -> None:
     with served(tmp_path) as study:
