@@ -9,7 +9,7 @@ from movingout.maps.suggestion import counted
 from movingout.matches.paper.beginning import check_beginning
 from movingout.matches.paper.costs import span
 from movingout.matches.paper.entry import PaperEntry
-from movingout.matches.paper.steps import PaperStep, paper_steps
+from movingout.matches.paper.steps import PaperStep, paper_steps, seconds_in_all
 from movingout.matches.paper.workspace import Workspace
 
 
@@ -21,14 +21,19 @@ def dry_run(entries: Sequence[PaperEntry], space: Workspace, as_json: bool) -> i
         raise next(iter(refused.values()))
     steps = paper_steps([entry for entry in entries if entry.label not in refused], space)
     todo = [step for step in steps if not step.is_done()]
+    seconds = seconds_in_all(todo, space)
     if as_json:
-        _print_json(todo, len(steps) - len(todo), {label: str(error) for label, error in refused.items()})
+        _print_json(
+            todo,
+            seconds_in_all(todo, space),
+            len(steps) - len(todo),
+            {label: str(error) for label, error in refused.items()},
+        )
         return 1 if refused else 0
     for label, error in refused.items():
         print(f"movingout: {label} cannot be made: {error}", file=sys.stderr)
     for step in todo:
         print(f"{span(step.seconds):>8}  {step.about}")
-    seconds = sum(step.seconds for step in todo)
     print(f"{counted(len(todo), 'step')} to do, {len(steps) - len(todo)} done; about {span(seconds)} in all, roughly")
     if space.budget.gpu:
         print("(trainings and decisions of the paper's networks as on an NVIDIA RTX A6000; on a CPU far longer)")
@@ -57,11 +62,11 @@ def _problem(step: PaperStep) -> MovingOutError | None:
     return None
 
 
-def _print_json(todo: Sequence[PaperStep], done: int, refused: dict[str, str]) -> None:
+def _print_json(todo: Sequence[PaperStep], seconds: float, done: int, refused: dict[str, str]) -> None:
     document = {
         "steps": [{"step": step.about, "estimated_s": step.seconds} for step in todo],
         "finished": done,
-        "estimated_s": sum(step.seconds for step in todo),
+        "estimated_s": seconds,
         "not_made": refused,
     }
     print(json.dumps(document, indent=2))

@@ -7,19 +7,17 @@ import json
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, get_args
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.errors import MovingOutError
 from movingout.maps.suggestion import counted
+from movingout.matches.commands.carry_out import carry_out
 from movingout.matches.commands.dry_run import dry_run
-from movingout.matches.commands.progress import bar
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.beginning import alone, begin, begun, grown
 from movingout.matches.paper.budgets import BUDGETS, GROWING, budget_of
-from movingout.matches.paper.costs import span
 from movingout.matches.paper.entry import PaperEntry
 from movingout.matches.paper.page.reproduction_page import write_page
 from movingout.matches.paper.presentation.bar_chart import bar_chart
@@ -27,11 +25,10 @@ from movingout.matches.paper.presentation.drawing import save_drawing
 from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.presentation.writers import WRITERS
 from movingout.matches.paper.registry import ENTRIES, chosen_entries
-from movingout.matches.paper.steps import PaperStep, paper_steps
+from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.training import LARGEST_SEED
 from movingout.matches.paper.workspace import Evaluation, Grouping, Workspace
 from movingout.matches.results.results_folder import write_whole
-from movingout.matches.run import OnProgress, no_op
 from movingout.recordings.styles import given_styles
 from movingout.world.exactness import inexact_engine
 
@@ -234,34 +231,13 @@ def _made(entries: Sequence[PaperEntry], space: Workspace) -> tuple[list[Path], 
         where = f"{entry.label} ({number}/{len(entries)}), " if len(entries) > 1 else ""
         try:
             _check_runnable(entry)
-            _carry_out(paper_steps([entry], space), space, where)
+            carry_out(paper_steps([entry], space), space, where)
             written += _write(entry, space)
         except MovingOutError as error:
             if len(entries) == 1:
                 raise
             failed[entry.label] = str(error)
     return written, failed
-
-
-def _carry_out(steps: Sequence[PaperStep], space: Workspace, where: str) -> None:
-    for number, step in enumerate(steps, start=1):
-        if not step.is_done():
-            about = f"{where}step {number}/{len(steps)}: {step.about} (about {span(step.seconds)})"
-            print(about, file=sys.stderr, flush=True)
-            begun = _processor_seconds()
-            try:
-                shown: AbstractContextManager[OnProgress] = (
-                    contextlib.nullcontext(no_op) if step.shows_itself else bar(step.about.split()[0])
-                )
-                with shown as progress:
-                    step.perform(progress)
-            finally:
-                space.note_time(step.about, _processor_seconds() - begun)
-
-
-def _processor_seconds() -> float:
-    """Of this process and of those of its workers that have ended."""
-    return sum(os.times()[:4])
 
 
 def _write(entry: PaperEntry, space: Workspace) -> list[Path]:

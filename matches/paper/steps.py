@@ -24,7 +24,7 @@ class PaperStep:
     is_done: Callable[[], bool]
     perform: Callable[[OnProgress], None]
     matches: bool = False  # whether it plays: each result says how long its match took
-    shows_itself: bool = False  # shows how far it is by itself
+    trains: TrainedId | None = None  # whom
     check: Callable[[], object] | None = None  # raises MovingOutError for what would stop it, and changes nothing
 
 
@@ -43,6 +43,19 @@ def paper_steps(entries: Sequence[PaperEntry], space: Workspace) -> list[PaperSt
         *_match_steps(list(dict.fromkeys(_matches(chosen, space))), space),
         *(_measuring_step(one, training, space) for one in measured for training in one.trainings(space.budget)),
     ]
+
+
+def seconds_in_all(steps: Sequence[PaperStep], space: Workspace) -> float:
+    """How long steps take, roughly: trainings run at a time, but no longer than one after another of the same chain."""
+    others = sum(step.seconds for step in steps if step.trains is None)
+    trainings = [step for step in steps if step.trains is not None]
+    if not trainings:
+        return others
+    own = {step.trains: step.seconds for step in trainings}
+    chains = [
+        sum(own.get(needed, 0.0) for needed in {*trained_before(agent), agent}) for agent in own if agent is not None
+    ]
+    return others + max(sum(own.values()) / space.at_once, *chains)
 
 
 def _agents(entries: list[PaperEntry], space: Workspace) -> list[TrainedId]:
@@ -90,7 +103,7 @@ def _training_step(agent: TrainedId, space: Workspace) -> PaperStep:
         training_seconds(METHODS[agent.method], space.budget),
         partial(space.has_agent, agent.text),
         lambda progress: train_agent(agent, space),
-        shows_itself=True,
+        trains=agent,
     )
 
 

@@ -16,18 +16,21 @@ from movingout.matches.paper.workspace import DATA, Workspace
 from movingout.recordings.groups import read_groups
 from movingout.recordings.storage.listing import read_players
 
+LOGS = DATA / "logs"  # what each training prints
 SEEDS_APART = 1000  # more than the trainings of an agent, so that no --seed below four million repeats those of another
 LARGEST_SEED = 2**29 - 1  # of --seed: above it, training seeds would repeat, see `training_seed`
 _TRAINING_SEEDS = 2**32  # that `movingout train` takes
 IMITATING = ("mlp", "gru", "dp")  # kinds that learn what people do
 
 
-def train_agent(agent: TrainedId, space: Workspace) -> None:
+def train_agent(agent: TrainedId, space: Workspace, shows_itself: bool = True) -> None:
     """Train an agent and write its checkpoint; what the training prints goes into a log, its bar to the terminal.
+
+    Its bar goes into the log as well where several are trained at a time (`shows_itself` no).
 
     Raises MatchError where it has nothing to learn from, and what `movingout train` raises.
     """
-    log = DATA / "logs" / f"{folder_name(agent.text)}.log"
+    log = LOGS / f"{folder_name(agent.text)}.log"
     log.parent.mkdir(parents=True, exist_ok=True)
     parser = CommandParser(prog="movingout train")
     train.configure(parser)
@@ -35,7 +38,7 @@ def train_agent(agent: TrainedId, space: Workspace) -> None:
     with (
         log.open("a", encoding="utf-8", buffering=1) as file,
         contextlib.redirect_stdout(file),
-        contextlib.nullcontext() if sys.stderr.isatty() else contextlib.redirect_stderr(file),
+        contextlib.nullcontext() if shows_itself and sys.stderr.isatty() else contextlib.redirect_stderr(file),
     ):
         train.run(args)
 
@@ -45,7 +48,7 @@ def training_words(agent: TrainedId, space: Workspace) -> list[Any]:
     method, budget = METHODS[agent.method], space.budget
     words: list[Any] = [
         method.kind, "--id", agent.text, "--name", f"{agent.method}, {agent.data}"[:60], "--data", DATA,
-        "--preset", budget.preset, "--seed", _seed(agent, space), "--threads", space.workers, "--go-on",
+        "--preset", budget.preset, "--seed", _seed(agent, space), "--threads", _threads(space), "--go-on",
         *method.options, *_sizes(method, budget),
     ]  # fmt: skip
     if method.plays:
@@ -59,6 +62,11 @@ def training_words(agent: TrainedId, space: Workspace) -> list[Any]:
         return words
     files = _files(agent, space, method.maps)
     return [*words[:1], *files, *words[1:], *_seats(method, files, space)]
+
+
+def _threads(space: Workspace) -> int:
+    """One, so that numbers do not depend on the number of workers; beside a GPU all, to fill it."""
+    return space.workers if space.budget.gpu else 1
 
 
 def _seats(method: Method, files: list[Path], space: Workspace) -> list[str]:

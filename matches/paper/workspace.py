@@ -54,13 +54,18 @@ class Workspace:
     grouping: Grouping = "random"
     styles: tuple[tuple[str, str], ...] = ()  # of given people, by participant; empty: those of scripted people
     seed: int = 0  # of the division into groups, and of scripted people
-    workers: int = 1
+    workers: int = 1  # processes that record, train or play at a time
     matches: MatchStore = field(default_factory=lambda: MatchStore(DATA / "matches"), compare=False)
 
     @property
     def split(self) -> Split:
         """Of the variants that are learned from in Challenge 2."""
         return "official" if self.evaluation == "official" else "train"
+
+    @property
+    def at_once(self) -> int:
+        """Trainings that run at a time: one for each worker; one alone where a GPU is to be filled."""
+        return 1 if self.budget.gpu else self.workers
 
     def given_files(self) -> list[Path]:
         """The recordings that were given. Raises RecordingError where there is none, or one is not there."""

@@ -187,7 +187,7 @@ def test_of_all_labels_one_that_cannot_be_made_is_named_and_the_others_are_made(
         if where.startswith("tab:ablation"):
             raise MatchError("none of 3 recordings is on a varied map")
 
-    monkeypatch.setattr(paper, "_carry_out", carried_out)
+    monkeypatch.setattr(paper, "carry_out", carried_out)
     assert main(["paper", "tables", "all", "--budget", "smoke", "-o", "out"]) == 1
     assert "tab:ablation was not made: none of 3 recordings is on a varied map" in capsys.readouterr().err
     tables = {path.stem for path in (here / "out" / "tables").iterdir()}
@@ -198,7 +198,7 @@ def test_of_all_labels_one_that_needs_an_extra_is_named_where_it_is_not_installe
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(overcooked, "is_installed", lambda: False)
-    monkeypatch.setattr(paper, "_carry_out", lambda steps, space, where: None)
+    monkeypatch.setattr(paper, "carry_out", lambda steps, space, where: None)
     assert main(["paper", "tables", "all", "--budget", "smoke", "-o", "out"]) == 1
     said = capsys.readouterr().err
     assert "text:overcooked was not made" in said and "'.[overcooked]'" in said
