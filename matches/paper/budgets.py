@@ -35,6 +35,7 @@ _TINY_PLAY = (
 )  # fmt: skip
 _SMALL_PLAY = "--frames", 12_000, "--members", 2
 _SMALL = "--evaluate-every", 500, "--batch", 128, "--width", 128
+_MEDIUM = "--updates", 6000, "--evaluate-every", 1000, "--batch", 256, "--width", 256
 _PAPER_SIZE = "--updates", 6000, "--evaluate-every", 1000, "--batch", 256, "--precision", "bf16"
 _BUDGETS = (
     Budget(
@@ -52,6 +53,15 @@ _BUDGETS = (
             "mlp": ("--updates", 1000, *_SMALL), "gru": ("--updates", 600, *_SMALL),
             "dp": ("--updates", 1000, *_SMALL), "bass": ("--updates", 1000, "--progress-updates", 1000, *_SMALL),
             "mappo": _SMALL_PLAY[:2], "comedi": _SMALL_PLAY,
+        },
+    ),
+    Budget(
+        name="medium",
+        about="small networks, episodes and updates enough for agents that deliver; a night for all but MAPPO",
+        preset="fast", people=18, episodes=2, variants=30, seeds=3, moments=4, states=400,
+        options={
+            "mlp": _MEDIUM, "gru": _MEDIUM, "dp": _MEDIUM, "bass": (*_MEDIUM, "--progress-updates", 6000),
+            "mappo": ("--frames", 600_000), "comedi": ("--frames", 300_000, "--members", 2),
         },
     ),
     Budget(
