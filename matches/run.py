@@ -31,6 +31,7 @@ from movingout.matches.results.results_folder import (
     open_folder,
     read_head,
     read_results,
+    to_play,
     write_whole,
 )
 from movingout.matches.results.table import ResultRow, markdown, rows_of
@@ -38,6 +39,8 @@ from movingout.world.constants import LIMIT_TICKS
 
 OnProgress = Callable[[int, int], None]
 """Called with the number of finished matches and of all."""
+OnAgain = Callable[[int], None]
+"""Called with the number of matches that failed before and are played again."""
 OnResult = Callable[[MatchResult], None]
 """Called with each result as it arrives."""
 WorkerPoolFactory = Callable[[int, float, Path | None], WorkerPool]
@@ -46,6 +49,11 @@ WorkerPoolFactory = Callable[[int, float, Path | None], WorkerPool]
 
 def no_op(*_: object) -> None:
     """Shows no progress and does nothing with a result."""
+
+
+def played_again(failed: int) -> str:
+    """`2 matches failed before: played again`"""
+    return f"{failed:,} match{'es' * (failed != 1)} failed before: played again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,6 +194,7 @@ def run_grid(
     shard: tuple[int, int] = (0, 1),
     pool: WorkerPoolFactory = LocalWorkerPool,
     progress: OnProgress = no_op,
+    again: OnAgain = no_op,
 ) -> GridRun:
     """Play the matches of a grid that the folder `out` does not hold yet; returns all results in it.
 
@@ -194,6 +203,7 @@ def run_grid(
             print(row.agent, row.partner, row.map, len(row.results))
 
     Each result is on disk as soon as its match ends, so a run that was stopped continues when called again.
+    Matches that failed are then played again.
 
     `grid`: a `Grid` or the path of a YAML file (docs/matches.md).
     `record`: also write a recording of each match, into `out`/recordings.
@@ -219,7 +229,9 @@ def run_grid(
     matches = matches_of(plan)[index::count]
     with Shard(folder, index, count) as file:
         finished = read_results(folder)
-        todo = [match for match in matches if match.id not in finished]
+        todo = to_play(matches, finished)
+        if failed := sum(match.id in finished for match in todo):
+            again(failed)
         recordings = folder / "recordings" if record else None
         if recordings is not None:
             make_folder(recordings)

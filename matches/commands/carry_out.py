@@ -31,6 +31,8 @@ def carry_out(steps: Sequence[PaperStep], space: Workspace, where: str) -> None:
         for number, step in group:
             if not step.is_done():
                 _say(f"{where}step {number}: {step.about} (about {span(step.seconds)})")
+                if note := step.note():
+                    _say(note)
                 _perform(step, space)
 
 

@@ -33,7 +33,8 @@ def dry_run(entries: Sequence[PaperEntry], space: Workspace, as_json: bool) -> i
     for label, error in refused.items():
         print(f"movingout: {label} cannot be made: {error}", file=sys.stderr)
     for step in todo:
-        print(f"{span(step.seconds):>8}  {step.about}")
+        note = step.note()
+        print(f"{span(step.seconds):>8}  {step.about}" + (f"; {note}" if note else ""))
     print(f"{counted(len(todo), 'step')} to do, {len(steps) - len(todo)} done; about {span(seconds)} in all, roughly")
     if space.budget.gpu:
         print("(trainings and decisions of the paper's networks as on an NVIDIA RTX A6000; on a CPU far longer)")

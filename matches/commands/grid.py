@@ -21,9 +21,9 @@ from movingout.matches.experiment.shipped_grids import grid_path, shipped_grids
 from movingout.matches.report.html_page import write_page
 from movingout.matches.report.parquet import write_parquet
 from movingout.matches.results.provenance import provenance_of
-from movingout.matches.results.results_folder import GRID, open_folder, read_results
+from movingout.matches.results.results_folder import GRID, open_folder, read_results, to_play
 from movingout.matches.results.table import ALL_MAPS, markdown
-from movingout.matches.run import GridRun, check_own_maps, run_grid
+from movingout.matches.run import GridRun, check_own_maps, played_again, run_grid
 from movingout.recordings.report.words import DEFAULT, LANGUAGES
 from movingout.world.exactness import inexact_engine
 
@@ -63,7 +63,7 @@ def perform(args: argparse.Namespace) -> int:
         with bar("matches") as progress:
             run = run_grid(
                 grid, folder, workers=workers_of(args), record=args.record, shard=shard, pool=pool,
-                progress=progress,
+                progress=progress, again=_say_again,
             )  # fmt: skip
     except KeyboardInterrupt:
         print("movingout: stopped; finished matches are kept, run the same command again to continue", file=sys.stderr)
@@ -73,6 +73,10 @@ def perform(args: argparse.Namespace) -> int:
         write_page(run, args.language)
     _show(run, args, [note for note in notes if note])
     return 0
+
+
+def _say_again(failed: int) -> None:
+    print(f"movingout: {played_again(failed)}", file=sys.stderr)
 
 
 def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:
@@ -101,17 +105,20 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
     matches = matches_of(planned_matches(grid))
     if not missing:
         check_own_maps(matches)
-    finished = read_results(folder).keys() if (folder / GRID).exists() else ()
-    todo = [match for match in matches if match.id not in finished]
+    finished = read_results(folder) if (folder / GRID).exists() else {}
+    todo = to_play(matches, finished)
+    failed = sum(match.id in finished for match in todo)
     seconds = None if missing else _seconds_per_match(grid) * len(todo) / workers if todo else 0.0
     document: dict[str, Any] = {
         "grid": grid.name, "matches": len(matches), "finished": len(matches) - len(todo), "to_play": len(todo),
-        "workers": workers, "estimated_s": seconds, "missing_agents": missing,
+        "failed": failed, "workers": workers, "estimated_s": seconds, "missing_agents": missing,
     }  # fmt: skip
     if as_json:
         print(json.dumps(document, indent=2))
         return 0
     print(f"{grid.name}: {len(matches)} matches, {len(matches) - len(todo)} finished, {len(todo)} to play")
+    if failed:
+        print(played_again(failed))
     if seconds:
         print(f"about {_span(seconds)} with {counted(workers, 'worker')} here, estimated from {_PROBES} short matches")
     for sentence in missing:

@@ -1,5 +1,7 @@
 """Played matches, kept by who played: a match is played once for all tables, and again only with other weights.
 
+One that failed is played again by the next command: what stopped it may be over.
+
 data/matches/<key>/results-0-of-1.jsonl    one folder per pair; the key stands for ids, weights and versions
 """
 
@@ -10,7 +12,7 @@ from pathlib import Path
 
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.matches.match import Match, MatchResult
-from movingout.matches.results.results_folder import Shard, read_results
+from movingout.matches.results.results_folder import Shard, read_results, to_play
 from movingout.matches.run import OnProgress, make_folder, no_op, play_matches
 from movingout.recordings.versions import versions
 
@@ -26,17 +28,22 @@ class MatchStore:
         self._places: dict[tuple[str, ...], Path] = {}
         self._untrained: set[tuple[str, ...]] = set()  # pairs whose place changes once their agents are there
         self._results: dict[Path, dict[str, MatchResult]] = {}
+        self._tried: set[Match] = set()  # by this store: what fails for it is not tried for every table
 
     def find(self, match: Match) -> MatchResult | None:
         """The result of a match with the present weights; None when it has not been played."""
         return self._kept(self._place(match)).get(match.id)
 
     def missing(self, matches: Sequence[Match]) -> list[Match]:
-        """The distinct matches that have not been played. Looks again whether agents are there by now."""
+        """The distinct matches to play: not played, or failed in an earlier command. Looks again for agents."""
         for pair in self._untrained:
             del self._places[pair]
         self._untrained.clear()
-        return [match for match in dict.fromkeys(matches) if self.find(match) is None]
+        return [match for match in dict.fromkeys(matches) if self._is_missing(match)]
+
+    def failed_before(self, matches: Sequence[Match]) -> int:
+        """How many of those that `missing` names have failed."""
+        return sum(self.find(match) is not None for match in self.missing(matches))
 
     def play(self, matches: Sequence[Match], workers: int, progress: OnProgress = no_op) -> None:
         """Play what is missing; each result is on disk as soon as its match ends."""
@@ -49,6 +56,11 @@ class MatchStore:
         with Shard(place) as shard:
             shard.append([result])
         self._kept(place)[result.match.id] = result
+        self._tried.add(result.match)
+
+    def _is_missing(self, match: Match) -> bool:
+        result = self.find(match)
+        return result is None or (match not in self._tried and bool(to_play([match], {match.id: result})))
 
     def _kept(self, place: Path) -> dict[str, MatchResult]:
         if place not in self._results:

@@ -12,7 +12,7 @@ from movingout.matches.paper.entry import PaperEntry, measurements, played_cells
 from movingout.matches.paper.methods import METHODS, TrainedId, trained_before, trained_id
 from movingout.matches.paper.training import train_agent
 from movingout.matches.paper.workspace import Workspace
-from movingout.matches.run import OnProgress
+from movingout.matches.run import OnProgress, played_again
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +23,7 @@ class PaperStep:
     seconds: float  # on the workers of the workspace, roughly
     is_done: Callable[[], bool]
     perform: Callable[[OnProgress], None]
+    note: Callable[[], str] = str  # what else to say before it; mostly nothing
     matches: bool = False  # whether it plays: each result says how long its match took
     trains: TrainedId | None = None  # whom
     check: Callable[[], object] | None = None  # raises MovingOutError for what would stop it, and changes nothing
@@ -115,6 +116,7 @@ def _match_steps(matches: list[Match], space: Workspace) -> Iterator[PaperStep]:
             sum(match_seconds(match, space.budget) for match in matches) / space.workers,
             lambda: not space.matches.missing(matches),
             lambda progress: space.matches.play(matches, space.workers, progress),
+            note=lambda: played_again(failed) if (failed := space.matches.failed_before(matches)) else "",
             matches=True,
         )
 

@@ -6,7 +6,7 @@ results-0-of-1.jsonl   one file per shard; a torn last line (a killed driver, a 
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
@@ -17,7 +17,7 @@ from filelock import lock_descriptor
 from movingout.maps.files.output_file import draft_of
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import Grid
-from movingout.matches.match import MatchResult, result_from_json
+from movingout.matches.match import Match, MatchResult, result_from_json
 from movingout.matches.results.provenance import Provenance
 from movingout.recordings.versions import versions
 
@@ -94,7 +94,10 @@ def read_head(folder: Path) -> dict[str, Any]:
 
 
 def read_results(folder: Path) -> dict[str, MatchResult]:
-    """The results of all shards by match id. Raises MatchError for a line that is damaged in the middle of a file."""
+    """The results of all shards by match id; of a match that failed and was played again, the later one.
+
+    Raises MatchError for a line that is damaged in the middle of a file.
+    """
     results: dict[str, MatchResult] = {}
     for path in sorted(folder.glob("results-*.jsonl")):
         try:
@@ -106,8 +109,18 @@ def read_results(folder: Path) -> dict[str, MatchResult]:
                 result = result_from_json(json.loads(line))
             except (ValueError, AttributeError, MatchError) as error:
                 raise MatchError(f"{path}, line {number}: {error}") from error
-            results[result.match.id] = result
+            if result.ending != "failed" or not _played_through(results.get(result.match.id)):
+                results[result.match.id] = result  # the files of shards are in no order of time: a failure yields
     return results
+
+
+def to_play(matches: Sequence[Match], results: Mapping[str, MatchResult]) -> list[Match]:
+    """Those without a result, and those that failed: what stopped them may be over."""
+    return [match for match in matches if not _played_through(results.get(match.id))]
+
+
+def _played_through(result: MatchResult | None) -> bool:
+    return result is not None and result.ending != "failed"
 
 
 class Shard:

@@ -17,9 +17,10 @@ from movingout.maps import load_map, map_to_json
 from movingout.matches import MatchError, MatchResult, open_run, play, run_grid
 from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.experiment.grid import Grid
-from movingout.matches.match import Match
+from movingout.matches.match import Match, failed_result
 from movingout.matches.results.provenance import Provenance
 from movingout.matches.results.results_folder import Shard, open_folder
+from movingout.server.cli import main
 from tests.matches.support import HERE, small_grid
 
 GRID = f"""
@@ -136,6 +137,28 @@ def test_a_finished_grid_is_read_not_played(tmp_path: Path) -> None:
 
     assert _numbers(run_grid(small_grid(), tmp_path, pool=nobody).results) == _numbers(first.results)
     assert _numbers(open_run(tmp_path).results) == _numbers(first.results)
+
+
+def test_a_grid_plays_again_what_failed_and_keeps_the_rest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    grid = tmp_path / "grid.yaml"
+    grid.write_text("name: two\nagents: [idle]\nmaps: [HandOff]\nseeds: 2\nticks: 3\n")
+    folder = tmp_path / "out"
+    first = run_grid(grid, folder, workers=1)
+    good, lost = first.results.values()
+    (folder / "results-0-of-1.jsonl").unlink()
+    with Shard(folder, 1, 2) as shard:  # whose file is read after the one of the next run
+        shard.append([failed_result(lost.match, "lost its worker process 3 times")])
+    with Shard(folder) as shard:
+        shard.append([good])
+    command = ["match", "grid", str(grid), "--out", str(folder), "--workers", "1"]
+    assert main([*command, "--dry-run"]) == 0
+    assert "2 matches, 1 finished, 1 to play" in capsys.readouterr().out
+    assert main(command) == 0
+    assert "1 match failed before: played again" in capsys.readouterr().err
+    assert _numbers(open_run(folder).results) == _numbers(first.results)
+    assert (folder / "results-0-of-1.jsonl").read_bytes().count(b"\n") == 2, "what went well is not played again"
+    assert main(command) == 0
+    assert "failed" not in capsys.readouterr().err
 
 
 @pytest.mark.slow

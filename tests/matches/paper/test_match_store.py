@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from movingout.matches.match import Match, MatchResult
+from movingout.matches.match import Match, MatchResult, failed_result
 from movingout.matches.paper import match_store
 from movingout.matches.paper.match_store import MatchStore
 from movingout.world.metrics import Metrics
@@ -35,6 +35,29 @@ def test_a_match_is_played_once_and_again_with_other_weights(tmp_path: Path, mon
     assert asked == [one, other] and len(list(tmp_path.iterdir())) == 1, "a pair has one folder, in either order"
     weights["dp@a"] = "3"
     assert MatchStore(tmp_path).missing([one, other]) == [one, other]
+
+
+def test_what_failed_is_played_again_by_the_next_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Match] = []
+    good, lost = Match("HandOff", "idle", "idle", 0), Match("HandOff", "idle", "idle", 1)
+    again = failed_result(lost, "lost its worker process 3 times")
+
+    def play(matches: list[Match], **options: object) -> list[MatchResult]:
+        asked.extend(matches)
+        for match in matches:
+            options["on_result"](again if match == lost else played_result(match))  # type: ignore[operator]
+        return []
+
+    monkeypatch.setattr(match_store, "play_matches", play)
+    store = MatchStore(tmp_path)
+    store.play([good, lost], workers=1)
+    assert store.missing([good, lost]) == [], "one command tries it once, for all its tables"
+    later = MatchStore(tmp_path)
+    assert later.find(lost) == again, "until then the tables have it as failed"
+    assert later.missing([good, lost]) == [lost] and later.failed_before([good, lost]) == 1
+    again = played_result(lost)
+    later.play([good, lost], workers=1)
+    assert asked == [good, lost, lost] and MatchStore(tmp_path).missing([good, lost]) == []
 
 
 def test_an_agent_that_is_trained_meanwhile_gets_a_place_of_its_own(
