@@ -16,7 +16,8 @@ from movingout.recordings.text_lines import append_line, read_lines
 
 VERDICTS_NAME = "annotations.jsonl"
 FORMAT = 1
-_ANNOTATOR = re.compile(r"\w[\w .-]*")
+_ANNOTATOR = re.compile(r"\w[\w .'·-]*")
+_APOSTROPHES = str.maketrans(dict.fromkeys("’`´", "'"))  # telephones write another one than keyboards: it is the same person
 _LONGEST = 40
 LONGEST_NOTE = 500  # letters
 
@@ -42,11 +43,11 @@ Verdicts = Mapping[str, Mapping[str, VerdictLine]]
 
 
 def checked_annotator(name: str) -> str:
-    """The name without spaces around it. Raises RecordingError when it cannot be one."""
-    name = name.strip()
+    """The name without spaces around it, however its apostrophe was typed. Raises RecordingError when it cannot be one."""
+    name = name.strip().translate(_APOSTROPHES)
     letters = "".join(sign for sign in name if not unicodedata.category(sign).startswith("M"))  # without vowel signs
     if len(name) > _LONGEST or not _ANNOTATOR.fullmatch(letters):
-        raise RecordingError("an annotator's name has 1 to 40 letters, digits, spaces, dots and hyphens")
+        raise RecordingError("an annotator's name has 1 to 40 letters, digits, spaces, dots, hyphens and apostrophes")
     return name
 
 

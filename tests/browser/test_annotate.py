@@ -133,8 +133,11 @@ def test_a_screen_reader_hears_whose_failure_is_meant(open_page: OpenPage, serve
     expect(page.get_by_role("button", name="Blue Does not come to help").first).to_be_visible()
 
 
-def test_a_name_may_be_written_with_vowel_signs(open_page: OpenPage, server: Server, folder: Path) -> None:
-    page = annotating(open_page, server, name="प्रिया")
+@pytest.mark.parametrize("name", ["प्रिया", "O’Brien"])
+def test_a_name_may_be_written_with_vowel_signs_or_an_apostrophe(
+    name: str, open_page: OpenPage, server: Server, folder: Path
+) -> None:
+    page = annotating(open_page, server, name=name)
     page.keyboard.press("1")
     expect(page.locator("#progress")).to_have_text("1 of 2 judged")
 

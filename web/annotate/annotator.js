@@ -7,7 +7,7 @@ import { el } from "../core/dom.js";
 import { say } from "../text/catalogue.js";
 
 const KEY = "movingout.annotator";
-const NAME = "[\\p{L}\\p{N}_][\\p{L}\\p{M}\\p{N}_ .\\-]{0,39}"; // recordings/annotation/verdicts.py
+const NAME = "[\\p{L}\\p{N}_][\\p{L}\\p{M}\\p{N}_ .'’`´·\\-]{0,39}"; // recordings/annotation/verdicts.py
 
 export function keptName() {
   try {
