@@ -17,7 +17,9 @@ from movingout.recordings.text_lines import append_line, read_lines
 VERDICTS_NAME = "annotations.jsonl"
 FORMAT = 1
 _ANNOTATOR = re.compile(r"\w[\w .'·-]*")
-_APOSTROPHES = str.maketrans(dict.fromkeys("’`´", "'"))  # telephones write another one than keyboards: it is the same person
+_APOSTROPHES = str.maketrans(
+    dict.fromkeys("’`´", "'")
+)  # telephones write another one than keyboards: it is the same person
 _LONGEST = 40
 LONGEST_NOTE = 500  # letters
 

@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_data(listing)
     listing.add_argument("folder", nargs="?", type=Path, help="default: DATA/recordings")
-    listing.add_argument("--map", help="only this map")
+    listing.add_argument("--map", help="only this map, by its name or title")
     listing.add_argument("--agent", help="only with this agent or participant in a seat (part of the name)")
     listing.add_argument("--study", help="only of this study")
     listing.add_argument("--since", type=_day, metavar="DATE", help="only from this day on (2026-11-20)")
@@ -168,7 +168,7 @@ def _table(entries: Sequence[Summary]) -> str:
 def _no_match(folder: Path, wanted: Filter) -> str:
     """The message when nothing matches; names the maps and players that there are."""
     entries, _ = list_recordings(folder)
-    maps = sorted({entry.map for entry in entries})
+    maps = sorted({entry.title or entry.map for entry in entries})
     seats = sorted({seat for entry in entries for seat in (entry.blue, entry.red)})
     hints = []
     if wanted.map is not None and wanted.map not in maps:
@@ -190,7 +190,7 @@ def _row(entry: Summary) -> tuple[str, ...]:
     return (
         entry.id,
         entry.started[:16].replace("T", " "),
-        entry.map + (f" ({entry.variant})" if entry.variant else ""),
+        (entry.title or entry.map) + (f" ({entry.variant})" if entry.variant else ""),
         entry.blue,
         entry.red,
         f"{entry.ticks / TICKS_PER_SECOND:.1f} s",

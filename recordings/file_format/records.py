@@ -12,18 +12,18 @@ from typing import BinaryIO, NamedTuple, TypeVar
 
 import zstandard
 from mcap.data_stream import ReadDataStream
-from mcap.records import Attachment, Channel, Chunk, Header, Metadata, MetadataIndex, SummaryOffset
+from mcap.records import Attachment, AttachmentIndex, Channel, Chunk, Header, Metadata, MetadataIndex, SummaryOffset
 
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time; then the payload
 _RECORD = struct.Struct("<BQ")  # opcode, length
 DATA_END = struct.Struct("<BQI")  # opcode, length, crc
 FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, crc
-_FOOTER, _METADATA_INDEX, _SUMMARY_OFFSET = 0x02, 0x0D, 0x0E
+_FOOTER, _ATTACHMENT_INDEX, _METADATA_INDEX, _SUMMARY_OFFSET = 0x02, 0x0A, 0x0D, 0x0E
 _HEADER, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA, _DATA_END = 0x01, 0x04, 0x05, 0x06, 0x09, 0x0C, 0x0F
 
 
-Entry = TypeVar("Entry", MetadataIndex, SummaryOffset)
+Entry = TypeVar("Entry", AttachmentIndex, MetadataIndex, SummaryOffset)
 
 
 class Message(NamedTuple):
@@ -107,19 +107,34 @@ def metadata_in(stream: BinaryIO) -> dict[str, dict[str, str]]:
 
     Raises ValueError or an error of struct or mcap when the end of the file is not that of a whole MCAP.
     """
+    found: dict[str, dict[str, str]] = {}
+    for entry in _index(stream, _METADATA_INDEX, MetadataIndex):
+        record = Metadata.read(_stream(_read(stream, entry.offset, entry.length)[_RECORD.size :]))
+        found[record.name] = record.metadata
+    return found
+
+
+def attachment_in(stream: BinaryIO, name: str, limit: int) -> bytes | None:
+    """An attachment of a finished file, found by its index; None where there is none of at most `limit` bytes.
+
+    Raises as `metadata_in` does.
+    """
+    for entry in _index(stream, _ATTACHMENT_INDEX, AttachmentIndex):
+        if entry.name == name and entry.length <= limit:
+            return Attachment.read(_stream(_read(stream, entry.offset, entry.length)[_RECORD.size :])).data
+    return None
+
+
+def _index(stream: BinaryIO, opcode: int, kind: type[Entry]) -> Iterator[Entry]:
+    """The entries of one kind in the index at the end of a file."""
     end = max(stream.seek(0, io.SEEK_END) - FOOTER.size - len(MAGIC), 0)
     tail = _read(stream, end, FOOTER.size + len(MAGIC))
-    opcode, _, summary, offsets, _ = FOOTER.unpack_from(tail)
-    if opcode != _FOOTER or not tail.endswith(MAGIC) or not 0 < summary < offsets < end:
+    footer, _, summary, offsets, _ = FOOTER.unpack_from(tail)
+    if footer != _FOOTER or not tail.endswith(MAGIC) or not 0 < summary < offsets < end:
         raise ValueError("no whole footer")
-    found: dict[str, dict[str, str]] = {}
     for group in _entries(_read(stream, offsets, end - offsets), _SUMMARY_OFFSET, SummaryOffset):
-        if group.group_opcode == _METADATA_INDEX:
-            section = _read(stream, group.group_start, group.group_length)
-            for entry in _entries(section, _METADATA_INDEX, MetadataIndex):
-                record = Metadata.read(_stream(_read(stream, entry.offset, entry.length)[_RECORD.size :]))
-                found[record.name] = record.metadata
-    return found
+        if group.group_opcode == opcode:
+            yield from _entries(_read(stream, group.group_start, group.group_length), opcode, kind)
 
 
 def _entries(section: bytes, wanted: int, kind: type[Entry]) -> Iterator[Entry]:

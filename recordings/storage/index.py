@@ -20,7 +20,7 @@ from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import Summary, Unreadable, read_summary, summary_from_json
 
 INDEX_NAME = ".index.sqlite"
-_VERSION = 1  # of this table; another one is rebuilt
+_VERSION = 2  # of this table; another one is rebuilt
 _TABLE = """
 CREATE TABLE IF NOT EXISTS recordings (
     name TEXT PRIMARY KEY, size INTEGER, changed_ns INTEGER, problem TEXT, summary TEXT,
@@ -35,7 +35,7 @@ Stamp = tuple[int, int]  # size, time of change in ns
 class Filter:
     """Which recordings are wanted; None is any."""
 
-    map: str | None = None
+    map: str | None = None  # its name or title
     agent: str | None = None  # part of the name of either seat
     study: str | None = None  # one of the study's ids
     since: str | None = None  # first day, 2026-11-20
@@ -45,7 +45,7 @@ class Filter:
     def condition(self) -> tuple[str, list[str]]:
         """The SQL condition with its parameters."""
         terms = [
-            ("map = ?", self.map),
+            ("? IN (map, json_extract(summary, '$.title'))", self.map),
             ("instr(blue || char(10) || red, ?) > 0", self.agent),
             ("EXISTS (SELECT 1 FROM json_each(study) WHERE value = ?)", self.study),
             ("substr(started, 1, 10) >= ?", self.since),

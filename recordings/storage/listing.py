@@ -6,7 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import orjson
+
 from movingout.maps.files.input_file import open_input
+from movingout.maps.library import is_generated_or_shipped
 from movingout.recordings.episode import Episode, SeatInfo, is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.derived_topics import result
@@ -23,9 +26,12 @@ from movingout.recordings.file_format.metadata import (
     utc,
 )
 from movingout.recordings.file_format.reader import UNREADABLE, read_episode
-from movingout.recordings.file_format.records import MAGIC, metadata_in
+from movingout.recordings.file_format.records import MAGIC, attachment_in, metadata_in
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.world.metrics import from_numbers, to_numbers
+
+MAP_FILE = "map.json"
+_LARGEST_MAP = 1 << 20  # bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +41,7 @@ class Summary:
     path: Path
     id: str
     map: str
+    title: str  # of a map of somebody's own, whose name says little; empty for the project's
     variant: str
     started: str  # UTC, ISO 8601
     source: str
@@ -155,6 +162,7 @@ def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
         path=path,
         id=episode["episode_id"],
         map=episode["map"],
+        title="" if is_generated_or_shipped(episode["map"]) else _title_in(path),
         variant=episode["map_variant"],
         started=episode["started_utc"],
         source=episode["source"],
@@ -169,6 +177,17 @@ def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
     )
 
 
+def _title_in(path: Path) -> str:
+    """The title of the map that a finished recording has in it; empty where it cannot be read."""
+    try:
+        with open_input(path) as stream:
+            text = attachment_in(stream, MAP_FILE, _LARGEST_MAP)
+        title = orjson.loads(text or b"{}").get("title")
+    except (OSError, *UNREADABLE, ValueError, AttributeError):
+        return ""  # `verify` says what is wrong with it; here its name is enough
+    return title if isinstance(title, str) else ""
+
+
 def _metrics(numbers: Mapping[str, float]) -> dict[str, float | None]:
     return {"delivered": numbers["delivered"], "items": numbers["items"], **from_numbers(numbers)}
 
@@ -180,6 +199,7 @@ def _of_episode(path: Path, episode: Episode) -> Summary:
         path=path,
         id=header.episode_id,
         map=header.map.name,
+        title="" if is_generated_or_shipped(header.map.name) else header.map.title,
         variant=header.map.variant,
         started=utc(header.started_ns),
         source=header.source,

@@ -1,10 +1,12 @@
 """What the experimenter sees: running games, live, and the recordings."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from movingout.maps import load_map
 from movingout.recordings import finalise
 from tests.browser.pages import admin_token, complaining_page, overflow, violations
 from tests.browser.support import PHONE, Server
@@ -111,12 +113,17 @@ def test_recordings_are_listed_filtered_and_lead_to_their_replay(server: Server,
     folder = server.data / "recordings"
     for number, name in enumerate(("PriorityPick", "SingleRotation")):
         finalise(record(folder, ticks=5, map_name=name, episode_id=f"listed-{number}")[0])
+    drawn = replace(load_map("LeftRight"), name="map-w2xkq", title="Grandma's kitchen")
+    finalise(record(folder, ticks=5, map=drawn, episode_id="listed-2")[0])
     (folder / "broken.mcap").write_bytes(b"no recording")
     page = open_page("/recordings", script=unlocked(server))
     rows = page.locator("#rows tr")
     expect(rows.filter(has_text="Priority Pick")).to_have_count(1)
     expect(rows.filter(has_text="unreadable")).to_contain_text("broken")
     assert violations(page) == []
+    page.get_by_label("Map").select_option(label="Grandma's kitchen")
+    expect(rows).to_have_count(1)
+    expect(rows).to_contain_text("Grandma's kitchen")
     page.get_by_label("Map").select_option("SingleRotation")
     expect(rows).to_have_count(1)
     expect(rows).to_contain_text("P-3f2a")

@@ -26,7 +26,7 @@ const TONES = /** @type {Record<string, string>} */ ({
   interrupted: "attention",
 });
 const FILTERS = /** @type {const} */ ([
-  { key: "map", words: titleOf },
+  { key: "map", words: (/** @type {string} */ map) => titleOf(rows.find((row) => row.map === map)) },
   { key: "player", words: playerWords },
   { key: "outcome", words: outcomeWords },
 ]);
@@ -91,7 +91,7 @@ function tableRow(row) {
     "tr",
     {},
     cell("played", { class: "nowrap" }, when(row.started)),
-    cell("map", { class: "strong" }, titleOf(row.map)),
+    cell("map", { class: "strong" }, titleOf(row)),
     cell("players", {}, players(row)),
     cell(
       "outcome",
@@ -107,7 +107,7 @@ function tableRow(row) {
 
 /** @param {Row} row */
 function rowActions(row) {
-  const which = { map: titleOf(row.map), when: when(row.started) };
+  const which = { map: titleOf(row), when: when(row.started) };
   const replay = el(
     "a",
     {
@@ -130,9 +130,9 @@ function rowActions(row) {
   return [replay, save];
 }
 
-/** @param {string} [map] */
-function titleOf(map = "") {
-  return mapTitle({ name: map }) || "–";
+/** @param {Row} [row] */
+function titleOf({ map = "", title = "" } = {}) {
+  return mapTitle({ name: map, title: title || undefined }) || "–";
 }
 
 /** @param {string} outcome */

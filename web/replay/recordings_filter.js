@@ -9,7 +9,8 @@ import { playerName } from "../text/names.js";
  * @typedef {object} Row one line of GET /api/recordings; an unreadable file has `damage` and little else
  * @property {string} id
  * @property {string} started UTC, ISO 8601
- * @property {string} [map]
+ * @property {string} [map] its name
+ * @property {string} [title] of a map of somebody's own
  * @property {number} [ticks]
  * @property {string} [outcome]
  * @property {string} [blue] kind and name

@@ -2,10 +2,12 @@
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from movingout.maps import load_map
 from movingout.recordings import EpisodeWriter, RecordingError, SeatInfo, finalise
 from movingout.recordings.storage.listing import path_of
 from movingout.server.cli import main
@@ -86,6 +88,21 @@ def test_list_for_people_has_one_line_each_newest_first(data: Path, capsys: pyte
     assert len(lines) == 5
     assert lines[1].split()[0] == "second"
     assert "agent bass@all" in lines[1]
+
+
+def test_a_map_that_somebody_drew_is_listed_by_its_title(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drawn = replace(load_map("LeftRight"), name="map-w2xkq", title="Grandma's kitchen")
+    finalise(record(tmp_path, ticks=2, episode_id="finished", map=drawn)[0])
+    finalise(record(tmp_path, ticks=2, episode_id="other", map_name="LeftRight")[0])
+    begin(tmp_path, episode_id="running", map=drawn)[0].abandon()
+    assert main(["recordings", "list", str(tmp_path), "--map", "Grandma's kitchen"]) == 0
+    _, *lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 2 and all("  Grandma's kitchen  " in line and "w2xkq" not in line for line in lines)
+    assert main(["recordings", "list", str(tmp_path), "--map", "map-w2xkq", "--json"]) == 0
+    assert set(ids(capsys)) == {"finished", "running"}
+    assert main(["recordings", "list", str(tmp_path), "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["recordings"]
+    assert {(row["map"], row["title"]) for row in rows} == {("map-w2xkq", "Grandma's kitchen"), ("LeftRight", "")}
 
 
 def test_before_the_first_game_list_says_how_to_record_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
