@@ -163,7 +163,7 @@ class Play {
       if (message.code === "pauses_used" && this.#asksPause) this.#panels.askStop();
     }
     if (message.type === "ping") this.#pings.receive(message, atMs);
-    if (message.type === "room") this.#tab.receive(message);
+    this.#tab.receive(message);
     if (message.type !== "welcome") return;
     this.#seats.hold(this.#game.own);
     this.#inputs.hold(this.#game.own);
