@@ -18,6 +18,11 @@ def probably_meant(name: str, known: Iterable[str]) -> str:
     return f"; did you mean {folded[close[0]]}?" if close else ""
 
 
+def shortened(name: str, most: int = 60) -> str:
+    """A name that somebody sent, for a sentence: its beginning and `…` where it has more than `most` characters."""
+    return name if len(name) <= most else f"{name[: most - 1]}…"
+
+
 def counted(number: int, noun: str) -> str:
     """`1 episode`, `3 episodes`."""
     return f"{number:,} {noun}{'s' * (number != 1)}"

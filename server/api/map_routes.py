@@ -61,7 +61,7 @@ def map_routes(host: PublicHost) -> APIRouter:
         await host.own_maps.refresh(host.map_workers.read_file)
         return Response(offered.document(), media_type="application/json")
 
-    @router.get("/api/maps/{name}")
+    @router.get("/api/maps/{name:path}")  # a name may have a slash; then it is no map, which is said
     async def one_map(name: str, request: Request) -> dict[str, Any]:
         """A map that no list has, as HandOff:mirror or a generated one."""
         if not host.admission.may_check_map(address_of(request)):

@@ -2,7 +2,7 @@
 
 from movingout.maps import MapSpec, MovingOutError, is_shipped, load_map, shipped_map_names
 from movingout.maps.generated.names import is_generated
-from movingout.maps.suggestion import known_names
+from movingout.maps.suggestion import known_names, shortened
 from movingout.maps.symmetry import SEPARATOR, SYMMETRY_NAMES
 from movingout.server.api.errors import ApiError
 from movingout.server.own_maps.workers import Busy
@@ -28,12 +28,13 @@ async def own_map(host: PublicHost, name: str) -> MapSpec | None:
     except Busy as error:
         raise ApiError(503, "map_busy", str(error)) from None
     except MovingOutError as error:
-        raise ApiError(422, "unknown_map", str(error), map=name) from None
+        raise ApiError(422, "unknown_map", str(error), map=shortened(name)) from None
 
 
 def unknown_map(host: PublicHost, name: str) -> ApiError:
     """Says which map or symmetry was probably meant."""
     known = [*shipped_map_names(), *host.own_maps.maps]
+    name = shortened(name)
     base, _, symmetry = name.partition(SEPARATOR)
     if base in known:
         text = f"unknown symmetry {symmetry!r} of {base}; {known_names(symmetry, SYMMETRY_NAMES)}"

@@ -358,6 +358,14 @@ def test_of_a_map_that_is_none_it_is_said(browser: Browser, server: Server) -> N
         expect(page.locator("#chosen h2")).to_have_text("Distance Priority")
 
 
+def test_a_long_name_that_is_no_map_makes_no_wide_page(browser: Browser, server: Server) -> None:
+    with complaining_page(browser, server, "/?map=my%2F" + "x" * 3000, viewport={"width": 320, "height": 568}) as page:
+        ready(page)
+        told = f"This server does not have the map my/{'x' * 56}…."
+        expect(page.get_by_role("alert").filter(has_text=told)).to_be_visible()
+        assert overflow(page) == 0
+
+
 def test_a_room_that_does_not_exist_offers_a_game(browser: Browser, server: Server) -> None:
     with complaining_page(browser, server, "/play/nosuchroom12") as page:
         expect(page.get_by_role("alert").filter(has_text="no longer exists")).to_be_visible()

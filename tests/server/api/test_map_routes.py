@@ -89,6 +89,24 @@ def test_a_map_that_no_list_has_is_there_by_its_name(tmp_path: Path) -> None:
         assert (status, refused["error"]["code"], refused["error"]["values"]) == (422, "unknown_map", {"map": "HandOf"})
 
 
+@pytest.mark.parametrize(
+    ("path", "told"),
+    [
+        ("my%2Fmap", "my/map"),
+        ("a/b/", "a/b/"),
+        ("x" * 60, "x" * 60),
+        ("x" * 3000, "x" * 59 + "…"),
+        ("generated:" + "x" * 3000, "generated:" + "x" * 49 + "…"),
+    ],
+)
+def test_the_map_that_is_not_there_is_named_also_with_a_slash_and_shortened(
+    tmp_path: Path, path: str, told: str
+) -> None:
+    with serve(tmp_path / "data") as live:
+        status, refused = live.call(f"/api/maps/{path}")
+        assert (status, refused["error"]["code"], refused["error"]["values"]) == (422, "unknown_map", {"map": told})
+
+
 @pytest.mark.slow
 def test_mirrored_turned_and_randomised_maps_of_the_folder_are_played(tmp_path: Path) -> None:
     put(tmp_path / "mine", "garage.json", document())
