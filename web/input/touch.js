@@ -1,6 +1,7 @@
 // Touch: a stick that appears where a thumb comes down in the left zone, and a grab and a backward button.
 // Pointer events, so a pen or a mouse works too; each finger is followed by its pointer id.
 
+import { onPress } from "./press.js";
 import { CENTRED, lengthOf } from "./stick.js";
 
 /** @typedef {import("./keyboard.js").Reading} Reading */
@@ -29,35 +30,16 @@ export class Touch {
     this.#onChange = onChange;
     this.#knob = parts.knob;
     this.#followThumb(parts.zone);
-    this.#followGrab(parts.grab);
-    parts.backward.addEventListener("pointerdown", (event) => {
-      event.preventDefault();
-      parts.backward.setPointerCapture(event.pointerId);
-      this.#setBackward(parts.backward, true);
+    onPress(parts.grab, {
+      press: () => {
+        this.#grabs += 1;
+        this.#touched();
+      },
     });
-    for (const kind of ["pointerup", "pointercancel"]) {
-      parts.backward.addEventListener(kind, () => this.#setBackward(parts.backward, false));
-    }
-    onClickWithoutPointer(parts.backward, () => this.#setBackward(parts.backward, !this.#backward));
-  }
-
-  /** Two fingers at once are one press: the second would undo the first. @param {HTMLElement} button */
-  #followGrab(button) {
-    /** @type {Set<number>} */
-    const fingers = new Set();
-    button.addEventListener("pointerdown", (event) => {
-      event.preventDefault();
-      button.setPointerCapture(event.pointerId);
-      if (fingers.size === 0) this.#grabs += 1;
-      fingers.add(event.pointerId);
-      this.#touched();
-    });
-    for (const kind of ["pointerup", "pointercancel"]) {
-      button.addEventListener(kind, (event) => fingers.delete(/** @type {PointerEvent} */ (event).pointerId));
-    }
-    onClickWithoutPointer(button, () => {
-      this.#grabs += 1;
-      this.#touched();
+    onPress(parts.backward, {
+      press: () => this.#setBackward(parts.backward, true),
+      release: () => this.#setBackward(parts.backward, false),
+      click: () => this.#setBackward(parts.backward, !this.#backward), // held until the next one
     });
   }
 
@@ -141,12 +123,4 @@ export class Touch {
     this.#used = false;
     return reading;
   }
-}
-
-/**
- * A key on the focused button, a switch or a voice makes a click that no pointer began.
- * @param {HTMLElement} button @param {() => void} press
- */
-function onClickWithoutPointer(button, press) {
-  button.addEventListener("click", (event) => event.detail === 0 && press());
 }

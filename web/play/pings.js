@@ -1,6 +1,7 @@
 // Pings on the game page: a key, a button or a tap says "help here"; the marker that both see for two seconds.
 
 import { currentTheme } from "../core/colours.js";
+import { onPress } from "../input/press.js";
 import { TICK_MS } from "../messages.js";
 import { say } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
@@ -32,12 +33,7 @@ export class Pings {
     this.actions = actions;
     this.#button = button;
     button.setAttribute("aria-label", say("play.touch.ping"));
-    button.addEventListener("pointerdown", (event) => {
-      event.preventDefault(); // neither scrolling nor the focus, which would take the grab key
-      this.ask(game.own[0]);
-    });
-    // A screen reader clicks without a pointer.
-    button.addEventListener("click", (event) => event.detail === 0 && this.ask(game.own[0]));
+    onPress(button, { press: () => this.ask(game.own[0]) });
     box.addEventListener("pointerdown", (event) => {
       if (event.target instanceof HTMLCanvasElement) this.#tapped(event.target, event);
     });
