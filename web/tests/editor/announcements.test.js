@@ -20,4 +20,5 @@ test("where a part is and how it is turned is said in the reader's numbers", () 
   assert.equal(turnText(turnedTo(walled, ITEM, Math.PI / 12), ITEM), "Angle in degrees 15");
   setTexts("de", textsOf("de"));
   assert.equal(placeText(walled, WALL), "Links -0,50; Unten 0,30");
+  assert.equal(turnText(turnedTo(walled, ITEM, Math.PI / 12), ITEM), "Winkel in Grad 15");
 });

@@ -38,6 +38,11 @@ test("a hint on a file names the part, and what to do here", () => {
     "Roboter Blau: In der Datei steht der Winkel -90, im Bogenmaß. " +
       "Wenn Grad gemeint sind, geben Sie hier -90 als Winkel ein.",
   );
+  assert.equal(
+    german("items[0].angle", "degrees", { angle: 22.5 }),
+    "Gegenstand 1: In der Datei steht der Winkel 22,5, im Bogenmaß. " +
+      "Wenn Grad gemeint sind, geben Sie hier 22,5 als Winkel ein.",
+  );
 });
 
 test("what no page has words for stays the checker's own", () => {
