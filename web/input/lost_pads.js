@@ -11,27 +11,37 @@ export class LostPads {
   #pauses = false; // the pause that is on began with a gamepad that is gone
   #wanted = 0; // how many gamepads there were before that
   #present = 0;
-  /** @type {readonly number[]} whose is gone */
+  /** @type {readonly number[]} whose were lost, in the round and in the pause that followed */
   #seats = [];
+  /** @type {readonly number[]} whose own are there */
+  #owned = [];
 
   /**
    * After each reading of the devices.
-   * @param {{padsLost: readonly number[], padsPresent: number}} devices @param {string} phase
+   * @param {{padsLost: readonly number[], padsPresent: number, padsOwned: readonly number[]}} devices
+   * @param {string} phase
    * @returns {number | null} the seat for which to pause now
    */
-  update({ padsLost, padsPresent }, phase) {
+  update({ padsLost, padsPresent, padsOwned }, phase) {
     this.#present = padsPresent;
-    if (padsLost.length > 0 && ["countdown", "playing"].includes(phase)) {
-      this.#wanted = padsPresent + padsLost.length;
-      this.#seats = padsLost;
+    this.#owned = padsOwned;
+    if (padsLost.length > 0 && (this.#pauses || ["countdown", "playing"].includes(phase))) {
+      const before = this.#pauses ? this.#seats : this.#missing ? this.#gone : [];
+      this.#seats = [...new Set([...before, ...padsLost])];
+      this.#wanted = Math.max(before.length > 0 ? this.#wanted : 0, padsPresent + padsLost.length);
     }
     if (phase !== "playing" || this.#pauses || !this.#missing) return null;
     this.#pauses = true;
-    return this.#seats[0];
+    return this.#gone[0] ?? this.#seats[0];
   }
 
   get #missing() {
     return this.#present < this.#wanted;
+  }
+
+  /** Whose are lost and not back; with one person at the screen it is theirs in any case. */
+  get #gone() {
+    return this.#seats.filter((seat) => !this.#owned.includes(seat));
   }
 
   /** Play goes on. */
@@ -43,8 +53,18 @@ export class LostPads {
   /** For the pause; with two people at the screen it says whose. @param {readonly number[]} own */
   hint(own) {
     if (!this.#pauses) return "";
-    const colour = own.length > 1 && this.#seats.length === 1 ? colourName(this.#seats[0]) : "";
-    if (this.#missing) return colour ? say("play.pause.padLostBy", { colour }) : say("play.pause.padLost");
-    return colour ? say("play.pause.padBackBy", { colour }) : say("play.pause.padBack");
+    const missing = this.#wanted - this.#present;
+    if (this.#missing) return padText("padLost", own, this.#gone.length === missing ? this.#gone : []);
+    return padText("padBack", own, this.#seats);
   }
+}
+
+/**
+ * @param {"padLost" | "padBack"} what @param {readonly number[]} own
+ * @param {readonly number[]} seats whose gamepad it is; none where that is unknown
+ */
+function padText(what, own, seats) {
+  if (own.length > 1 && seats.length === 2) return say(`play.pause.${what}Both`);
+  if (own.length > 1 && seats.length === 1) return say(`play.pause.${what}By`, { colour: colourName(seats[0]) });
+  return say(`play.pause.${what}`);
 }

@@ -46,6 +46,8 @@ export class LocalSeats {
   padsLost = [];
   /** Gamepads at the last reading. */
   padsPresent = 0;
+  /** @type {number[]} seats whose own gamepad, of two people, was there at the last reading */
+  padsOwned = [];
 
   /** @type {PadMemory} which pad drove a seat last, also after it was unplugged */
   #memory;
@@ -84,6 +86,7 @@ export class LocalSeats {
     this.pauses = pads.reduce((sum, pad) => sum + pad.pauses, 0);
     this.padsPresent = pads.length;
     this.padsLost = this.#forgetLost(pads);
+    this.padsOwned = this.#seats.filter((seat) => pads.some((pad) => this.#drove(seat, pad)));
     if (this.#seats.length > 1) this.#assign(pads);
     const touchSeat = this.#seats[0];
     return new Map(
@@ -133,12 +136,14 @@ export class LocalSeats {
    */
   #seatFor(pad, pads) {
     const free = this.#seats.filter((seat) => !this.#pads.has(seat));
-    const drove = (/** @type {number} */ seat, /** @type {PadReading} */ { index, id }) => {
-      const known = this.#memory.get(seat);
-      return known?.index === index && known.id === id;
-    };
-    const own = free.find((seat) => drove(seat, pad));
-    return own ?? free.find((seat) => !pads.some((other) => drove(seat, other))) ?? free[0];
+    const own = free.find((seat) => this.#drove(seat, pad));
+    return own ?? free.find((seat) => !pads.some((other) => this.#drove(seat, other))) ?? free[0];
+  }
+
+  /** Whether the seat had this gamepad last. @param {number} seat @param {PadReading} pad */
+  #drove(seat, { index, id }) {
+    const known = this.#memory.get(seat);
+    return known?.index === index && known.id === id;
   }
 
   /** @param {number} seat @param {PadName} pad */

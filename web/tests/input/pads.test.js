@@ -122,15 +122,65 @@ test("the d-pad of a gamepad that the browser does not know is a stick too", () 
 
 test("a round pauses for whose gamepad is gone, once, and not for one that went between rounds", () => {
   const lost = new LostPads();
-  assert.equal(lost.update({ padsLost: [1], padsPresent: 1 }, "lobby"), null);
-  assert.equal(lost.update({ padsLost: [], padsPresent: 1 }, "playing"), null);
+  assert.equal(lost.update({ padsLost: [1], padsPresent: 1, padsOwned: [0] }, "lobby"), null);
+  assert.equal(lost.update({ padsLost: [], padsPresent: 1, padsOwned: [0] }, "playing"), null);
   assert.equal(lost.hint([0, 1]), "");
-  assert.equal(lost.update({ padsLost: [1], padsPresent: 1 }, "playing"), 1);
-  assert.equal(lost.update({ padsLost: [], padsPresent: 1 }, "playing"), null);
+  assert.equal(lost.update({ padsLost: [1], padsPresent: 1, padsOwned: [0] }, "playing"), 1);
+  assert.equal(lost.update({ padsLost: [], padsPresent: 1, padsOwned: [0] }, "playing"), null);
   assert.match(lost.hint([0, 1]), /^Red's gamepad is no longer connected\./);
   assert.match(lost.hint([1]), /^Your gamepad is no longer connected\./);
-  lost.update({ padsLost: [], padsPresent: 2 }, "paused");
+  lost.update({ padsLost: [], padsPresent: 2, padsOwned: [0, 1] }, "paused");
   assert.equal(lost.hint([0, 1]), "Red's gamepad is connected again.");
   lost.forget();
   assert.equal(lost.hint([0, 1]), "");
+});
+
+/** Two people with a gamepad each, in a round. */
+function twoPads() {
+  const { seats, read } = twoSeats();
+  const lost = new LostPads();
+  read(driven(0), driven(1));
+  /** For whom the round pauses. @param {string} phase @param {(Gamepad | null)[]} pads */
+  const pausesFor = (phase, ...pads) => {
+    read(...pads);
+    return lost.update(seats, phase);
+  };
+  /** What is said when these are plugged in. @param {string} phase @param {(Gamepad | null)[]} pads */
+  const hint = (phase, ...pads) => {
+    pausesFor(phase, ...pads);
+    return lost.hint([0, 1]);
+  };
+  return { lost, hint, pausesFor };
+}
+
+test("when the second gamepad is lost in the pause for the first, the pause says whose is missing", () => {
+  const { hint } = twoPads();
+  assert.match(hint("playing", pad(0)), /^Red's gamepad is no longer connected\./);
+  assert.match(hint("paused"), /^Neither gamepad is connected any more\./);
+  assert.match(hint("paused", null, pad(1)), /^Blue's gamepad is no longer connected\./);
+  assert.match(hint("paused", pad(0)), /^Red's gamepad is no longer connected\./);
+  assert.equal(hint("paused", pad(0), pad(1)), "Both gamepads are connected again.");
+});
+
+test("when the first is back before the second is lost, the second alone is missing", () => {
+  const { lost, hint } = twoPads();
+  hint("playing", pad(0));
+  assert.equal(hint("paused", pad(0), pad(1)), "Red's gamepad is connected again.");
+  assert.match(hint("paused", null, pad(1)), /^Blue's gamepad is no longer connected\./);
+  lost.forget();
+  assert.equal(hint("playing", null, pad(1)), "", "play went on without it");
+});
+
+test("a round pauses for who has lost a gamepad, not for who had lost one in the countdown and has it back", () => {
+  const { hint, pausesFor } = twoPads();
+  assert.equal(pausesFor("countdown", pad(0)), null);
+  assert.equal(pausesFor("countdown", pad(0), driven(1)), null);
+  assert.equal(pausesFor("playing", null, pad(1)), 0);
+  assert.match(hint("paused", null, pad(1)), /^Blue's gamepad is no longer connected\./);
+});
+
+test("whose gamepad a strange one replaces is not known before it is used", () => {
+  const { hint } = twoPads();
+  hint("playing");
+  assert.match(hint("paused", null, null, pad(2)), /^Your gamepad is no longer connected\./);
 });
