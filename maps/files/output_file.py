@@ -2,15 +2,22 @@
 
 import contextlib
 import os
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 from movingout.maps.errors import MapError
 
+_LEFT_S = 3600.0  # a draft that nobody touched for so long is nobody's, on other machines with the same folder, too
+
 
 @contextlib.contextmanager
 def draft_of(path: Path) -> Iterator[Path]:
-    """Where to write a file that replaces `path` when the block ends well; else it is gone. Raises OSError."""
+    """Where to write a file that replaces `path` when the block ends well; else it is gone. Raises OSError.
+
+    Drafts of the same file that crashed programs left are removed.
+    """
+    _remove_left(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}")  # two programs may write the same file
     try:
         yield draft
@@ -27,3 +34,27 @@ def write_output(path: Path, content: bytes) -> None:
             draft.write_bytes(content)
     except OSError as error:
         raise MapError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def _remove_left(path: Path) -> None:
+    with contextlib.suppress(OSError), os.scandir(path.parent) as entries:
+        for entry in entries:
+            pid = entry.name.removeprefix(f".{path.name}.")
+            if pid == entry.name or not (pid.isascii() and pid.isdecimal()) or _lives(int(pid)):
+                continue
+            with contextlib.suppress(OSError):  # removed meanwhile, or somebody else's
+                if time.time() - entry.stat().st_mtime > _LEFT_S:
+                    os.unlink(entry)
+
+
+def _lives(pid: int) -> bool:
+    """Whether a process has this number; True where that cannot be told."""
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True

@@ -1,5 +1,8 @@
 """Files that are written whole or not at all."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -34,3 +37,25 @@ def test_a_draft_is_gone_whatever_goes_wrong(tmp_path: Path) -> None:
         draft.write_bytes(b"half")
         raise ValueError("no table")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_drafts_of_crashed_programs_are_removed_and_no_others(tmp_path: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", ""]) as ended:
+        ended.wait()
+    dead, living, path = ended.pid, os.getppid(), tmp_path / "map.json"
+    left = tmp_path / f".map.json.{dead}"
+    kept = [
+        tmp_path / f".map.json.{living}",
+        tmp_path / f".other.json.{dead}",
+        tmp_path / f"map.json.{dead}",
+        tmp_path / ".map.json.bak",
+        tmp_path / ".map.json.99999999999999999999",
+    ]
+    for draft in (left, *kept):
+        draft.write_text("half")
+        os.utime(draft, (1e9, 1e9))
+    write_output(path, b"whole")
+    assert sorted(tmp_path.iterdir()) == sorted([*kept, path])
+    left.write_text("half")
+    write_output(path, b"whole")
+    assert left.exists(), "it may be that of a program on another machine, which has the same folder"

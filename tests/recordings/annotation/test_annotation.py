@@ -112,7 +112,8 @@ def test_what_nobody_can_have_said_is_refused(words: tuple[str, str, str], sente
 
 
 def test_names_of_people_in_any_language_are_names() -> None:
-    assert [checked_annotator(name) for name in (" Ada ", "Jürgen K.", "李", "प्रिया", "O'Brien", "O’Brien", "艾达·李")] == [
+    written = (" Ada ", "Jürgen K.", "李", "प्रिया", "O'Brien", "O’Brien", "艾达·李")
+    assert [checked_annotator(name) for name in written] == [
         "Ada", "Jürgen K.", "李", "प्रिया", "O'Brien", "O'Brien", "艾达·李",
     ]  # fmt: skip
 
