@@ -5,7 +5,8 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, Route, expect
 
-from tests.browser.support import Server, wait_for
+from tests.browser.study_fake import FakePerson, FakeStudy, consent
+from tests.browser.support import PHONE, Server, wait_for
 
 OpenPage = Callable[..., Page]
 
@@ -37,3 +38,32 @@ def test_the_game_says_that_it_connects_until_its_program_is_there(server: Serve
     wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
     expect(page.locator("#overlay")).to_be_hidden()
     expect(page.locator("#stop")).to_be_enabled()
+
+
+@pytest.mark.parametrize(
+    ("locale", "query", "words"),
+    [
+        ("en-GB", "", "The study is loading…"),
+        ("de-AT", "", "Die Studie wird geladen …"),
+        ("fr", "", "The study is loading…"),
+        ("en", "?lang=de", "Die Studie wird geladen …"),
+    ],
+)
+def test_a_study_says_that_it_loads_in_the_readers_language_before_any_text_is_there(
+    open_page: OpenPage, locale: str, query: str, words: str
+) -> None:
+    page = open_page("/healthz", locale=locale, viewport=PHONE)
+    held: list[Route] = []
+    page.route("**/*.js*", lambda route: held.append(route) if "/study/" in route.request.url else route.fallback())
+    study = FakeStudy(coming=[FakePerson([consent()])])
+    study.install(page)
+    page.goto("/study" + query, wait_until="commit")
+    expect(page.get_by_role("status").filter(visible=True)).to_have_text(words, use_inner_text=True)
+    before = page.locator("#study-screen").bounding_box()
+    page.unroute("**/*.js*")
+    for route in held:
+        route.fallback()
+    expect(page.get_by_role("heading")).to_be_visible()
+    after = page.locator("#study-screen").bounding_box()
+    assert before is not None and after is not None
+    assert (after["x"], after["y"], after["width"]) == (before["x"], before["y"], before["width"])

@@ -9,6 +9,8 @@ const WEB = new URL("../../", import.meta.url);
 /** @type {Record<string, string>} */
 const ENGLISH = JSON.parse(readFileSync(new URL("words/en.json", WEB), "utf-8"));
 const PAGES = readdirSync(WEB, { recursive: true }).map(String);
+const UNTIL_TEXTS = /<(\w+)[^>]* class="[^"]*\buntil-texts"[^>]*>.*?<\/\1>/gs;
+const STYLE = readFileSync(new URL("styles/base.css", WEB), "utf-8");
 const plain = (/** @type {string} */ html) => html.replaceAll("&amp;", "&").replace(/\s+/g, " ").trim();
 
 for (const page of PAGES.filter((name) => name.endsWith(".html"))) {
@@ -20,11 +22,11 @@ for (const page of PAGES.filter((name) => name.endsWith(".html"))) {
   });
 
   test(`${page} has no words that only English readers understand`, () => {
-    const html = readFileSync(new URL(page, WEB), "utf-8").replace(/<(noscript|script|style)\b.*?<\/\1>/gs, "");
+    const html = readFileSync(new URL(page, WEB), "utf-8")
+      .replace(/<(noscript|script|style)\b.*?<\/\1>/gs, "")
+      .replace(UNTIL_TEXTS, "");
     const words = [...html.matchAll(/<(\w+)([^>]*)>([^<]*\p{L}{2}[^<]*)</gu)]
-      .filter(
-        ([, , attributes]) => !/data-say=|data-theme-button|\bid="(play-all|now-help|study-banner)"/.test(attributes),
-      )
+      .filter(([, , attributes]) => !/data-say=|data-theme-button|\bid="(play-all|now-help)"/.test(attributes))
       .map(([, , , text]) => plain(text));
     assert.deepEqual(
       words.filter((text) => text !== "Moving Out Live"),
@@ -40,5 +42,20 @@ for (const page of PAGES.filter((name) => name.endsWith(".html"))) {
       told.map(([, language]) => language),
       languages,
     );
+  });
+
+  test(`${page} says what it says before its texts have loaded in every language`, () => {
+    const html = readFileSync(new URL(page, WEB), "utf-8");
+    const words = [...html.matchAll(UNTIL_TEXTS)].map(([element]) => element);
+    if (words.length === 0) return;
+    const languages = Object.keys(LANGUAGES);
+    assert.ok(html.includes(`first_language.js" data-languages="${languages.join(" ")}"`));
+    for (const element of words)
+      assert.deepEqual(
+        [...element.matchAll(/<span lang="(\w+)">/g)].map(([, language]) => language),
+        languages,
+      );
+    for (const language of languages)
+      assert.ok(STYLE.includes(`[data-first-language="${language}"] .until-texts > :not([lang="${language}"])`));
   });
 }
