@@ -5,9 +5,11 @@ They are made by `agents.data.dagger`.
 
 import io
 import json
+import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -18,10 +20,12 @@ from movingout.agents.observation.features import FeatureSet
 from movingout.maps import map_from_json, map_to_json
 from movingout.maps.files.output_file import draft_of
 from movingout.recordings.errors import cannot
+from movingout.recordings.file_format.records import ALWAYS_POSSIBLE, MOST_PER_BYTE
 
 SHORTEST = 4  # ticks; shorter stretches are left out
 LONGEST_REST = 15  # ticks of standing still to learn from; longer rests would dominate the data
 SUFFIX = ".corrections.npz"
+_UNREADABLE = (BadZipFile, zlib.error, EOFError, ValueError, KeyError, TypeError, MemoryError)
 _ARRAYS = ("robot_poses", "robot_velocities", "held", "item_poses", "actions")
 
 
@@ -90,6 +94,7 @@ def save_correction(path: Path, correction: Correction) -> None:
 def load_correction(path: Path) -> Correction:
     """Read one file. Raises DataError for anything else."""
     try:
+        _check_size(path)
         with np.load(path, allow_pickle=False) as file:
             about = json.loads(str(file["about"]))
             arrays = {name: file[name] for name in _ARRAYS}
@@ -97,8 +102,16 @@ def load_correction(path: Path) -> Correction:
             blue, red = about["participants"]
             trajectory = Trajectory(map_from_json(about["map"]), (blue, red), **arrays)
             seat = int(about["seat"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, *_UNREADABLE) as error:
         raise DataError(f"{path} is not a file of corrections: {error}") from error
     if labels.shape != (trajectory.ticks, 5) or taught.shape != (trajectory.ticks,) or seat not in (0, 1):
         raise DataError(f"{path}: labels of shape {labels.shape} for {trajectory.ticks} ticks; create the file again")
     return Correction(trajectory, seat, labels, taught)
+
+
+def _check_size(path: Path) -> None:
+    """Raises ValueError for a file of a few bytes that would fill the memory."""
+    with ZipFile(path) as archive:
+        unpacked = sum(entry.file_size for entry in archive.infolist())
+    if unpacked > ALWAYS_POSSIBLE + MOST_PER_BYTE * path.stat().st_size:
+        raise ValueError("its arrays would take more memory than any episode")

@@ -12,7 +12,7 @@ from movingout.agents.checkpoint.card import Card
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.checkpoint.policy_spec import Denoiser, PolicySpec
 from movingout.agents.data.dataset import SeatChoice, SeatSamples
-from movingout.agents.errors import DataError
+from movingout.agents.errors import CheckpointError, DataError
 from movingout.agents.inference.mirror import FeatureMirror
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.observation.features import FeatureSet
@@ -157,10 +157,17 @@ def weighted_policy(checkpoint: Checkpoint) -> "Policy":
     Raises CheckpointError or DataError when the checkpoint has no weights that fit.
     """
     import torch
+    from safetensors import SafetensorError
     from safetensors.torch import load
 
     network = build_policy(checkpoint.card.network)
-    weights = {name: tensor.to(torch.float32) for name, tensor in load(checkpoint.read("policy.safetensors")).items()}
+    try:
+        found = load(checkpoint.read("policy.safetensors"))
+    except SafetensorError as error:
+        raise CheckpointError(
+            f"policy.safetensors of checkpoint {checkpoint.card.id} cannot be read: {error}"
+        ) from error
+    weights = {name: tensor.to(torch.float32) for name, tensor in found.items()}
     try:
         network.load_state_dict(weights)
     except RuntimeError as error:

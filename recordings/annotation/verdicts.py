@@ -45,7 +45,7 @@ Verdicts = Mapping[str, Mapping[str, VerdictLine]]
 
 
 def checked_annotator(name: str) -> str:
-    """The name without spaces around it and with one kind of apostrophe. Raises RecordingError when it cannot be one."""
+    """The name without spaces around it, with one kind of apostrophe. Raises RecordingError if it cannot be one."""
     name = name.strip().translate(_APOSTROPHES)
     letters = "".join(sign for sign in name if not unicodedata.category(sign).startswith("M"))  # without vowel signs
     if len(name) > _LONGEST or not _ANNOTATOR.fullmatch(letters):

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.reader import read_bytes
+from movingout.recordings.imports.parquet_rows import parquet_rows
 
 SUFFIXES = (".json", ".jsonl", ".parquet")
 Shape = Literal["recorder", "evaluator", "dataset"]
@@ -82,7 +82,7 @@ def find(paths: Sequence[Path]) -> list[Path]:
 def read(file: Path) -> list[TrajectoryFile]:
     """The trajectories of a file; RecordingError with the place when its shape is none of the official ones."""
     if file.suffix == ".parquet":
-        return [_row(file, number, row) for number, row in enumerate(_parquet_rows(file))]
+        return [_row(file, number, row) for number, row in enumerate(parquet_rows(file))]
     if file.suffix == ".jsonl":
         lines = (line for line in _text(file).splitlines() if line.strip())
         return [_row(file, number, _json(line, file, f"line {number + 1}")) for number, line in enumerate(lines)]
@@ -141,17 +141,6 @@ def _is_row(value: Any) -> bool:
 
 def _is_step(value: Any) -> bool:
     return isinstance(value, Mapping) and "id" in value and "states" in value and "action" in value
-
-
-def _parquet_rows(file: Path) -> list[dict[str, Any]]:
-    with needs_extra("export", "Parquet"):
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-    try:
-        rows: list[dict[str, Any]] = pq.read_table(file).to_pylist()
-    except (pa.ArrowException, OSError, ValueError) as error:
-        raise RecordingError(f"{file.name} is not a readable Parquet file: {error}") from error
-    return rows
 
 
 def _text(file: Path) -> str:

@@ -14,7 +14,7 @@ from movingout.agents.checkpoint.checkpoint import CARD, Checkpoint, find_checkp
 from movingout.agents.errors import CheckpointError
 from movingout.agents.inference.network import Network
 from movingout.agents.inference.policy_agent import PolicyAgent
-from movingout.agents.kinds.policy import build_policy
+from movingout.agents.kinds.policy import build_policy, weighted_policy
 from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.policies.export import export, export_policy
 from tests.agents.learning import tiny_spec
@@ -132,6 +132,14 @@ def test_a_changed_file_is_refused_by_its_hash(tmp_path: Path) -> None:
 class _Bomb:
     def __reduce__(self) -> tuple[object, tuple[str]]:
         return exec, ("raise SystemExit('the pickle ran')",)
+
+
+@pytest.mark.parametrize("header", [1 << 30, 5])
+def test_weights_that_are_none_are_refused_in_a_sentence(header: int, tmp_path: Path) -> None:
+    files = {"policy.onnx": b"none", "policy.safetensors": header.to_bytes(8, "little") + b"{}"}
+    written = write_checkpoint(tmp_path / "mlp-test", _card(), files)  # type: ignore[arg-type]
+    with pytest.raises(CheckpointError, match=r"policy.safetensors of checkpoint mlp@test cannot be read: "):
+        weighted_policy(written)
 
 
 def test_a_pickle_in_the_place_of_a_network_is_refused_without_being_run(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Labels of an expert where a learner went."""
 
+import zipfile
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -87,6 +88,20 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "x.corrections.npz"
     np.savez(path, about=np.array("{}"))
     with pytest.raises(DataError, match="is not a file of corrections"):
+        load_correction(path)
+    for junk in (b"", b"PK", path.read_bytes()[:-40]):
+        path.write_bytes(junk)
+        with pytest.raises(DataError, match="is not a file of corrections"):
+            load_correction(path)
+
+
+def test_a_small_file_that_would_fill_the_memory_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "x.corrections.npz"
+    save_correction(path, label_episode(_job(), slips=False))
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("more.npy", bytes(160 << 20))
+    assert path.stat().st_size < 300_000
+    with pytest.raises(DataError, match="its arrays would take more memory than any episode"):
         load_correction(path)
 
 
