@@ -96,7 +96,7 @@ class StudyMonitor:
             self._running.alerts.add(
                 "gone", f"{pid} did not come back; {partner} was given a code.", pid=pid, partner=partner
             )
-            await departures.dismiss(tx, absent[0], "withdrew")
+            await departures.dismiss(tx, absent[0], "dropped-out")
 
     def _notice_absent(self, now: float) -> None:
         """Alert once to each participant who was here and has been away for a while; a pause is no absence."""

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from movingout.study.design.definition import NOTICED_S
 from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING
 from movingout.study.design.steps import Step
 from movingout.study.store.store import Participant
 
-PRESENT_S = 25.0  # the page asks every 10 s
 HIDDEN_S = 75.0  # a hidden tab asks once a minute, while its stream stays open
 Listener = Callable[[dict[str, Any]], None]
 
@@ -70,7 +70,7 @@ class ParticipantSession:
 
     def present(self, now: float) -> bool:
         """Whether a page of theirs is open, be it hidden behind another tab."""
-        return now - self.last_seen_at < (HIDDEN_S if self.listeners else PRESENT_S)
+        return now - self.last_seen_at < (HIDDEN_S if self.listeners else NOTICED_S)
 
     def absent_s(self, now: float) -> float:
         """For how long no page of theirs was heard, since the last pause: a pause is no absence."""

@@ -95,7 +95,8 @@ class Participants:
 
     def _code(self, outcome: Outcome) -> str:
         fixed = {} if self._study.codes == "unique" else self._study.codes
-        return fixed.get(outcome) or "".join(secrets.choice(CODE_LETTERS) for _ in range(CODE_LENGTH))
+        code = fixed.get(outcome) or (fixed.get("withdrew") if outcome == "dropped-out" else None)
+        return code or "".join(secrets.choice(CODE_LETTERS) for _ in range(CODE_LENGTH))
 
     async def refresh(self, tx: Transaction, session: ParticipantSession) -> None:
         """Read their record from the database again."""

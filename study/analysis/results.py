@@ -132,7 +132,7 @@ def _flow(store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, 
     yield "declined", declined
     yield "deleted", removed
     yield "allocated", sum(row["unit"] is not None for row in people)
-    for outcome in ("screened-out", "no-partner", "partner-left", "withdrew"):
+    for outcome in ("screened-out", "no-partner", "partner-left", "withdrew", "dropped-out"):
         yield outcome, outcomes.count(outcome)
     yield "open", outcomes.count(None)
     yield "finished", outcomes.count("done")

@@ -20,7 +20,7 @@ from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TUTORIAL_TICKS
 Name = Annotated[str, shaped(r"[a-z0-9][a-z0-9-]{0,47}", "small letters, digits and hyphens, at most 48")]
 Code = Annotated[str, shaped(r"[A-Za-z0-9-]{4,40}", "4 to 40 letters, digits and hyphens")]
 Period = Annotated[str, shaped(r"[1-9]\d{0,4}[dy]|forever", "days or years such as 30d or 3y, or forever")]
-Outcome = Literal["done", "partner-left", "no-partner", "withdrew", "screened-out"]
+Outcome = Literal["done", "partner-left", "no-partner", "withdrew", "dropped-out", "screened-out"]
 Seats = Literal["blue", "red", "alternate", "both"]
 Order = Literal["fixed", "balanced", "random"]
 Element = Literal[
@@ -207,13 +207,16 @@ class MapText(StudyModel):
     description: LocalizedText
 
 
+NOTICED_S = 25.0  # after which a page that says nothing counts as closed: it asks every 10 s
+
+
 class Pairing(StudyModel):
     """How pairs are formed, and what happens when a partner is missing."""
 
     wait_s: Annotated[int, Field(ge=10, le=3600)] = 300
     otherwise: Literal["code", "agent"] = "code"
     agent: str = "scripted"
-    return_s: Annotated[int, Field(ge=5, le=600)] = 60  # how long a round waits for a player who dropped out
+    return_s: Annotated[int, Field(ge=5, le=600)] = 60  # how long a partner waits for who lost the connection
 
 
 class Requirements(StudyModel):

@@ -11,7 +11,7 @@ from movingout.maps import load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.consent_text import contradictions, unfilled
-from movingout.study.design.definition import Element, Study
+from movingout.study.design.definition import NOTICED_S, Element, Study
 from movingout.study.design.partner_origin import origin_warnings
 from movingout.study.design.steps import Step, planned_seconds, steps
 from movingout.study.design.translations import missing_texts
@@ -200,6 +200,11 @@ def _without_effect(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]
     twice = [name for name, count in Counter(study.languages).items() if count > 1]
     if twice:
         yield f"languages: {', '.join(twice)} is named more than once"
+    if study.group == 2 and study.pairing.return_s < NOTICED_S:
+        yield (
+            f"pairing: return_s is {study.pairing.return_s}, and between rounds a closed page is noticed after "
+            f"{NOTICED_S:.0f} s: only within a round is the wait shorter"
+        )
     for block in study.blocks:
         unused = [name for name in ("split", "variants") if name in block.model_fields_set]
         if block.challenge == 1 and unused:

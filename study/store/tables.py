@@ -89,7 +89,10 @@ participants = Table(
     Column("arrived_ms", BigInteger, nullable=False, doc="first seen"),
     Column("finished_ms", BigInteger, doc="when the code was given"),
     Column(
-        "outcome", String(16), doc="done, partner-left, no-partner, withdrew (or did not come back) or screened-out"
+        "outcome",
+        String(16),
+        doc="done, partner-left, no-partner, withdrew (pressed Stop; with an empty `keep` the experimenter ended it), "
+        "dropped-out (did not come back; data of earlier versions say withdrew) or screened-out",
     ),
     Column("code", String(40), info=_INSIDE, doc="completion code; leads to who was paid"),
     Column("keep", Boolean, doc="whether the data may be kept, asked at the debrief or at Stop"),

@@ -19,9 +19,10 @@ from movingout.server.study import participants as server_participants
 from movingout.server.study.api.dashboard import Dashboard
 from movingout.server.study.api.participant_view import ParticipantViews
 from movingout.server.study.arrivals import session_service
-from movingout.server.study.participant_session import PRESENT_S, notify
+from movingout.server.study.participant_session import notify
 from movingout.server.study.participants import CODE_LENGTH, Participants
 from movingout.server.study.participants import CODE_LETTERS as CODE_ALPHABET
+from movingout.study.design.definition import NOTICED_S
 from movingout.study.store.store import MOST_CHANGES
 from movingout.study.store.tables import answers, participants
 from tests.server.live import ADMIN, WAIT_S, limits
@@ -48,7 +49,7 @@ def test_who_opens_the_link_and_leaves_is_forgotten_early_where_they_are_many(
     left = [weakref.ref(solo.running.participants[solo.visitor().pid]) for _ in range(6)]
     declined = solo.visitor()
     declined.call("decline", {})
-    solo.later(PRESENT_S + 1)
+    solo.later(NOTICED_S + 1)
     here = [solo.visitor() for _ in range(3)]
     monkeypatch.setattr(server_participants, "MOST_UNDECIDED", len(here) + 2)
     solo.look()

@@ -1,5 +1,6 @@
 """Pairs: a waiting room that never hangs, two at one screen, and partners who are left behind."""
 
+import json
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -156,8 +157,20 @@ def test_the_partner_of_who_does_not_come_back_is_not_kept_waiting(pair: Served)
     pair.look()
     second.look()
     first.look()
-    assert (first.step["outcome"], second.step["outcome"]) == ("withdrew", "partner-left")
+    assert (first.step["outcome"], second.step["outcome"]) == ("dropped-out", "partner-left")
     assert "gone" in pair.alerts()
+
+
+@pytest.mark.parametrize("own", [{}, {"dropped-out": "AWAY0000"}])
+def test_who_does_not_come_back_gets_a_code_of_the_file(own: dict[str, str], tmp_path: Path) -> None:
+    codes = {"withdrew": "STOP0000", "partner-left": "LEFT0000", **own}
+    with served(tmp_path, f"{PAIR}codes: {json.dumps(codes)}\n") as study:
+        first, second = paired(study)
+        study.later(26)
+        second.look()
+        study.look()
+        first.look()
+        assert first.step["code"] == own.get("dropped-out", "STOP0000"), "files of before have no code for it"
 
 
 def test_when_both_are_away_nobody_is_sent_away(pair: Served) -> None:

@@ -124,8 +124,8 @@ def test_blinded_reports_know_letters_only_and_others_the_agents(
     assert main(["study", "report", *common, "-o", str(tmp_path / "open"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["rounds"] == 6
-    ended = ["screened-out", "no-partner", "partner-left", "withdrew", "open", "finished", "unwanted", "complete"]
-    assert list(told["flow"]) == ["came", "declined", "deleted", "allocated", *ended]
+    ended = ["screened-out", "no-partner", "partner-left", "withdrew", "dropped-out", "open", "finished"]
+    assert list(told["flow"]) == ["came", "declined", "deleted", "allocated", *ended, "unwanted", "complete"]
     assert main(["study", "report", *common, "-o", str(tmp_path / "blind"), "--blinded"]) == 0
     with (tmp_path / "blind" / "performance.csv").open(encoding="utf-8", newline="") as stream:
         assert next(csv.DictReader(stream))["Partner"] == "Partner A"

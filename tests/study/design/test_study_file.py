@@ -347,6 +347,17 @@ def test_ready_made_studies_practise_with_the_tutorial(name: str) -> None:
     assert practice is not None and practice.tutorial
 
 
+def test_a_wait_that_is_shorter_than_absences_are_noticed_is_warned_of() -> None:
+    def warned(text: str) -> bool:
+        return any("a closed page is noticed after 25 s" in one for one in review(parse_study(text)).warnings)
+
+    blocks = "blocks: [{id: play, maps: [HandOff], limit_ticks: 20}]"
+    pair = f"format: 1\nid: pair\ntitle: T\nparticipants: 4\ngroup: 2\nconsent: {{version: a, text: T}}\n{blocks}\n"
+    assert warned(pair + "pairing: {return_s: 24}\n")
+    assert not warned(pair + "pairing: {return_s: 25}\n")
+    assert not warned(SMALL + "pairing: {return_s: 5}\n"), "who plays with agents keeps nobody waiting"
+
+
 def test_sounds_are_off_unless_the_file_says_on() -> None:
     assert parse_study(SMALL).sounds == "off"
     assert [parse_study(SMALL + f"sounds: {word}\n").sounds for word in ("on", "off", '"on"')] == ["on", "off", "on"]
