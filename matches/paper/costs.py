@@ -4,6 +4,7 @@ Where the paper's networks are trained for the paper's epochs, its own times sta
 and "Inference Speed of DP/BASS"): on an NVIDIA RTX A6000. On a CPU they take many times as long.
 """
 
+import math
 from typing import Any
 
 from movingout.agents.reinforcement.mappo_config import PAPER, ComediConfig
@@ -13,9 +14,9 @@ from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.methods import Method, trained_id
 from movingout.world.constants import LIMIT_TICKS
 
-_EPISODE = 0.7  # of two scripted people, 500 ticks
+_EPISODE = 1.5  # of two scripted people, 500 ticks; 0.7 to 1.7 on busy and idle machines
 _START = 4.0  # of a training: reading episodes, exporting
-_UPDATE = {"mlp": 0.01, "gru": 0.02, "dp": 0.045, "bass": 0.015}  # of a small network, 128 windows
+_UPDATE = {"mlp": 0.01, "gru": 0.02, "dp": 0.045, "bass": 0.015}  # of a network of width 128, 128 windows
 _PAPER_UPDATE = {"mlp": 0.12, "gru": 0.48, "dp": 0.6, "bass": 0.03}  # 256 windows in bf16, on a core; BASS an estimate
 _PICTURES = 5.0  # drawing the episodes of map 6
 _PICTURE_UPDATE = {"dp": 0.05, "bass": 0.44}  # 32 pictures; with BASS, of the simulator and of its progress
@@ -45,7 +46,18 @@ def training_seconds(method: Method, budget: Budget) -> float:
     updates = float(words[words.index("--updates") + 1]) / (4 if method.maps else 1)
     if method.pictures:
         return _START + _PICTURES + _PICTURE_UPDATE[method.kind] * updates
-    return _START + (_PAPER_UPDATE if budget.preset == "paper" else _UPDATE)[method.kind] * updates
+    if budget.preset == "paper":
+        return _START + _PAPER_UPDATE[method.kind] * updates
+    return _START + _UPDATE[method.kind] * _larger(words) * updates
+
+
+def _larger(words: tuple[Any, ...]) -> float:
+    """What an update of a small network costs, relative to width 128 and 128 windows.
+
+    By the square root of the width: of 256 and 256 windows it was 2.6 times for DP, 3.0 for BASS.
+    """
+    said = dict(zip(words[::2], words[1::2], strict=True))
+    return float(said["--batch"]) / 128 * math.sqrt(float(said["--width"]) / 128)
 
 
 def _reinforcement_seconds(method: Method, words: tuple[Any, ...]) -> float:
