@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,11 +16,11 @@ def draft_of(path: Path) -> Iterator[Path]:
 
     Drafts of the same file that crashed programs left are removed.
     """
-    _remove_left(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}")  # two programs may write the same file
     try:
         yield draft
         draft.replace(path)
+        _remove_left(path)
     finally:
         with contextlib.suppress(OSError):
             draft.unlink()
@@ -37,13 +36,15 @@ def write_output(path: Path, content: bytes) -> None:
 
 
 def _remove_left(path: Path) -> None:
+    """Of a file that has just been written: its time is the present one, by the clock of the folder's machine."""
     with contextlib.suppress(OSError), os.scandir(path.parent) as entries:
+        now = path.stat().st_mtime
         for entry in entries:
             pid = entry.name.removeprefix(f".{path.name}.")
             if pid == entry.name or not (pid.isascii() and pid.isdecimal()) or _lives(int(pid)):
                 continue
             with contextlib.suppress(OSError):  # removed meanwhile, or somebody else's
-                if time.time() - entry.stat().st_mtime > _LEFT_S:
+                if now - entry.stat().st_mtime > _LEFT_S:
                     os.unlink(entry)
 
 

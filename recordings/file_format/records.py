@@ -121,7 +121,8 @@ def attachment_in(stream: BinaryIO, name: str, limit: int) -> bytes | None:
     """
     for entry in _index(stream, _ATTACHMENT_INDEX, AttachmentIndex):
         if entry.name == name and entry.length <= limit:
-            return Attachment.read(_stream(_read(stream, entry.offset, entry.length)[_RECORD.size :])).data
+            data: bytes = Attachment.read(_stream(_read(stream, entry.offset, entry.length)[_RECORD.size :])).data
+            return data
     return None
 
 

@@ -130,7 +130,7 @@ function rowActions(row) {
   return [replay, save];
 }
 
-/** @param {Row} [row] */
+/** @param {Partial<Row>} [row] */
 function titleOf({ map = "", title = "" } = {}) {
   return mapTitle({ name: map, title: title || undefined }) || "–";
 }

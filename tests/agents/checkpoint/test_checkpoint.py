@@ -137,7 +137,7 @@ class _Bomb:
 @pytest.mark.parametrize("header", [1 << 30, 5])
 def test_weights_that_are_none_are_refused_in_a_sentence(header: int, tmp_path: Path) -> None:
     files = {"policy.onnx": b"none", "policy.safetensors": header.to_bytes(8, "little") + b"{}"}
-    written = write_checkpoint(tmp_path / "mlp-test", _card(), files)  # type: ignore[arg-type]
+    written = write_checkpoint(tmp_path / "mlp-test", _card(), files)
     with pytest.raises(CheckpointError, match=r"policy.safetensors of checkpoint mlp@test cannot be read: "):
         weighted_policy(written)
 
