@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from movingout.matches.paper.budgets import BUDGETS
 
 HEADS = "label", "status", "budget, day", "ours (the paper's)", "n", "time", "what differs, and why"
-_MISSING = "not measured"  # in a cell of a table
+MISSING = "not measured"  # in a cell of a table
+TRAININGS = "trainings"  # behind their number, and before the error between them
+_FEWER = 0.9  # of n: what newer code counts otherwise, as moments of a selection, is within it
 MEASURED, IN_PART, DRAWN = "measured", "measured in part", "drawn"
 _ROW, _SECTION = re.compile(r"^\| `([^`]+)` \| .*\|$", re.M), re.compile(r"^### .*\(`([^`]+)`\)$", re.M)
 
@@ -28,24 +30,45 @@ class PageLabel:
         """Its place among the budgets, the smallest first."""
         return list(BUDGETS).index(self._cells[2].partition(",")[0])
 
-    def is_better_than(self, other: "PageLabel") -> bool:
-        """Whether it has a bigger budget, or more numbers with the same.
+    @property
+    def trainings(self) -> int:
+        """Of each agent; two or more where the page does not say how many, but has the error between them."""
+        said = re.search(rf", (\d+) {TRAININGS}\b", self._cells[2])
+        return int(said.group(1)) if said else 1 + (f"({TRAININGS} ±" in self.row + self.table)
 
-        A bigger budget with fewer numbers is no better, but than the smallest, whose numbers mean nothing.
+    @property
+    def n(self) -> int:
+        """The largest count of what the row shows."""
+        counts = re.findall(r"\d+", self._cells[4].replace(",", ""))
+        return max(map(int, counts), default=0)
+
+    def is_better_than(self, other: "PageLabel") -> bool:
+        """Whether it has a bigger budget, or with the same more trainings, more numbers, or a larger n, in this order.
+
+        A bigger budget with fewer numbers is no better, but than the smallest, whose numbers mean nothing. Of another
+        budget, trainings and n do not count: what agents have learned matters more than how well it is known.
         """
         if not self.has_numbers or not other.has_numbers:
             return self.has_numbers
         if self.budget == other.budget:
-            return self._has_more_than(other)
+            return self._stands_on_more_than(other)
         smaller, bigger = sorted((self, other), key=lambda one: one.budget)
         better = smaller if smaller.budget > 0 and smaller._has_more_than(bigger) else bigger
         return better is self
+
+    def _stands_on_more_than(self, other: "PageLabel") -> bool:
+        """With the same budget."""
+        if self.trainings != other.trainings:
+            return self.trainings > other.trainings
+        if self._has_more_than(other) or other._has_more_than(self):
+            return self._has_more_than(other)
+        return other.n < _FEWER * self.n
 
     def _has_more_than(self, other: "PageLabel") -> bool:
         if self._cells[1] != other._cells[1] and IN_PART in (self._cells[1], other._cells[1]):
             return other._cells[1] == IN_PART
         if self.table and other.table:
-            return self.table.count(_MISSING) < other.table.count(_MISSING)
+            return self.table.count(MISSING) < other.table.count(MISSING)
         return self._cells[3].count("; ") > other._cells[3].count("; ")
 
     def has_numbers_of(self, other: "PageLabel") -> bool:
@@ -53,9 +76,23 @@ class PageLabel:
         mine, theirs = ([*one._cells[:2], one.budget, *one._cells[3:5], one.table] for one in (self, other))
         return mine == theirs
 
+    def reworded(self, status: str, differs: str, table: str) -> "PageLabel":
+        """With the same numbers."""
+        label, _, *numbers, _ = self._cells
+        return PageLabel(line([label, status, *numbers, differs]), table)
+
+    @property
+    def status(self) -> str:
+        return self._cells[1]
+
     @property
     def _cells(self) -> list[str]:
-        return [cell.strip() for cell in self.row.strip("|").split(" | ")]
+        return cells_of(self.row)
+
+
+def cells_of(row: str) -> list[str]:
+    """Of a row of a Markdown table, as it is written."""
+    return [cell.strip().replace("\\|", "|") for cell in row.strip().strip("|").split(" | ")]
 
 
 def line(cells: Iterable[str]) -> str:

@@ -1,7 +1,8 @@
 """The measured part of docs/reproduction.md: a row for every label of the paper, and below them all tables in full.
 
-Written between two comments of the page; what stands around them is kept. So is a label that the page has with a bigger
-budget, or with more numbers, than the folder (`PageLabel.is_better_than`), and the day of numbers that stay the same.
+Written between two comments of the page; what stands around them is kept. So are the numbers of a label that the page
+has with a bigger budget, with more trainings or with more numbers than the folder (`PageLabel.is_better_than`), and the
+day of numbers that stay the same. Words are always those of today.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -11,7 +12,17 @@ from movingout.matches.errors import MatchError
 from movingout.matches.paper.cells import EmptyCell, Found
 from movingout.matches.paper.costs import span
 from movingout.matches.paper.entry import EntryCell, PaperEntry, played_cells
-from movingout.matches.paper.page.page_labels import DRAWN, HEADS, IN_PART, MEASURED, PageLabel, line, written_labels
+from movingout.matches.paper.page.page_labels import (
+    DRAWN,
+    HEADS,
+    IN_PART,
+    MEASURED,
+    TRAININGS,
+    PageLabel,
+    line,
+    written_labels,
+)
+from movingout.matches.paper.page.wording import reworded, section
 from movingout.matches.paper.presentation.layout import column_head, laid_out, number_text, paper_text
 from movingout.matches.paper.published import PublishedColumn
 from movingout.matches.paper.steps import paper_steps
@@ -41,16 +52,17 @@ def _measured(entries: list[PaperEntry], space: Workspace, day: str, earlier: Ma
     labels = []
     for entry in shown:
         now = PageLabel(line(_row(entry, space, day)), tables.get(entry.label, ""))
-        labels.append(_kept(earlier.get(entry.label), now))
+        then = earlier.get(entry.label)
+        if then is not None and then.has_numbers:
+            now = _better(reworded(then, entry, space, _differs(entry, list(entry.cells()))), now)
+        labels.append(now)
     head = "`movingout paper tables LABEL --budget` and the budget of the row; for figures `paper figures LABEL`."
     rows = [line(HEADS), line(["---"] * len(HEADS)), *(one.row for one in labels)]
     return "\n".join([head, "", *rows, "", "## All numbers", "", *(one.table for one in labels if one.table), ""])
 
 
-def _kept(then: PageLabel | None, now: PageLabel) -> PageLabel:
+def _better(then: PageLabel, now: PageLabel) -> PageLabel:
     """What is better, or of the day on which it was measured: numbers that have not changed keep theirs."""
-    if then is None or not then.has_numbers:
-        return now
     return then if then.is_better_than(now) or (now.has_numbers and then.has_numbers_of(now)) else now
 
 
@@ -61,14 +73,16 @@ def _row(entry: PaperEntry, space: Workspace, day: str) -> tuple[str, ...]:
     made = any(one.defined is None for _, one in measured) or entry.drawn()
     spent = _seconds(entry, space) if made else 0.0
     return (
-        f"`{entry.label}`", _status(entry, found, space), _made_with(space, day) if made else "–",
+        f"`{entry.label}`", _status(entry, found, space), _made_with(measured, space, day) if made else "–",
         "<br>".join(_headline(measured)) or "–", _counts(measured), span(spent) if spent else "–",
         _differs(entry, cells),
     )  # fmt: skip
 
 
-def _made_with(space: Workspace, day: str) -> str:
-    return f"{space.budget.name}, {day}" + (", people" if space.given else "")
+def _made_with(measured: list[tuple[EntryCell, Found]], space: Workspace, day: str) -> str:
+    trainings = max((one.between.n for _, one in measured if one.between), default=1)
+    several = f", {trainings} {TRAININGS}" if trainings > 1 else ""
+    return f"{space.budget.name}, {day}" + several + (", people" if space.given else "")
 
 
 def _status(entry: PaperEntry, found: list[tuple[EntryCell, Found | None]], space: Workspace) -> str:
@@ -161,8 +175,5 @@ def _in_full(entries: list[PaperEntry], space: Workspace) -> dict[str, str]:
             table = laid_out(entry, space)
             if table.rows not in seen:
                 seen.add(table.rows)
-                rows = [table.heads, ("---", *("--:" for _ in table.heads[1:])), *table.rows]
-                notes = ["", " ".join(entry.notes)] if entry.notes else []
-                text = [f"### {table.title} (`{table.label}`)", "", *map(line, rows), *notes]
-                found[entry.label] = "\n".join(text) + "\n"
+                found[entry.label] = section(entry, table.heads, table.rows)
     return found

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,10 +11,12 @@ from PIL import Image
 from movingout.agents.bass.recombination import RecombinedPiece
 from movingout.agents.overcooked.kitchen import is_installed
 from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.entry import measurements
 from movingout.matches.paper.page.reproduction_page import BEGIN, END, write_page
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows.diversity import diversity_cell, exchanged, learned_parts
+from movingout.matches.paper.rows.method_rows import named_rows
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups
 from movingout.server.cli import main
@@ -102,6 +105,67 @@ def test_a_page_keeps_what_it_has_with_a_bigger_budget_or_with_more_numbers(here
     assert written("paper-size", "next Wednesday", "0.2", "0.02")[2] == "paper-size, next Wednesday"
     assert written("small", "next Thursday", "0.2", "0.02")[2] == "paper-size, next Wednesday"
     assert page.read_text(encoding="utf-8").count("### Ablation of different pose-noise levels") == 1
+
+
+def test_a_page_keeps_what_stands_on_more_trainings_or_matches(here: Path) -> None:
+    page, measurement = (
+        here / "page.md",
+        Measurement("known", "what is known", lambda space, training: {}, repeated=True),
+    )
+    rows = named_rows(BASS=lambda column: MeasuredCell(measurement, "share"))
+    entry = replace(ENTRIES["text:partner_prediction"], rows=rows)
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+
+    def written(budget: str, day: str, trainings: int, mean: float = 0.5, n: int = 48) -> list[str]:
+        folder = here / day
+        folder.mkdir()
+        with contextlib.chdir(folder):
+            space = Workspace(budget=replace(BUDGETS[budget], trainings=trainings))
+            for training in range(trainings):
+                numbers = {"share": Estimate(mean + training / 10, 0.1, n // trainings)}
+                space.keep(measurement.name_of(training), numbers)
+            write_page(page, [entry], space, day)
+        return _row(page, entry.label)
+
+    row = written("small", "Monday", 3)
+    assert row[2] == "small, Monday, 3 trainings" and "(trainings ± " in row[3]
+    assert written("small", "Tuesday", 1, 0.7)[2] == row[2], "never without the error between trainings"
+    assert written("small", "Wednesday", 2, 0.7)[2] == row[2]
+    text = page.read_text(encoding="utf-8")
+    page.write_text(text.replace(", 3 trainings", ""), encoding="utf-8")  # as pages of before
+    assert written("small", "Thursday", 1, 0.7)[2] == "small, Monday"
+    assert written("small", "Friday", 3, 0.7, 36)[2] == "small, Friday, 3 trainings"
+    assert written("small", "Saturday", 3, 0.6, 33)[2] == "small, Saturday, 3 trainings", "counted otherwise"
+    assert written("small", "Sunday", 3, 0.6, 15)[2] == "small, Saturday, 3 trainings", "a larger n"
+    assert written("paper-size", "next Monday", 1)[2] == "paper-size, next Monday", "a bigger budget"
+    assert written("small", "next Tuesday", 3)[2] == "paper-size, next Monday"
+
+
+def test_what_a_page_keeps_is_said_in_todays_words(here: Path) -> None:
+    page, entry = here / "page.md", ENTRIES["tab:pose_noise_ablation"]
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+    before = replace(
+        entry, title="As it was called", differs="as it was", notes=("Long ago.",), otherwise="not made",
+        rows={key: cells for key, cells in entry.rows.items() if key != ("", "0.2")},
+    )  # fmt: skip
+    space = Workspace(budget=BUDGETS["small"])
+    for level in ("0.02", "0.2"):
+        space.keep(f"noise-{level}", {"valid_share": Estimate(0.25, 0.1, 20)})
+    write_page(page, [before], space, "Monday")
+    old = page.read_text(encoding="utf-8")
+    assert "As it was called" in old and "| as it was; 0.2: not made |" in old
+    (here / "new").mkdir()
+    with contextlib.chdir(here / "new"):
+        other = Workspace(budget=SMOKE)
+        other.keep("noise-0.02", {"valid_share": Estimate(0.75, 0.1, 20)})
+        write_page(page, [entry], other, "Tuesday")
+    text = page.read_text(encoding="utf-8")
+    assert _row(page, entry.label)[1:3] == ["measured in part", "small, Monday"]
+    assert _row(page, entry.label)[6] == entry.differs
+    assert f"### {entry.heading} (`{entry.label}`)" in text and "Long ago" not in text and entry.notes[0] in text
+    lines = [line.split(" | ")[:5] for line in text.splitlines() if line.startswith("| 0.")]
+    assert lines[2] == ["| 0.02", "0.043", "0.040", "0.2500 ± 0.1000", "0.3501"], "numbers as they were"
+    assert lines[3] == ["| 0.2", "0.43", "0.400", "not measured", "0.0002"], "new rows have none of another folder"
 
 
 def test_the_command_writes_the_page_of_a_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,55 @@
+"""Numbers that the page keeps, in today's words: those of the registry, beside the paper's figures as they stand now."""
+
+from collections.abc import Iterator, Sequence
+
+from movingout.matches.paper.cells import DefinedCell, EmptyCell
+from movingout.matches.paper.entry import EntryCell, PaperEntry
+from movingout.matches.paper.page.page_labels import DRAWN, IN_PART, MEASURED, MISSING, PageLabel, cells_of, line
+from movingout.matches.paper.presentation.layout import LaidOutTable, laid_out
+from movingout.matches.paper.workspace import Workspace
+
+
+def reworded(then: PageLabel, entry: PaperEntry, space: Workspace, differs: str) -> PageLabel:
+    """A label that the page has, with our numbers as they are there and everything else as it would be written now."""
+    table = _table(then.table, entry, laid_out(entry, space)) if then.table else ""
+    return then.reworded(_status(then, entry, table), differs, table)
+
+
+def section(entry: PaperEntry, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in full, below its title."""
+    ruled = [heads, ["---", *("--:" for _ in heads[1:])], *rows]
+    notes = ["", " ".join(entry.notes)] if entry.notes else []
+    return "\n".join([f"### {entry.heading} (`{entry.label}`)", "", *map(line, ruled), *notes]) + "\n"
+
+
+def _status(then: PageLabel, entry: PaperEntry, table: str) -> str:
+    if entry.drawing:
+        return DRAWN
+    lacks = any(isinstance(cell.ours, EmptyCell) and not cell.without_number for cell in entry.cells())
+    missing = MISSING in table if table else then.status == IN_PART
+    return IN_PART if lacks or missing else MEASURED
+
+
+def _table(kept: str, entry: PaperEntry, today: LaidOutTable) -> str:
+    """Rows are known by their names, columns by their places; of a table with other columns, everything is kept."""
+    lines = [cells_of(one) for one in kept.splitlines() if one.startswith("| ")]
+    if not lines or len(lines[0]) != len(today.heads):
+        return kept
+    found = {cells[0]: cells for cells in lines[2:]}
+    cells, width = list(entry.cells()), len(today.columns)
+    rows = [
+        [row[0], *_numbers(row, found.get(row[0]), cells[number * width : (number + 1) * width])]
+        for number, row in enumerate(today.rows)
+    ]
+    return section(entry, today.heads, rows)
+
+
+def _numbers(today: Sequence[str], kept: Sequence[str] | None, cells: Sequence[EntryCell]) -> Iterator[str]:
+    """Ours and the paper's in turn, and n: ours of the page, never of the folder, which has another budget."""
+    fixed = [isinstance(cell.ours, EmptyCell | DefinedCell) for cell in cells]
+    for number, is_fixed in enumerate(fixed):
+        place = 1 + 2 * number
+        there = kept is not None and kept[place] != "–"
+        yield today[place] if is_fixed else kept[place] if kept and there else MISSING
+        yield today[place + 1]
+    yield kept[-1] if kept else today[-1] if all(fixed) else "0"
