@@ -18,13 +18,18 @@ FILE = Path(__file__).with_name("published.yaml")
 
 
 Printed = Annotated[str, Field(pattern=r"^-?\d[\d,]*(\.\d+)?$")]
+PrintedChange = Annotated[str, Field(pattern=r"^[-+]\d+\.\d+$")]
 
 
 class Figure(NamedTuple):
-    """A mean and, where the paper gives one, its standard error, digit by digit as it prints them: 0.3010."""
+    """A mean and, where the paper gives them, its standard error and its change in % from the row compared with.
+
+    Digit by digit as it prints them: 0.3010. Its changes differ in the last digit from those of the rounded means.
+    """
 
     text: Printed
     error_text: Printed | None = None
+    change_text: PrintedChange | None = None
 
     @property
     def mean(self) -> float:

@@ -115,15 +115,11 @@ def _texts(cell: EntryCell, found: FoundCells, entry: PaperEntry, best: "Best") 
     """Ours and theirs, each with the change from the row that it is compared with."""
     group = entry.against.get(cell.row.group)
     ours, theirs = found[_key(cell)], cell.theirs
-    before: Found | None = None
-    published: Figure | None = None
-    if group is not None:
-        other = next((one for one in entry.cells() if _key(one) == (group, cell.row.name, cell.column)), None)
-        before, published = (found[_key(other)], other.theirs) if other else (None, None)
+    before = found.get((group, cell.row.name, cell.column)) if group is not None else None
     missing = ours is None and not isinstance(cell.ours, EmptyCell)
     here = CellText("not measured") if missing else _number(ours)
     change = _change(_mean(before), _mean(ours))
-    said = _change(published.mean if published else None, theirs.mean if theirs else None)
+    said = f" ({theirs.change_text} %)" if theirs and theirs.change_text else ""
     place = cell.row.group, cell.column
     return (
         here._replace(behind=here.behind + change, best=_mean(ours) is not None and _mean(ours) == best[0].get(place)),

@@ -12,7 +12,7 @@ from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import EmptyCell
 from movingout.matches.paper.methods import METHODS, trained_before, trained_id, with_seed
 from movingout.matches.paper.presentation.layout import laid_out, paper_text
-from movingout.matches.paper.published import figure, published_tables
+from movingout.matches.paper.published import Figure, figure, published_tables
 from movingout.matches.paper.registry import ENTRIES, chosen_entries
 from movingout.matches.paper.workspace import Workspace
 from tests.support import ROOT
@@ -49,6 +49,24 @@ def test_figures_keep_their_last_zeros_in_tables(tmp_path: Path, monkeypatch: py
     assert frames is not None and (frames.mean, paper_text(frames)) == (30e6, "30,000,000")
 
 
+@pytest.mark.parametrize(
+    ("label", "group", "row", "changes"),
+    [
+        ("tab:task_1_results", "Unseen", "MAPPO", ["-15.19", "-11.74", "+10.64", "-2.95"]),
+        ("table:task_1_results", "Unseen", "MLP", ["-32.61", "-19.22", "+15.33", "-3.54"]),
+        ("tab:cross_group_eval", "Cross-Group", "DP/BASS", ["-14.07", "-9.22", "+8.37", "-2.86"]),
+    ],
+)
+def test_changes_are_those_that_the_paper_prints(
+    label: str, group: str, row: str, changes: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the rounded means, they would be -15.24 and so on."""
+    monkeypatch.chdir(tmp_path)
+    table = laid_out(ENTRIES[label], Workspace(budget=BUDGETS["smoke"]))
+    (cells,) = (one for one in table.rows if one[0] == f"{group}: {row}")
+    assert [cell.rpartition("(")[2] for cell in cells[2:-1:2]] == [f"{change} %)" for change in changes]
+
+
 @needs_paper
 def test_every_label_of_the_paper_has_an_entry() -> None:
     lines = [line for line in PAPER.read_text(encoding="utf-8").splitlines() if not line.lstrip().startswith("%")]
@@ -72,16 +90,17 @@ def test_rows_of_entries_are_rows_of_the_paper_and_empty_cells_say_why() -> None
 
 def test_the_same_result_in_two_tables_is_the_same_number() -> None:
     full = figure("tab:full_results_in_t1", "DP", "+ Full BASS", (1, "tcr"))
-    assert full == ("0.5027", "0.0619") and figure("tab:ablation", "DP", "+ Full BASS", (1, "tcr")) == ("0.5027", None)
+    assert full == Figure("0.5027", "0.0619")
+    assert figure("tab:ablation", "DP", "+ Full BASS", (1, "tcr")) == Figure("0.5027")
     assert figure("tab:ablation", "DP", "no such row", (1, "tcr")) is None
 
 
 def test_grids_name_tables_as_before() -> None:
     methods = "tab:full_results_in_t1, _t2: DP"
     assert methods in paper_tables() and "tab:full_results_in_t2: Challenge 2" in paper_tables()
-    assert paper_figures(methods, 2, "+ Full BASS")["tcr"] == ("0.4348", "0.0599")
-    assert paper_figures("tab:full_results_in_t2: Challenge 2", 2, "MLP")["nfd"] == ("0.3602", "0.0315")
-    assert paper_figures("tab:random_partner: BASS", 1, "BASS") == {"tcr": ("0.5027", None)}
+    assert paper_figures(methods, 2, "+ Full BASS")["tcr"] == Figure("0.4348", "0.0599")
+    assert paper_figures("tab:full_results_in_t2: Challenge 2", 2, "MLP")["nfd"] == Figure("0.3602", "0.0315")
+    assert paper_figures("tab:random_partner: BASS", 1, "BASS") == {"tcr": Figure("0.5027")}
     assert paper_figures("no such table", 1, "BASS") == {}
 
 
