@@ -19,7 +19,7 @@ from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.errors import DataError
 from movingout.agents.reinforcement.joint_play import RANGE, JointPlay, joint_play
 from movingout.agents.reinforcement.learning_room import MODES, Kept, RoomPairing
-from movingout.agents.reinforcement.mappo_config import MappoConfig
+from movingout.agents.reinforcement.mappo_config import ADAM_EPSILON, CRITIC_LOSS, MappoConfig
 from movingout.agents.reinforcement.playing_rooms import LearningRoomSetup, LocalRooms, PlayingRooms
 from movingout.agents.reinforcement.ray_rooms import RayRooms
 from movingout.agents.reinforcement.resume_file import read_resume, write_resume
@@ -68,7 +68,7 @@ class Mappo:
         value = ValueOperator(self.critic, in_keys=["state"])
         self._advantages = GAE(gamma=config.discount, lmbda=config.trace, value_network=value)
         self._losses = _losses(self.actor, value, config)
-        self._optimiser = torch.optim.Adam(self._learned.parameters(), lr=config.rate, eps=1e-6)
+        self._optimiser = torch.optim.Adam(self._learned.parameters(), lr=config.rate, eps=ADAM_EPSILON)
 
     @property
     def frames(self) -> int:
@@ -177,7 +177,7 @@ def _losses(actor: TanhActor, value: ValueOperator, config: MappoConfig) -> Clip
     )
     return ClipPPOLoss(
         distribution, value, clip_epsilon=config.clip_ratio, entropy_bonus=config.entropy > 0.0,
-        entropy_coeff=config.entropy or 0.01, critic_coeff=config.critic_weight, loss_critic_type="l2",
+        entropy_coeff=config.entropy or 0.01, critic_coeff=config.critic_weight, loss_critic_type=CRITIC_LOSS,
         normalize_advantage=config.normalise,
     )  # fmt: skip
 

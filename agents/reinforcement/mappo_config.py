@@ -2,6 +2,7 @@
 
 The preset `paper` has the paper's numbers ("MAPPO Training Setting"). Three of its table do nothing in MAPPO, neither
 here nor in the library that the paper used: the soft and hard updates of target networks, and exploration epsilon.
+What the paper has and nobody needs to change is no option: ADAM_EPSILON, CRITIC_LOSS.
 """
 
 from collections.abc import Mapping
@@ -25,6 +26,10 @@ ArenaLayout = Literal["official-v1", "map-v1", "aware-v1"]
 """Those with headings of the arena, as the environment takes them."""
 ON_COORDINATION: Mapping[str, Any] = {"ticks": 3000, "entropy": 0.00065, "discount": 0.92}
 """What the paper changes on maps 1 to 4, where the ways are longer."""
+
+
+ADAM_EPSILON = 1e-6
+CRITIC_LOSS = "l2"
 
 
 @dataclass(frozen=True, kw_only=True)

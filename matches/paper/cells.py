@@ -26,7 +26,7 @@ class Found(NamedTuple):
     estimate: Estimate | None  # None where what was played has no such value, as AC where nobody carried together
     distinct: int | None = None  # different episodes among those played; None where nothing was played, or unknown
     between: Estimate | None = None  # over the means of trainings, where there are several
-    defined: float | None = None  # a setting, which is not measured
+    defined: float | str | None = None  # a setting, which is not measured
 
 
 class PaperCell(Protocol):
@@ -55,7 +55,7 @@ class EmptyCell:
 class DefinedCell:
     """A setting of this project, beside the paper's."""
 
-    value: float
+    value: float | str
     agents: tuple[str, ...] = ()
 
     def found(self, space: Workspace) -> Found | None:

@@ -40,8 +40,9 @@ _SENTENCES = (
     ),
     PaperEntry(
         label="mappo_parameters", kind="table", rows=MAPPO_ROWS, own_episodes=True, grouping="line",
-        row_heads=("Parameter",),
-        differs="the settings of `train mappo --preset paper`; target networks and exploration do nothing in MAPPO",
+        row_heads=("Parameter Name",),
+        differs="the settings of `train mappo --preset paper`; the paper's five of target networks and of exploration do "
+        "nothing in MAPPO, and are not here",
     ),
     PaperEntry(
         label="appx:comparsion_BC_RL", kind="sentence",
@@ -53,6 +54,7 @@ _SENTENCES = (
         label="tab:dense_rewards", kind="table", rows=REWARD_ROWS, own_episodes=True, grouping="line",
         row_heads=("Specific Condition",),
         differs="the settings of `world/reward.py`, which says what the paper leaves open",
+        notes=("A large rectangle is approached by its short sides on every map; the paper does so on map 11.",),
     ),
 )  # fmt: skip
 _OF_PEOPLE = (

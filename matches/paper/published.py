@@ -5,6 +5,7 @@ lie between 0 and 1, so they are not seconds, as its formula would give, but the
 counts; ours of that kind stand beside them.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -17,7 +18,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 FILE = Path(__file__).with_name("published.yaml")
 
 
-Printed = Annotated[str, Field(pattern=r"^-?\d[\d,]*(\.\d+)?$")]
+_NUMBER = r"-?\d[\d,]*(\.\d+)?"
+Printed = Annotated[str, Field(pattern=rf"^({_NUMBER}|[A-Za-z][\w.]*|\[\d+(, \d+)*\])$")]  # settings may be words
 PrintedChange = Annotated[str, Field(pattern=r"^[-+]\d+\.\d+$")]
 
 
@@ -32,8 +34,16 @@ class Figure(NamedTuple):
     change_text: PrintedChange | None = None
 
     @property
+    def is_number(self) -> bool:
+        return re.fullmatch(_NUMBER, self.text) is not None
+
+    @property
     def mean(self) -> float:
         return _number(self.text)
+
+    def says(self, value: "float | str") -> bool:
+        """Whether it is this setting."""
+        return self.text == value if isinstance(value, str) else self.is_number and self.mean == value
 
     @property
     def stderr(self) -> float | None:

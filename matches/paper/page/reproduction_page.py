@@ -109,7 +109,10 @@ def _is_defined(found: list[tuple[EntryCell, Found | None]]) -> bool:
 def _headline(measured: list[tuple[EntryCell, Found]]) -> Iterator[str]:
     """The first column of each challenge that has numbers, row by row; of settings, how many are the paper's."""
     if measured and all(one.defined is not None for _, one in measured):
-        same = sum(cell.theirs is not None and one.defined == cell.theirs.mean for cell, one in measured)
+        same = sum(
+            cell.theirs is not None and one.defined is not None and cell.theirs.says(one.defined)
+            for cell, one in measured
+        )
         yield f"{same} of {len(measured)} settings are the paper's"
         return
     for column in _first_columns(measured):

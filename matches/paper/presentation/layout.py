@@ -123,7 +123,7 @@ def _texts(cell: EntryCell, found: FoundCells, entry: PaperEntry, best: "Best") 
     place = cell.row.group, cell.column
     return (
         here._replace(behind=here.behind + change, best=_mean(ours) is not None and _mean(ours) == best[0].get(place)),
-        _published(theirs)._replace(behind=said, best=theirs is not None and theirs.mean == best[1].get(place)),
+        _published(theirs)._replace(behind=said, best=theirs is not None and theirs.is_number and theirs.mean == best[1].get(place)),
     )
 
 
@@ -139,7 +139,7 @@ def _best(cells: Sequence[EntryCell], found: FoundCells) -> Best:
         place = cell.row.group, cell.column
         if (mean := _mean(found[_key(cell)])) is not None:
             ours[place].add(mean)
-        if cell.theirs is not None:
+        if cell.theirs is not None and cell.theirs.is_number:
             theirs[place].add(cell.theirs.mean)
     return _extremes(ours), _extremes(theirs)
 
@@ -188,8 +188,10 @@ def _published(figure: Figure | None) -> CellText:
     return CellText(figure.text, figure.error_text or "")
 
 
-def plain(value: float) -> str:
-    """Without an exponent: 0.00005, 30,000,000."""
+def plain(value: float | str) -> str:
+    """Without an exponent: 0.00005, 30,000,000. Words as they are."""
+    if isinstance(value, str):
+        return value
     return f"{value:,.0f}" if abs(value) >= 1e4 else f"{Decimal(repr(value)).normalize():f}"
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER
+from movingout.agents.reinforcement.mappo_config import ADAM_EPSILON, CRITIC_LOSS, ON_COORDINATION, PAPER
 from movingout.maps.spec import ARENA_HALF
 from movingout.matches.paper.cells import DefinedCell
 from movingout.matches.paper.entry import RowCells
@@ -10,39 +10,55 @@ from movingout.world import reward
 
 WITHIN_99 = 2.576  # standard deviations to both sides, between which 99 % of a normal distribution lie
 
+NO_TARGET = "not used: MAPPO has no target networks"
+NO_EPSILON = "not used: MAPPO draws actions from its distribution"
+
 _OF_MAPPO = {
-    "Gamma": "discount", "Learning rate": "rate", "Clip gradient value": "clip", "Clip epsilon": "clip_ratio",
-    "Critic coefficient": "critic_weight", "Entropy coefficient": "entropy", "Lambda for GAE": "trace",
-    "Max cycles per episode": "ticks", "Max frames": "frames", "Collected frames per batch": "frames_per_batch",
-    "Environments per worker": "envs", "Minibatch iterations": "passes", "Minibatch size": "batch",
-    "Units per layer": "width",
+    "Gamma": "discount", "Learning Rate": "rate", "Clip Gradient Value": "clip", "Clip Epsilon": "clip_ratio",
+    "Critic Coefficient": "critic_weight", "Entropy Coefficient": "entropy", "Lambda for GAE": "trace",
+    "Max Cycles Per Episode": "ticks", "Max Frames": "frames",
+    "On-Policy Collected Frames Per Batch": "frames_per_batch", "On-Policy Environments Per Worker": "envs",
+    "On-Policy Minibatch Iterations": "passes", "On-Policy Minibatch Size": "batch",
 }  # fmt: skip
 """The paper's name of a number, and the option of `movingout train mappo`."""
+_FIXED: Mapping[str, float | str] = {
+    "Share Policy Parameters": "True", "Share Policy Critic": "True", "Adam Epsilon": ADAM_EPSILON,
+    "Clip Gradient Norm": str(PAPER["clip"] > 0.0), "Critic Loss Type": CRITIC_LOSS, "Model Type": "MLP",
+    "Linear Layer Sizes": str([PAPER["width"]] * PAPER["depth"]), "Activation Function": "torch.nn.Tanh",
+    "Soft Target Update": NO_TARGET, "Polyak Tau": NO_TARGET, "Hard Target Update Frequency": NO_TARGET,
+    "Initial Exploration Epsilon": NO_EPSILON, "Final Exploration Epsilon": NO_EPSILON,
+}  # fmt: skip
+"""What is no option: both seats share an actor and a critic (`agents.reinforcement.mappo`)."""
 
 
-def _defined(value: float) -> RowCells:
+def _defined(value: float | str) -> RowCells:
     return lambda column: DefinedCell(value)
 
 
 MAPPO_ROWS: Mapping[tuple[str, str], RowCells] = {
     **{("", name): _defined(PAPER[option]) for name, option in _OF_MAPPO.items()},
+    **{("", name): _defined(value) for name, value in _FIXED.items()},
     **{
         ("Maps 1 to 4", name): _defined(ON_COORDINATION[option])
         for name, option in _OF_MAPPO.items()
         if option in ON_COORDINATION
     },
 }
+_DISTANCE, _HOLDS, _UNHOLDS, _TIME = (
+    "A. Distance-based Rewards", "B. Event-based Rewards: Agent Holds an Item",
+    "C. Event-based Rewards: Agent Unholds an Item", "D. Time-based Reward (Step Cost)",
+)  # fmt: skip
 REWARD_ROWS: Mapping[tuple[str, str], RowCells] = {
-    ("Distance", "Closer to the nearest item, to one that needs help, or with an item to a goal, per unit"): _defined(
-        reward.GAMMA
-    ),
-    ("Holding", "Grasps an item"): _defined(reward.HOLD),
-    ("Holding", "Grasps while another holds a middle or large item"): _defined(reward.HOLD_UNWANTED),
-    ("Holding", "Grasps an item that lies in a goal"): _defined(reward.HOLD_UNWANTED),
-    ("Letting go", "Inside a goal"): _defined(reward.RELEASE_INSIDE),
-    ("Letting go", "Outside"): _defined(reward.RELEASE_OUTSIDE),
-    ("Letting go", "While another needs help, in addition"): _defined(reward.RELEASE_TO_HELP),
-    ("Time", "Each tick"): _defined(reward.STEP_COST),
+    (_DISTANCE, "Not holding: closer to the nearest available item"): _defined(reward.GAMMA),
+    (_DISTANCE, "Not holding: closer to a middle or large item held by another agent"): _defined(reward.GAMMA),
+    (_DISTANCE, "Holding: closer to the nearest goal region"): _defined(reward.GAMMA),
+    (_HOLDS, "Default reward for picking up"): _defined(reward.HOLD),
+    (_HOLDS, "Exception: another agent holds another middle or large item"): _defined(reward.HOLD_UNWANTED),
+    (_HOLDS, "Exception: the item was already in a goal region"): _defined(reward.HOLD_UNWANTED),
+    (_UNHOLDS, "Released inside a goal region"): _defined(reward.RELEASE_INSIDE),
+    (_UNHOLDS, "Released not inside a goal region"): _defined(reward.RELEASE_OUTSIDE),
+    (_UNHOLDS, "Exception: another agent needs help (in addition)"): _defined(reward.RELEASE_TO_HELP),
+    (_TIME, "Each timestep"): _defined(reward.STEP_COST),
 }
 
 

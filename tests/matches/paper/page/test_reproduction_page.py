@@ -50,7 +50,7 @@ def test_a_page_gets_a_row_for_every_label_and_the_numbers_that_are_there(here: 
         "measured in part", "smoke, 2026-11-23", "C1 valid (↑): 0.2 0.5000 ± 0.1000 (0.0002)", "20", "60 s",
     ]  # fmt: skip
     assert _row(page, "mappo_parameters")[1:3] == ["a definition", "–"]
-    assert _row(page, "mappo_parameters")[3] == "17 of 17 settings are the paper's"
+    assert _row(page, "mappo_parameters")[3] == "24 of 29 settings are the paper's"
     assert _row(page, "tab:ablation")[1:4] == ["not measured with this budget", "–", "–"]
     assert _row(page, "fig:failure_cases")[1] == "needs people"
     assert _row(page, "text:overcooked")[1] == ("not measured with this budget" if is_installed() else "not built")

@@ -11,13 +11,25 @@ from movingout.matches.paper.rows.definitions import pose_shift
 from movingout.server.cli import main
 
 
-@pytest.mark.parametrize("label", ["mappo_parameters", "tab:dense_rewards"])
-def test_settings_are_the_papers(label: str) -> None:
+@pytest.mark.parametrize(("label", "rows", "unused"), [("mappo_parameters", 26 + 3, 5), ("tab:dense_rewards", 10, 0)])
+def test_settings_are_the_papers(label: str, rows: int, unused: int) -> None:
+    """But for those that do nothing in MAPPO, which say so."""
     cells = list(ENTRIES[label].cells())
-    assert ENTRIES[label].state == "whole" and cells
+    assert ENTRIES[label].state == "whole" and len(cells) == rows
+    others = []
     for cell in cells:
         assert isinstance(cell.ours, DefinedCell) and cell.theirs is not None
-        assert cell.ours.value == cell.theirs.mean, cell.row.name
+        if not cell.theirs.says(cell.ours.value):
+            others.append(str(cell.ours.value))
+    assert len(others) == unused and all(other.startswith("not used: MAPPO ") for other in others), others
+
+
+def test_settings_that_are_words_are_words_of_the_paper() -> None:
+    cells = {cell.row.name: cell.theirs for cell in ENTRIES["mappo_parameters"].cells()}
+    sizes, loss, rate = cells["Linear Layer Sizes"], cells["Critic Loss Type"], cells["Adam Epsilon"]
+    assert sizes is not None and loss is not None and rate is not None
+    assert sizes.says("[256, 256]") and not sizes.says("[256]") and not sizes.says(256)
+    assert loss.says("l2") and not loss.is_number and rate.says(1e-6) and not rate.says("1e-6")
 
 
 def test_shifts_are_about_the_papers() -> None:
