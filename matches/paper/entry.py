@@ -38,6 +38,7 @@ class PaperEntry:
     title: str = ""  # where the paper's figures have no entry in published.yaml
     rows: Mapping[tuple[str, str], RowCells] = field(default_factory=dict)  # by group and name
     otherwise: str = ""  # why other rows are empty, or nothing is made
+    lacks: str = ""  # what the paper's figure shows besides, of which it prints no numbers, and why it is not here
     command: str = ""  # another command that makes it
     extra: str = ""  # of the installation, without which it cannot be made
     people: bool = False  # whether only people can fill it
@@ -78,7 +79,7 @@ class PaperEntry:
             return "illustration"
         cells = [cell.ours for cell in self.cells() if not cell.without_number]
         filled = sum(not isinstance(cell, EmptyCell) for cell in cells)
-        if cells and filled == len(cells):
+        if cells and filled == len(cells) and not self.lacks:
             return "whole"
         return "in part" if filled else "elsewhere" if self.command else "not done"
 

@@ -70,6 +70,7 @@ class PublishedRow(NamedTuple):
     group: str  # of rows, empty where the table has no groups
     name: str
     figures: Figures  # of the columns in which the paper has one
+    bold: tuple[PublishedColumn, ...] = ()  # in which the paper prints it bold, though another row has a better one
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +103,7 @@ class PublishedEntry(BaseModel):
     section: Annotated[str, Field(min_length=1)]
     about: str = ""
     columns: tuple[Annotated[PublishedColumn, BeforeValidator(_column)], ...]
+    bold: dict[str, tuple[Annotated[PublishedColumn, BeforeValidator(_column)], ...]] = {}
     rows: dict[str, dict[str, tuple[Annotated[Figure | None, BeforeValidator(_figure)], ...]]]
 
     def table(self, label: str) -> PublishedTable:
@@ -111,7 +113,8 @@ class PublishedEntry(BaseModel):
         for group, rows in self.rows.items():
             for name, figures in rows.items():
                 pairs = zip(self.columns, figures, strict=True)
-                yield PublishedRow(group, name, {column: figure for column, figure in pairs if figure is not None})
+                there = {column: figure for column, figure in pairs if figure is not None}
+                yield PublishedRow(group, name, there, self.bold.get(name, ()))
 
 
 class _NumbersAsText(yaml.SafeLoader):

@@ -94,7 +94,7 @@ def _status(entry: PaperEntry, found: list[tuple[EntryCell, Found | None]], spac
     if _is_defined(found):
         return "a definition"
     if any(one is not None and one.defined is None for one in ours):
-        missing = any(one is None and not cell.without_number for cell, one in found)
+        missing = bool(entry.lacks) or any(one is None and not cell.without_number for cell, one in found)
         return IN_PART if missing else MEASURED
     if ours:
         return "not measured with this budget"
@@ -157,7 +157,7 @@ def _differs(entry: PaperEntry, cells: list[EntryCell]) -> str:
             names += [] if cell.row.name in names else [cell.row.name]
     whole = all(isinstance(cell.ours, EmptyCell) for cell in cells)
     rows = [reason if whole else f"{', '.join(names)}: {reason}" for reason, names in empty.items()]
-    parts = [entry.differs, *rows, "" if cells or entry.differs else entry.otherwise]
+    parts = [entry.differs, entry.lacks, *rows, "" if cells or entry.differs else entry.otherwise]
     return "; ".join(part for part in parts if part) + (f" (`{entry.command}`)" if entry.command else "")
 
 

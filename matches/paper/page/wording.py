@@ -25,9 +25,9 @@ def section(entry: PaperEntry, heads: Sequence[str], rows: Sequence[Sequence[str
 def _status(then: PageLabel, entry: PaperEntry, table: str) -> str:
     if entry.drawing:
         return DRAWN
-    lacks = any(isinstance(cell.ours, EmptyCell) and not cell.without_number for cell in entry.cells())
+    empty = any(isinstance(cell.ours, EmptyCell) and not cell.without_number for cell in entry.cells())
     missing = MISSING in table if table else then.status == IN_PART
-    return IN_PART if lacks or missing else MEASURED
+    return IN_PART if entry.lacks or empty or missing else MEASURED
 
 
 def _table(kept: str, entry: PaperEntry, today: LaidOutTable) -> str:

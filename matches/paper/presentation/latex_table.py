@@ -15,7 +15,7 @@ from movingout.recordings.diversity.comparison import MEASURES as DIVERSITY
 _SPECIAL = {
     "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
     "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "↑": r"$\uparrow$", "↓": r"$\downarrow$", "±": r"$\pm$",
-    "–": "--", "×": r"$\times$",
+    "–": "--", "×": r"$\times$", "σ": r"$\sigma$",
 }  # fmt: skip
 Span = tuple[str, int]
 """A head, and how many columns it stands over."""

@@ -14,7 +14,7 @@ from movingout.matches.paper.workspace import Workspace
 
 HEADINGS = {
     "tcr": "TCR (↑)", "nfd": "NFD (↑)", "waiting_share": "WT (↓)", "ac": "AC (↑)",
-    "selection": "selection accuracy (↑)", "next_state_l2": "L2 (↓)",
+    "selection": "selection (prediction) accuracy (↑)", "next_state_l2": "L2 (↓)",
     "partner_10": "within 10 % (↑)", "partner_20": "within 20 % (↑)", "valid_share": "valid (↑)",
     "dtw_mean": "DTW mean (↑)", "dtw_variance": "DTW variance (↑)",
     "entropy": "entropy (↑)", "coverage": "coverage (↑)",
@@ -141,7 +141,16 @@ def _best(cells: Sequence[EntryCell], found: FoundCells) -> Best:
             ours[place].add(mean)
         if cell.theirs is not None and cell.theirs.is_number:
             theirs[place].add(cell.theirs.mean)
-    return _extremes(ours), _extremes(theirs)
+    return _extremes(ours), {**_extremes(theirs), **_bold(cells)}
+
+
+def _bold(cells: Sequence[EntryCell]) -> dict[tuple[str, PublishedColumn], float]:
+    """What the paper prints bold though it is not the best."""
+    return {
+        (cell.row.group, cell.column): cell.theirs.mean
+        for cell in cells
+        if cell.theirs is not None and cell.column in cell.row.bold
+    }
 
 
 def _extremes(values: Mapping[tuple[str, PublishedColumn], set[float]]) -> dict[tuple[str, PublishedColumn], float]:
@@ -241,6 +250,7 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
     empty = {cell.row.name: cell.ours.reason for cell in cells if isinstance(cell.ours, EmptyCell) and cell.ours.reason}
     reasons = {reason: [name for name in empty if empty[name] == reason] for reason in empty.values()}
     notes += [f"Not done here: {', '.join(names)}: {reason}." for reason, names in reasons.items()]
+    notes += [f"Not done here: {entry.lacks}."] if entry.lacks else []
     notes += _failures(entry, space)
     if any("distinct" in _count([cell], found) for cell in cells):
         notes.append(COPIES)

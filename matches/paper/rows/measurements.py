@@ -16,6 +16,7 @@ from movingout.agents.data.held_out import held_out_episodes
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import load_map
 from movingout.matches.errors import MatchError
+from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.methods import NOISE_MAP, with_seed
 from movingout.matches.paper.workspace import Measured, Workspace
@@ -26,6 +27,7 @@ from movingout.world.estimates import estimate
 
 EPISODES = 2  # per map, in which accuracy is measured
 TIMED_MAP = "HandOff"
+NOISE_SAMPLES = 2000  # perturbed states per level, at most; the paper has as many
 DECISIONS = 20  # that are timed, after one that is not
 
 
@@ -85,15 +87,20 @@ def noise_validity(level: str) -> MeasuredCell:
         about=f"validity of states of {NOISE_MAP} with pose noise {level}",
         perform=partial(_noise_validity, float(level)),
         data=("c1",),
-        seconds=lambda budget: 2.0 + 0.006 * budget.states,
+        seconds=lambda budget: 2.0 + 0.006 * noise_samples(budget),
     )
     return MeasuredCell(measurement, "valid_share")
+
+
+def noise_samples(budget: Budget) -> int:
+    """More than other states, which take longer."""
+    return min(NOISE_SAMPLES, 5 * budget.states)
 
 
 def _noise_validity(deviation: float, space: Workspace, training: int) -> Measured:
     rows = read_groups(space.listing("c1"))
     trajectories = read_trajectories([row.path for row in rows if row.map == NOISE_MAP])
-    valid = valid_after_noise(trajectories, deviation, space.budget.states, space.seed)
+    valid = valid_after_noise(trajectories, deviation, noise_samples(space.budget), space.seed)
     found = estimate([float(one) for one in valid])
     return {} if found is None else {"valid_share": found}
 

@@ -141,6 +141,24 @@ def test_a_page_keeps_what_stands_on_more_trainings_or_matches(here: Path) -> No
     assert written("small", "next Tuesday", 3)[2] == "paper-size, next Monday"
 
 
+def test_a_label_of_which_something_lacks_is_measured_in_part(here: Path) -> None:
+    page, entry = here / "page.md", ENTRIES["text:partner_prediction"]
+    measurement = Measurement("known", "what is known", lambda space, training: {})
+    whole = replace(entry, rows=named_rows(BASS=lambda column: MeasuredCell(measurement, "share")))
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+    space = Workspace(budget=SMOKE)
+    space.keep("known", {"share": Estimate(0.5, 0.1, 20)})
+    write_page(page, [whole], space, "Monday")
+    assert _row(page, entry.label)[1] == "measured"
+    lacking = replace(whole, lacks="bars of people need a study")
+    write_page(page, [lacking], Workspace(budget=BUDGETS["small"]), "Tuesday")
+    assert _row(page, entry.label)[1:3] == ["measured in part", "smoke, Monday"]
+    assert _row(page, entry.label)[6] == f"{entry.differs}; bars of people need a study"
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+    write_page(page, [lacking], space, "Wednesday")
+    assert _row(page, entry.label)[1:3] == ["measured in part", "smoke, Wednesday"]
+
+
 def test_what_a_page_keeps_is_said_in_todays_words(here: Path) -> None:
     page, entry = here / "page.md", ENTRIES["tab:pose_noise_ablation"]
     page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")

@@ -4,10 +4,12 @@ from pathlib import Path
 
 import pytest
 
+from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import DefinedCell
 from movingout.matches.paper.presentation.layout import plain
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows.definitions import pose_shift
+from movingout.matches.paper.rows.measurements import noise_samples
 from movingout.server.cli import main
 
 
@@ -34,6 +36,13 @@ def test_settings_that_are_words_are_words_of_the_paper() -> None:
 
 def test_shifts_are_about_the_papers() -> None:
     assert [pose_shift(deviation).value for deviation in (0.0002, 0.002, 0.02, 0.2)] == [0.00043, 0.0043, 0.043, 0.43]
+
+
+def test_as_many_states_are_perturbed_as_in_the_paper() -> None:
+    assert {name: noise_samples(budget) for name, budget in BUDGETS.items() if name != "smoke"} == dict.fromkeys(
+        [name for name in BUDGETS if name != "smoke"], 2000
+    )
+    assert noise_samples(BUDGETS["smoke"]) == 100
 
 
 def test_numbers_are_written_without_an_exponent() -> None:
