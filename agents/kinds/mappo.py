@@ -19,6 +19,7 @@ from movingout.maps import load_map
 from movingout.maps.json_format import map_to_json
 from movingout.maps.randomize import Split, pair_text, pairs_on, variant_pairs
 from movingout.maps.selection import HELP, selected_maps
+from movingout.maps.suggestion import counted
 
 if TYPE_CHECKING:
     from movingout.agents.reinforcement.mappo import Mappo
@@ -60,6 +61,8 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     from movingout.agents.policies.export import save_policy
 
     run.begin()
+    if config.whole_frames != config.frames:
+        run.tell(f"{config.frames:,} frames become {config.whole_frames:,}: {counted(config.rounds, 'whole round')}")
     learned = learn(run, config, maps, options.split)
     last, frames = learned[-1], sum(one.frames for one in learned)
     where = f"{len(maps)} maps" if len(maps) > 1 else maps[0]
@@ -117,9 +120,8 @@ def _comedi(
 
 
 def _line(told: dict[str, float], config: MappoConfig) -> str:
-    whole = config.rounds * config.room_ticks * config.envs
     rest = ", ".join(f"{name} {value:.4g}" for name, value in told.items() if name != "frames")
-    return f"{told['frames']:,.0f} of {whole:,} frames, {rest}"
+    return f"{told['frames']:,.0f} of {config.whole_frames:,} frames, {rest}"
 
 
 _TITLES = {"mappo": "MAPPO", "comedi": "CoMeDi"}

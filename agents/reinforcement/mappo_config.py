@@ -73,6 +73,11 @@ class MappoConfig(Optimisation):
         """Of playing and learning."""
         return -(-self.frames // (self.room_ticks * self.envs))
 
+    @property
+    def whole_frames(self) -> int:
+        """Ticks that are played: whole rounds."""
+        return self.rounds * self.room_ticks * self.envs
+
     def spec(self, kind: str) -> PolicySpec:
         """The network's description: one action for one observation. Raises DataError."""
         shape = {"layout": self.layout, "grasp": self.grasp, "width": self.width, "depth": self.depth}
@@ -83,6 +88,11 @@ class MappoConfig(Optimisation):
         self.spec("mappo")
         if self.frames_per_batch < self.envs:
             raise DataError(f"--frames-per-batch {self.frames_per_batch}: {self.envs} environments play at least one")
+        if self.frames < self.frames_per_batch:
+            raise DataError(
+                f"--frames {self.frames:,} is less than a round, after which something is learned; give at least "
+                f"{self.frames_per_batch:,}, or shorter rounds with --frames-per-batch"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -32,7 +32,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     yield tmp_path
 
 
-@pytest.mark.parametrize(("kind", "options", "rounds"), [("mappo", [], 2), ("comedi", ["--members", "2"], 6)])
+@pytest.mark.parametrize(("kind", "options", "rounds"), [("mappo", ["--frames", "23"], 2), ("comedi", ["--members", "2"], 6)])
 def test_it_writes_an_agent_that_plays(
     kind: str, options: list[str], rounds: int, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -42,6 +42,7 @@ def test_it_writes_an_agent_that_plays(
     shown = capsys.readouterr()
     assert json.loads(shown.out)["windows"] == 12 * rounds
     assert "24 of 24 frames, reward per tick" in shown.err
+    assert ("23 frames become 24: 2 whole rounds" in shown.err) == (kind == "mappo")
     card = find_checkpoint(agent_id, here / "data" / "models").card
     assert (card.kind, card.maps, card.training.updates) == (kind, ("HandOff", "LeftRight"), rounds)
     check_agent(lambda: load_agent(agent_id), maps=["HandOff"], ticks=8)
@@ -73,6 +74,7 @@ def test_it_draws_as_in_training_or_plays_the_middle(here: Path) -> None:
     ("words", "sentence"),
     [
         (["--frames", "0"], "--frames 0: input should be greater than or equal to 1"),
+        (["--frames", "1"], "--frames 1 is less than a round, after which something is learned; give at least 6,000"),
         (["--map", "HandOf"], "did you mean HandOff"),
         (["data/demos"], "mappo learns from its own play, on maps that --map names; leave out the recordings"),
         (
