@@ -46,8 +46,8 @@ def _bass(base: str, *options: Any, simulator: str = "") -> Method:
     return Method("bass", (*SELECTION, *options), base, simulator)
 
 
-def _reinforced(kind: str, name: str) -> Method:
-    return Method(kind, ("--map", name), maps=(name,), plays=True)
+def _reinforced(kind: str, name: str, *options: Any) -> Method:
+    return Method(kind, ("--map", name, *options), maps=(name,), plays=True)
 
 
 ZSC_MAPS = 1, 12  # by number: those of the paper's comparison with zero-shot coordination
@@ -75,6 +75,7 @@ METHODS = {
     "bass-fine-tuned": _bass("dp-augmented", "--residual", "no", "--order", "fine-tuned"),
     "bass-separate": _bass("dp-augmented", "--residual", "no", "--order", "separate"),
     **{f"mappo-{number}": _reinforced("mappo", name) for number, name in enumerate(map_names(), start=1)},
+    "mappo-6-sparse": _reinforced("mappo", map_names()[5], "--reward", "paper-sparse"),
     **{f"comedi-{number}": _reinforced("comedi", map_names()[number - 1]) for number in ZSC_MAPS},
 }
 

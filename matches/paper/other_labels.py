@@ -11,7 +11,7 @@ from movingout.matches.paper.presentation.pictures import (
     rollouts,
     tcl_distances,
 )
-from movingout.matches.paper.rows.definitions import MAPPO_ROWS, REWARD_ROWS
+from movingout.matches.paper.rows.definitions import DATA_ROWS, MAPPO_ROWS, POLICY_ROWS, REWARD_ROWS
 from movingout.matches.paper.rows.measurements import decision_time
 from movingout.matches.paper.rows.reinforced import behaviour
 
@@ -41,8 +41,30 @@ _SENTENCES = (
     PaperEntry(
         label="mappo_parameters", kind="table", rows=MAPPO_ROWS, own_episodes=True, grouping="line",
         row_heads=("Parameter Name",),
-        differs="the settings of `train mappo --preset paper`; the paper's five of target networks and of exploration do "
+        differs="the settings of `train mappo --preset paper`; the paper's five of target networks and exploration do "
         "nothing in MAPPO, and are not here",
+    ),
+    PaperEntry(
+        label="text:policy_parameters", kind="sentence", rows=POLICY_ROWS, own_episodes=True, grouping="line",
+        row_heads=("Parameter",),
+        differs="the settings of `--preset paper`; what the paper does not say, as a moving average of the weights, "
+        "stands above",
+    ),
+    PaperEntry(
+        label="text:data_sets", kind="sentence", rows=DATA_ROWS, own_episodes=True, grouping="line",
+        row_heads=("Size",),
+        differs="the sizes of the budget `full`, for scripted people, who finish; smaller budgets have fewer",
+    ),
+    PaperEntry(
+        label="text:training_time", kind="sentence",
+        otherwise="needs the paper's GPU; `paper tables LABEL --budget full --dry-run` says how long",
+    ),
+    PaperEntry(
+        label="text:sparse_reward", kind="sentence",
+        differs="the paper has no numbers here; ours is on map 6 and has the paper's events and step costs, without "
+        "distances (`train mappo --reward paper-sparse`)",
+        rows={("", "Dense reward"): behaviour("mappo-{}"), ("", "Sparse reward"): behaviour("mappo-{}-sparse")},
+        notes=("Map 6 is DistancePriority; each plays with itself, from two seeds, with the frames of the budget.",),
     ),
     PaperEntry(
         label="appx:comparsion_BC_RL", kind="sentence",
@@ -101,6 +123,7 @@ _ILLUSTRATIONS = {
     "fig:map_examples": "Example maps",
     "fig:method_faas": "Overview of simulation and action selection",
     "fig:ac_calcualtion_example": "Example of action consistency",
+    "appx:comparsion": "Comparison with other environments: two tables without a label, of properties and of metrics",
     "tab:maps_coordination": "Maps of coordination; ours: movingout maps list",
     "tab:maps_awareness": "Maps of awareness",
     "tab:maps_action_consistency": "Maps of action consistency",

@@ -19,7 +19,7 @@ FILE = Path(__file__).with_name("published.yaml")
 
 
 _NUMBER = r"-?\d[\d,]*(\.\d+)?"
-Printed = Annotated[str, Field(pattern=rf"^({_NUMBER}|[A-Za-z][\w.]*|\[\d+(, \d+)*\])$")]  # settings may be words
+Printed = Annotated[str, Field(pattern=rf"^({_NUMBER}|[A-Za-z][\w.-]*|\[\d+(, \d+)*\])$")]  # settings may be words
 PrintedChange = Annotated[str, Field(pattern=r"^[-+]\d+\.\d+$")]
 
 

@@ -40,8 +40,8 @@ SEEN_AND_ALL = (
 )
 OF_BOTH = (
     "Prediction and selection are measured with agents of group a on episodes of group b. Of a selection, only moments "
-    "count in which the engine tells the candidates apart. The paper calls the accuracy of selections prediction accuracy in two "
-    "of its tables: whether the learned simulator chooses as the engine would."
+    "count in which the engine tells the candidates apart. The paper calls the accuracy of selections prediction "
+    "accuracy in two of its tables: whether the learned simulator chooses as the engine would."
 )
 
 ACCURACY = "accuracy: agents of group a on episodes of group b, moments in which the engine tells candidates apart"

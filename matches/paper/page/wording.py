@@ -1,4 +1,4 @@
-"""Numbers that the page keeps, in today's words: those of the registry, beside the paper's figures as they stand now."""
+"""Numbers that the page keeps, in today's words: the registry's, beside the paper's figures as they stand now."""
 
 from collections.abc import Iterator, Sequence
 
@@ -10,7 +10,12 @@ from movingout.matches.paper.workspace import Workspace
 
 
 def reworded(then: PageLabel, entry: PaperEntry, space: Workspace, differs: str) -> PageLabel:
-    """A label that the page has, with our numbers as they are there and everything else as it would be written now."""
+    """A label that the page has, with our numbers as they are there and everything else as it would be written now.
+
+    Unchanged where it cannot be made in this installation, which would say so instead of numbers.
+    """
+    if not entry.runnable:
+        return then
     table = _table(then.table, entry, laid_out(entry, space)) if then.table else ""
     return then.reworded(_status(then, entry, table), differs, table)
 

@@ -21,6 +21,7 @@ HEADINGS = {
     "tcr_map_1_seen": "map 1 seen", "tcr_map_1_unseen": "map 1 unseen",
     "tcr_map_12_seen": "map 12 seen", "tcr_map_12_unseen": "map 12 unseen",
     "tcr_map_6": "TCR, map 6 (↑)", "tcr_map_11": "TCR, map 11 (↑)",
+    "nfd_map_6": "NFD, map 6 (↑)", "least_hours": "at least [h]", "most_hours": "at most [h]",
     "map_6_middle_first": "map 6: middle-sized first", "map_6_first_grasp_s": "map 6: first grasp [s]",
     "map_11_first_grasp_s": "map 11: first grasp [s]", "map_11_first_shared_s": "map 11: first shared item [s]",
     "pose_shift": "pose shift", "value": "value", "participants": "participants", "p_value": "p",
@@ -123,7 +124,9 @@ def _texts(cell: EntryCell, found: FoundCells, entry: PaperEntry, best: "Best") 
     place = cell.row.group, cell.column
     return (
         here._replace(behind=here.behind + change, best=_mean(ours) is not None and _mean(ours) == best[0].get(place)),
-        _published(theirs)._replace(behind=said, best=theirs is not None and theirs.is_number and theirs.mean == best[1].get(place)),
+        _published(theirs)._replace(
+            behind=said, best=theirs is not None and theirs.is_number and theirs.mean == best[1].get(place)
+        ),
     )
 
 

@@ -1,12 +1,19 @@
 """Rows that are settings of this project, beside the paper's: nothing has to be trained or played for them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
+from movingout.agents.kinds.registry import KINDS
 from movingout.agents.reinforcement.mappo_config import ADAM_EPSILON, CRITIC_LOSS, ON_COORDINATION, PAPER
+from movingout.maps import map_names
 from movingout.maps.spec import ARENA_HALF
+from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import DefinedCell
+from movingout.matches.paper.data_sets import EXPERTS
 from movingout.matches.paper.entry import RowCells
+from movingout.matches.paper.methods import POSE_NOISE
+from movingout.matches.paper.published import published_tables
 from movingout.world import reward
+from movingout.world.distance import PAPER_CELLS
 
 WITHIN_99 = 2.576  # standard deviations to both sides, between which 99 % of a normal distribution lie
 
@@ -59,6 +66,42 @@ REWARD_ROWS: Mapping[tuple[str, str], RowCells] = {
     (_UNHOLDS, "Released not inside a goal region"): _defined(reward.RELEASE_OUTSIDE),
     (_UNHOLDS, "Exception: another agent needs help (in addition)"): _defined(reward.RELEASE_TO_HELP),
     (_TIME, "Each timestep"): _defined(reward.STEP_COST),
+}
+
+
+def _of_policy(name: str) -> Iterator[tuple[tuple[str, str], RowCells]]:
+    """What the preset `paper` has, by the paper's names."""
+    paper = KINDS[name].presets["paper"]
+    network = {"Architecture": "U-Net" if paper.denoiser == "unet" else paper.denoiser} if name == "dp" else {}
+    settings: dict[str, float | str] = {
+        **network, "Observation horizon": paper.obs_horizon, "States": paper.obs_horizon,
+        "Prediction horizon": paper.horizon, "Executable horizon": paper.execute,
+        "Optimizer": "AdamW" if paper.decay else "Adam", "Epochs": paper.epochs, "Batch size": paper.batch,
+        "Learning rate": paper.rate, "Diffusion steps": paper.train_steps, "Fully connected layers": paper.depth,
+        "Hidden units": paper.width, "Activation": "Tanh",
+    }  # fmt: skip
+    group = {"dp": "Diffusion Policy", "mlp": "MLP", "gru": "GRU"}[name]
+    return (((group, setting), _defined(value)) for setting, value in settings.items())
+
+
+_BASS = KINDS["bass"].presets["paper"]
+_POLICIES = dict(row for name in ("dp", "mlp", "gru") for row in _of_policy(name)) | {
+    ("BASS", "Units per layer"): _defined(_BASS.width),
+    ("BASS", "Latent dimensions"): _defined(_BASS.latent),
+    ("BASS", "Candidates"): _defined(_BASS.own),
+    ("BASS", "Standard deviation of the pose noise"): _defined(POSE_NOISE),
+    ("BASS", "Cells of the grid, to each side"): _defined(PAPER_CELLS),
+}
+_NAMED = {(row.group, row.name) for row in published_tables()["text:policy_parameters"].rows}
+POLICY_ROWS: Mapping[tuple[str, str], RowCells] = {name: row for name, row in _POLICIES.items() if name in _NAMED}
+_FULL, _MAPS = BUDGETS["full"], len(map_names())
+DATA_ROWS: Mapping[tuple[str, str], RowCells] = {
+    ("Challenge 1", "Participants"): _defined(2 * _FULL.people),
+    ("Challenge 1", "Episodes per pair and map"): _defined(_FULL.episodes),
+    ("Challenge 1", "Episodes"): _defined(_MAPS * _FULL.people * _FULL.episodes),  # two populations, in pairs
+    ("Challenge 2", "Participants"): _defined(EXPERTS),
+    ("Challenge 2", "Episodes per map"): _defined(_FULL.variants),
+    ("Challenge 2", "Episodes"): _defined(_MAPS * _FULL.variants),
 }
 
 

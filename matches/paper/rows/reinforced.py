@@ -72,9 +72,9 @@ def behaviour(method: str) -> RowCells:
         if column.measure in BEHAVIOUR:
             number = column.measure.split("_")[1]
             return _behaviour(method.format(number), int(number), column.measure)
-        number = column.measure.rpartition("_")[2]  # tcr_map_6
+        measure, _, number = column.measure.split("_")  # tcr_map_6
         plays = tuple(Play(f"{method.format(number)}@{seed}") for seed in "ab")
-        return PlayedCell(plays, 1, "tcr", (map_names()[int(number) - 1],))
+        return PlayedCell(plays, 1, measure, (map_names()[int(number) - 1],))
 
     return cell
 

@@ -32,7 +32,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     yield tmp_path
 
 
-@pytest.mark.parametrize(("kind", "options", "rounds"), [("mappo", ["--frames", "23"], 2), ("comedi", ["--members", "2"], 6)])
+@pytest.mark.parametrize(
+    ("kind", "options", "rounds"), [("mappo", ["--frames", "23"], 2), ("comedi", ["--members", "2"], 6)]
+)
 def test_it_writes_an_agent_that_plays(
     kind: str, options: list[str], rounds: int, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -151,7 +151,9 @@ def test_a_label_of_which_something_lacks_is_measured_in_part(here: Path) -> Non
     write_page(page, [whole], space, "Monday")
     assert _row(page, entry.label)[1] == "measured"
     lacking = replace(whole, lacks="bars of people need a study")
-    write_page(page, [lacking], Workspace(budget=BUDGETS["small"]), "Tuesday")
+    (here / "new").mkdir()
+    with contextlib.chdir(here / "new"):
+        write_page(page, [lacking], space, "Tuesday")
     assert _row(page, entry.label)[1:3] == ["measured in part", "smoke, Monday"]
     assert _row(page, entry.label)[6] == f"{entry.differs}; bars of people need a study"
     page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
@@ -181,6 +183,9 @@ def test_what_a_page_keeps_is_said_in_todays_words(here: Path) -> None:
     assert _row(page, entry.label)[1:3] == ["measured in part", "small, Monday"]
     assert _row(page, entry.label)[6] == entry.differs
     assert f"### {entry.heading} (`{entry.label}`)" in text and "Long ago" not in text and entry.notes[0] in text
+    with contextlib.chdir(here / "new"):
+        write_page(page, [replace(entry, rows={}, differs="without its extra")], other, "Wednesday")
+    assert page.read_text(encoding="utf-8") == text, "what cannot be made here keeps its numbers and its words"
     lines = [line.split(" | ")[:5] for line in text.splitlines() if line.startswith("| 0.")]
     assert lines[2] == ["| 0.02", "0.043", "0.040", "0.2500 ± 0.1000", "0.3501"], "numbers as they were"
     assert lines[3] == ["| 0.2", "0.43", "0.400", "not measured", "0.0002"], "new rows have none of another folder"

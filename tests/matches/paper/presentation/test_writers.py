@@ -53,7 +53,9 @@ def test_groups_of_rows_are_told_apart_as_in_the_paper(space: Workspace) -> None
 def test_a_measure_of_both_challenges_stands_over_them(space: Workspace) -> None:
     text = latex(laid_out(ENTRIES["tab:next_state_models"], space))
     heads = [line for line in text.splitlines() if "multicolumn" in line]
-    assert heads[0].startswith(r" & \multicolumn{4}{c}{NFD ($\uparrow$)} & \multicolumn{4}{c}{selection (prediction) accuracy")
+    assert heads[0].startswith(
+        r" & \multicolumn{4}{c}{NFD ($\uparrow$)} & \multicolumn{4}{c}{selection (prediction) accuracy"
+    )
     assert heads[1].count(r"\multicolumn{2}{c}{Challenge 1}") == 2
     text = latex(laid_out(ENTRIES["tab:w1_recombination"], space))
     assert r" & \multicolumn{8}{c}{Diversity} & \multicolumn{8}{c}{Performance} & " in text
@@ -64,9 +66,7 @@ def test_errors_have_columns_and_the_best_is_bold(space: Workspace) -> None:
     for level, share in (("0.0002", 0.9), ("0.002", 0.9), ("0.02", 0.4)):
         space.keep(f"noise-{level}", {"valid_share": Estimate(share, 0.1, 20)})
     text = latex(laid_out(ENTRIES["tab:pose_noise_ablation"], space))
-    assert (
-        r"0.0002 & 0.00043 & 0.0004 & \textbf{0.9000} & 0.1000 & 0.9992 & not measured & 0.5492 & 20" in text
-    )
+    assert r"0.0002 & 0.00043 & 0.0004 & \textbf{0.9000} & 0.1000 & 0.9992 & not measured & 0.5492 & 20" in text
     assert r"0.02 & 0.043 & 0.040 & 0.4000 & 0.1000 & 0.3501 & not measured & 0.0000 & 20" in text
     assert r"0.1000 & \textbf{0.9987} & not measured & \textbf{0.6538} & 20" in text, "as the paper has it"
     assert r"Noise ($\sigma$) & here & paper & here & StdErr & paper & here & paper & n" in text

@@ -13,7 +13,12 @@ from movingout.matches.paper.rows.measurements import noise_samples
 from movingout.server.cli import main
 
 
-@pytest.mark.parametrize(("label", "rows", "unused"), [("mappo_parameters", 26 + 3, 5), ("tab:dense_rewards", 10, 0)])
+@pytest.mark.parametrize(
+    ("label", "rows", "unused"),
+    [
+        ("mappo_parameters", 26 + 3, 5), ("tab:dense_rewards", 10, 0), ("text:policy_parameters", 32, 0),
+    ],
+)  # fmt: skip
 def test_settings_are_the_papers(label: str, rows: int, unused: int) -> None:
     """But for those that do nothing in MAPPO, which say so."""
     cells = list(ENTRIES[label].cells())
@@ -24,6 +29,17 @@ def test_settings_are_the_papers(label: str, rows: int, unused: int) -> None:
         if not cell.theirs.says(cell.ours.value):
             others.append(str(cell.ours.value))
     assert len(others) == unused and all(other.startswith("not used: MAPPO ") for other in others), others
+
+
+def test_the_full_budget_has_the_papers_data_sets() -> None:
+    """But that scripted people finish all maps."""
+    cells = {(cell.row.group, cell.row.name): cell for cell in ENTRIES["text:data_sets"].cells()}
+    others = [
+        (name, cell.ours.value)
+        for name, cell in cells.items()
+        if isinstance(cell.ours, DefinedCell) and not (cell.theirs and cell.theirs.says(cell.ours.value))
+    ]
+    assert len(cells) == 6 and others == [(("Challenge 1", "Episodes"), 12 * 18 * 6)]
 
 
 def test_settings_that_are_words_are_words_of_the_paper() -> None:

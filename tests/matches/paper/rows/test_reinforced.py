@@ -62,6 +62,21 @@ def test_the_second_challenge_has_a_row_of_ours_without_a_number_of_the_papers(h
     assert picture.count(">MAPPO</text>") == 4 and picture.count('class="theirs"') == 16
 
 
+def test_a_sparse_reward_stands_beside_the_dense_one(here: Path) -> None:
+    space = Workspace(budget=BUDGETS["small"])
+    cells = {(cell.row.name, cell.column.measure): cell.ours for cell in ENTRIES["text:sparse_reward"].cells()}
+    dense, sparse = cells["Dense reward", "tcr_map_6"], cells["Sparse reward", "nfd_map_6"]
+    assert isinstance(dense, PlayedCell) and isinstance(sparse, PlayedCell) and sparse.measure == "nfd"
+    assert [one.seats[0] for one in dense.matches(space)] == ["mappo-6@a", "mappo-6@b"]
+    assert [(one.map, one.seats) for one in sparse.matches(space)] == [
+        ("DistancePriority", (f"mappo-6-sparse@{seed}",) * 2) for seed in "ab"
+    ]
+    assert METHODS["mappo-6-sparse"].options == ("--map", "DistancePriority", "--reward", "paper-sparse")
+    assert {cell.agents for cell in cells.values()} == {
+        ("mappo-6@a", "mappo-6@b"), ("mappo-6-sparse@a", "mappo-6-sparse@b"),
+    }  # fmt: skip
+
+
 def test_strangers_in_the_comparison_of_zero_shot_coordination_learned_from_people(here: Path) -> None:
     cell = zero_shot("comedi")(PublishedColumn(1, "tcr_map_12_unseen"))
     assert isinstance(cell, PlayedCell) and cell.maps == ("SequentialRotations",)
