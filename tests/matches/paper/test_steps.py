@@ -222,7 +222,9 @@ def test_a_dry_run_refuses_recordings_that_the_run_would_refuse(here: Path, caps
     capsys.readouterr()
     assert main(["paper", "tables", "all", *dry]) == 1
     shown = capsys.readouterr()
-    assert "tab:nfd_vs_ac cannot be made: junk.mcap is not an MCAP file" in shown.err and "train" not in shown.out
+    assert "tab:nfd_vs_ac cannot be made: junk.mcap is not an MCAP file" in shown.err
+    trained = [line for line in shown.out.splitlines() if "train " in line]
+    assert trained and all("train mappo-6" in line for line in trained), "text:sparse_reward needs no recordings"
     assert "mappo_parameters" not in shown.err and {path.name for path in here.iterdir()} == {"junk.mcap"}
 
 
