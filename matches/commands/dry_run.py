@@ -23,12 +23,7 @@ def dry_run(entries: Sequence[PaperEntry], space: Workspace, as_json: bool) -> i
     todo = [step for step in steps if not step.is_done()]
     seconds = seconds_in_all(todo, space)
     if as_json:
-        _print_json(
-            todo,
-            seconds_in_all(todo, space),
-            len(steps) - len(todo),
-            {label: str(error) for label, error in refused.items()},
-        )
+        _print_json(todo, seconds, len(steps) - len(todo), {label: str(error) for label, error in refused.items()})
         return 1 if refused else 0
     for label, error in refused.items():
         print(f"movingout: {label} cannot be made: {error}", file=sys.stderr)

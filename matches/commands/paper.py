@@ -173,7 +173,7 @@ def _check_numbers(args: argparse.Namespace) -> None:
     if args.workers < 1 or not 0 <= args.seed <= LARGEST_SEED or not 0.0 <= args.min_tcr <= 1.0:
         raise MatchError(f"--workers is at least 1, --seed from 0 to {LARGEST_SEED:,}, and --min-tcr from 0 to 1")
     if args.min_tcr and not args.data:
-        raise MatchError("--min-tcr counts with --data alone, of whose episodes it leaves out poorer ones; add that")
+        raise MatchError("--min-tcr leaves out poor episodes of --data; name recordings with --data")
     for name in GROWING:
         if (number := getattr(args, name)) is not None and number < 1:
             raise MatchError(f"--{name} is at least 1")

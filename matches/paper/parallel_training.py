@@ -8,7 +8,9 @@ import multiprocessing
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool
 
+from movingout.matches.errors import MatchError
 from movingout.matches.paper.methods import TrainedId, trained_before
 from movingout.matches.paper.training import train_agent
 from movingout.matches.paper.workspace import Workspace
@@ -22,27 +24,29 @@ def train_agents(agents: Sequence[TrainedId], space: Workspace, on_trained: OnTr
     """Train agents, each after those that it is made of; as many at a time as the workspace says.
 
     When one fails, or at Ctrl-C, the others are ended as well: their resume files are there, and they are continued the
-    next time. Raises what `train_agent` raises.
+    next time. Raises what `train_agent` raises, and MatchError where a process was killed.
     """
     waiting = list(agents)
     running: dict[Future[float], TrainedId] = {}
     with process_pool(min(space.at_once, len(waiting))) as pool:
         try:
             while waiting or running:
-                ready = [agent for agent in waiting if _is_ready(agent, space)]
+                unfinished = {*waiting, *running.values()}
+                ready = [agent for agent in waiting if unfinished.isdisjoint(trained_before(agent))]
                 for agent in ready[: space.at_once - len(running)]:
                     waiting.remove(agent)
                     running[pool.submit(_train, agent, space)] = agent
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
                     on_trained(running.pop(future), future.result())
-        except BaseException:
+        except BaseException as error:
             for process in multiprocessing.active_children():
                 process.terminate()
+            if isinstance(error, BrokenProcessPool):
+                raise MatchError(
+                    "a training was killed, probably because there was no memory left; run the same command again to "
+                    "continue, with fewer --workers"
+                ) from error
             raise
-
-
-def _is_ready(agent: TrainedId, space: Workspace) -> bool:
-    return all(space.has_agent(needed.text) for needed in trained_before(agent))
 
 
 def _train(agent: TrainedId, space: Workspace) -> float:

@@ -126,7 +126,10 @@ class Workspace:
             return {}  # a note, not a result: without it a page only lacks times
 
     def note_time(self, about: str, seconds: float) -> None:
-        """Add to the processor time of a step; one that was stopped and continued counts whole."""
+        """Add to the processor time of a step; one that was stopped and continued counts whole.
+
+        Of trainings at a time, only what was not stopped counts.
+        """
         times = self.times()
         write_whole(TIMES, json.dumps({**times, about: round(times.get(about, 0.0) + seconds, 1)}, indent=1) + "\n")
 

@@ -1,5 +1,6 @@
 """Agents of the tables are trained at a time, after those that they are made of, and with the same numbers as alone."""
 
+import multiprocessing
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -63,6 +64,24 @@ def test_when_one_fails_it_is_said_why_and_no_other_is_begun(here: Path) -> None
     with pytest.raises(MatchError, match=r"dp-noise-0\.02@a learns from SingleRotation, and no episode of it is there"):
         train_agents([lost, OTHER], space, lambda agent, seconds: None)
     assert not space.has_agent(OTHER.text)
+
+
+def test_when_one_fails_the_others_are_ended(here: Path) -> None:
+    space = _space(here, 2)
+    with pytest.raises(MatchError, match="no episode of it is there"):
+        train_agents([OTHER, trained_id("dp-noise-0.02@a")], space, lambda agent, seconds: None)
+    assert not space.has_agent(OTHER.text) and not multiprocessing.active_children()
+
+
+def test_a_process_that_is_killed_is_told_in_a_sentence(here: Path) -> None:
+    def kill(agent: TrainedId, seconds: float) -> None:
+        for process in multiprocessing.active_children():
+            process.kill()
+
+    space = _space(here, 1)
+    with pytest.raises(MatchError, match=r"a training was killed, .* with fewer --workers"):
+        train_agents([BASE, OTHER], space, kill)
+    assert space.has_agent(BASE.text) and not space.has_agent(OTHER.text)
 
 
 def test_the_command_says_whom_it_trains_and_notes_the_time_of_each(

@@ -154,7 +154,7 @@ def test_the_command_refuses_in_sentences(here: Path, capsys: pytest.CaptureFixt
         (["tab:ablation", "--data", "nowhere"], "there are no recordings at nowhere"),
         (["tab:ablation", "--styles", "who.csv"], "counts with --groups style alone; add that"),
         (["tab:ablation", "--groups", "style", "--styles", "who.csv"], "cannot read who.csv"),
-        (["tab:ablation", "--min-tcr", "0.1"], "--min-tcr counts with --data alone"),
+        (["tab:ablation", "--min-tcr", "0.1"], "--min-tcr leaves out poor episodes of --data"),
         (["tab:ablation", "--workers", "0"], "--workers is at least 1"),
         (["tab:ablation", "--seed", f"{2**29}"], "--seed from 0 to 536,870,911"),
         (["tab:ablation", "--trainings", "0"], "--trainings is at least 1"),
