@@ -171,7 +171,7 @@ def _no_match(folder: Path, wanted: Filter) -> str:
     maps = sorted({entry.title or entry.map for entry in entries})
     seats = sorted({seat for entry in entries for seat in (entry.blue, entry.red)})
     hints = []
-    if wanted.map is not None and wanted.map not in maps:
+    if wanted.map is not None and wanted.map not in {*maps, *(entry.map for entry in entries)}:
         hints.append(f"no map {wanted.map!r}; maps here: {', '.join(maps)}")
     if wanted.agent is not None and not any(wanted.agent in seat for seat in seats):
         hints.append(f"nobody named {wanted.agent!r}; here played: {', '.join(seats[:_NAMED])}")

@@ -103,6 +103,8 @@ def test_a_map_that_somebody_drew_is_listed_by_its_title(tmp_path: Path, capsys:
     assert main(["recordings", "list", str(tmp_path), "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["recordings"]
     assert {(row["map"], row["title"]) for row in rows} == {("map-w2xkq", "Grandma's kitchen"), ("LeftRight", "")}
+    assert main(["recordings", "list", str(tmp_path), "--map", "map-w2xkq", "--study", "other"]) == 0
+    assert capsys.readouterr().out == "no recordings that match\n", "the map is there"
 
 
 def test_before_the_first_game_list_says_how_to_record_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
