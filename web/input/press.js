@@ -24,7 +24,7 @@ export function onPress(button, { press, release = () => {}, click = press }) {
     if (fingers.size === 1) press();
     button.setPointerCapture(event.pointerId);
   });
-  for (const kind of /** @type {const} */ (["pointerup", "pointercancel"])) {
+  for (const kind of /** @type {const} */ (["pointerup", "pointercancel", "lostpointercapture"])) {
     button.addEventListener(kind, (event) => {
       if (!fingers.delete(event.pointerId)) return;
       lastMs = event.timeStamp;

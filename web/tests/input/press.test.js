@@ -77,6 +77,17 @@ test("two fingers on Grab are one press", () => {
   assert.equal(grabs(), 1);
 });
 
+test("a finger whose end nobody told is up once its capture is lost", () => {
+  const { touch, grab, backward, grabs } = controls();
+  backward.hear("pointerdown", 1000, { pointerId: 2 });
+  backward.hear("lostpointercapture", 1100, { pointerId: 2 });
+  assert.equal(touch.read().backward, false);
+  grab.hear("pointerdown", 2000, { pointerId: 3 });
+  grab.hear("lostpointercapture", 2100, { pointerId: 3 });
+  grab.hear("pointerdown", 3000, { pointerId: 4 });
+  assert.equal(grabs(), 2);
+});
+
 test("a finger holds Backward while it is down, a screen reader turns it on and off", () => {
   const { touch, backward } = controls();
   backward.hear("pointerdown", 1000, { pointerId: 2 });
