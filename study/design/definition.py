@@ -216,7 +216,7 @@ class Pairing(StudyModel):
     wait_s: Annotated[int, Field(ge=10, le=3600)] = 300
     otherwise: Literal["code", "agent"] = "code"
     agent: str = "scripted"
-    return_s: Annotated[int, Field(ge=5, le=600)] = 60  # how long a partner waits for who lost the connection
+    return_s: Annotated[int, Field(ge=5, le=600)] = 60  # how long a partner waits for somebody who lost the connection
 
 
 class Requirements(StudyModel):

@@ -13,6 +13,7 @@ from movingout.server import messages as m
 from movingout.server.api.errors import ApiError
 from movingout.server.notices import NOTHING, AlertCode, ErrorCode, Notice, ReasonCode, RefusalCode, UnrecordedCode
 from movingout.server.rooms.room_notices import resumed
+from movingout.study.design.definition import Outcome
 from tests.server.support import Table
 
 CATALOGUES = sorted((Path(__file__).parents[2] / "web" / "words").glob("*.json"))
@@ -36,6 +37,15 @@ def test_every_code_has_a_text_and_every_text_a_code(catalogue: Path) -> None:
     for kind, codes in CODES.items():
         told = {key.split(".")[1] for key in texts if key.startswith(f"{kind}.")}
         assert told - OF_PAGES.get(kind, set()) == set(get_args(codes)) - {"unreadable"}, kind
+
+
+@pytest.mark.parametrize("catalogue", CATALOGUES, ids=lambda path: path.stem)
+def test_how_a_study_ends_is_told_to_participants_and_experimenters(catalogue: Path) -> None:
+    texts: dict[str, str] = json.loads(catalogue.read_text(encoding="utf-8"))
+    for outcome in get_args(Outcome):
+        lead = f"study.code.{outcome}Lead"
+        assert {f"study.code.{outcome}", f"experimenter.outcome.{outcome}"} <= texts.keys(), outcome
+        assert lead in texts or {f"{lead}.paid", f"{lead}.unpaid"} <= texts.keys(), outcome
 
 
 def test_a_refusal_over_http_carries_its_values() -> None:

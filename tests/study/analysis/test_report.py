@@ -5,6 +5,7 @@ import json
 import re
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
@@ -21,6 +22,7 @@ from movingout.study.analysis.tables import (
     pings,
     pings_by_participant,
 )
+from movingout.study.design.definition import Outcome
 from movingout.study.store.rounds import Rounds
 from tests.recordings.report.support import english_left
 from tests.study.filled import fill, template
@@ -126,6 +128,7 @@ def test_blinded_reports_know_letters_only_and_others_the_agents(
     assert told["rounds"] == 6
     ended = ["screened-out", "no-partner", "partner-left", "withdrew", "dropped-out", "open", "finished"]
     assert list(told["flow"]) == ["came", "declined", "deleted", "allocated", *ended, "unwanted", "complete"]
+    assert {*get_args(Outcome)} - {"done"} <= {*ended}, "nobody is left out"
     assert main(["study", "report", *common, "-o", str(tmp_path / "blind"), "--blinded"]) == 0
     with (tmp_path / "blind" / "performance.csv").open(encoding="utf-8", newline="") as stream:
         assert next(csv.DictReader(stream))["Partner"] == "Partner A"
