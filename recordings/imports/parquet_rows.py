@@ -51,5 +51,5 @@ def _claimed(metadata: Any) -> int:
 
 def _too_large(file: Path, most: int) -> RecordingError:
     return RecordingError(
-        f"{file.name} would take more than {most / 2**30:,.1f} GiB of memory when it is unpacked; divide it"
+        f"{file.name} would take more than {most / 2**30:,.1f} GiB of memory when it is unpacked; split the file"
     )
