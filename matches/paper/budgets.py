@@ -24,7 +24,7 @@ class Budget:
     trainings: int = 1  # of each agent, with seeds 0, 1, …
     seeds: int  # matches per pair and map
     moments: int  # per episode, at which predictions are compared with what happened
-    states: int  # that are perturbed, per level of noise
+    states: int  # that are perturbed, per level of noise: five times as many, up to 2,000
     options: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)  # of `movingout train`, by kind
 
 
@@ -57,7 +57,7 @@ _BUDGETS = (
     ),
     Budget(
         name="medium",
-        about="small networks, episodes and updates enough for agents that deliver; a night for all but MAPPO",
+        about="small networks, episodes and updates enough for agents that deliver; about an hour for a table, a night for all",
         preset="fast", people=18, episodes=2, variants=30, seeds=3, moments=4, states=400,
         options={
             "mlp": _MEDIUM, "gru": _MEDIUM, "dp": _MEDIUM, "bass": (*_MEDIUM, "--progress-updates", 6000),

@@ -42,7 +42,7 @@ _SENTENCES = (
         label="mappo_parameters", kind="table", rows=MAPPO_ROWS, own_episodes=True, grouping="line",
         row_heads=("Parameter Name",),
         differs="the settings of `train mappo --preset paper`; the paper's five of target networks and exploration do "
-        "nothing in MAPPO, and are not here",
+        "nothing in MAPPO",
     ),
     PaperEntry(
         label="text:policy_parameters", kind="sentence", rows=POLICY_ROWS, own_episodes=True, grouping="line",
