@@ -17,6 +17,8 @@ from movingout.matches.paper.training import LOGS
 from movingout.matches.paper.workspace import Workspace
 from movingout.matches.run import OnProgress, no_op
 
+SHORT_S = 10.0  # a training in a process of its own has to take longer than to start one, which reads all of torch
+
 
 def carry_out(steps: Sequence[PaperStep], space: Workspace, where: str) -> None:
     """Carry out those that are not done; trainings several at a time. `where` is said before each.
@@ -37,9 +39,9 @@ def carry_out(steps: Sequence[PaperStep], space: Workspace, where: str) -> None:
 
 
 def _train(group: Sequence[tuple[str, PaperStep]], space: Workspace, where: str) -> list[tuple[str, PaperStep]]:
-    """Train several agents at a time; the steps that are left, where there is but one."""
+    """Train several agents at a time; the steps that are left, where there is but one, or all are short."""
     todo = {step.trains: (number, step) for number, step in group if step.trains and not step.is_done()}
-    if len(todo) < 2:
+    if len(todo) < 2 or all(step.seconds < SHORT_S for _, step in todo.values()):
         return list(todo.values())
     took = span(seconds_in_all([step for _, step in todo.values()], space))
     first, at_once = next(iter(todo.values()))[0], min(space.at_once, len(todo))

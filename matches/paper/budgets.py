@@ -57,7 +57,7 @@ _BUDGETS = (
     ),
     Budget(
         name="medium",
-        about="small networks, episodes and updates enough for agents that deliver; about an hour for a table, a night for all",
+        about="small networks, with episodes and updates enough to deliver; an hour or so for a table, a night for all",
         preset="fast", people=18, episodes=2, variants=30, seeds=3, moments=4, states=400,
         options={
             "mlp": _MEDIUM, "gru": _MEDIUM, "dp": _MEDIUM, "bass": (*_MEDIUM, "--progress-updates", 6000),

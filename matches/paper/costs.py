@@ -14,7 +14,7 @@ from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.methods import Method, trained_id
 from movingout.world.constants import LIMIT_TICKS
 
-_EPISODE = 1.5  # of two scripted people, 500 ticks; 0.7 to 1.7 on busy and idle machines
+_EPISODE = 1.5  # of two scripted people, 500 ticks; 0.7 to 1.7, on idle and busy machines
 _START = 4.0  # of a training: reading episodes, exporting
 _UPDATE = {"mlp": 0.01, "gru": 0.02, "dp": 0.045, "bass": 0.015}  # of a network of width 128, 128 windows
 _PAPER_UPDATE = {"mlp": 0.12, "gru": 0.48, "dp": 0.6, "bass": 0.03}  # 256 windows in bf16, on a core; BASS an estimate

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from movingout.agents.checkpoint.checkpoint import folder_name
+from movingout.matches.commands import carry_out as carrying
 from movingout.matches.commands.carry_out import carry_out
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import BUDGETS
@@ -85,8 +86,9 @@ def test_a_process_that_is_killed_is_told_in_a_sentence(here: Path) -> None:
 
 
 def test_the_command_says_whom_it_trains_and_notes_the_time_of_each(
-    here: Path, capsys: pytest.CaptureFixture[str]
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(carrying, "SHORT_S", 0.0)
     space = _space(here, 2)
     steps = [step for step in paper_steps([ENTRIES["tab:cross_group_eval"]], space) if step.trains in (BASE, BASS)]
     carry_out(steps, space, "")
@@ -106,3 +108,11 @@ def test_trainings_at_a_time_take_no_less_than_one_that_waits_for_another() -> N
 
     assert estimated(1) == pytest.approx(2 * estimated(2))
     assert estimated(1) / 4 < estimated(100) < estimated(2), "BASS waits for the policy that proposes its candidates"
+
+
+def test_short_trainings_are_not_worth_processes_of_their_own(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    space = _space(here, 2)
+    steps = [step for step in paper_steps([ENTRIES["tab:cross_group_eval"]], space) if step.trains in (BASE, BASS)]
+    carry_out(steps, space, "")
+    said = capsys.readouterr().err
+    assert "step 1/2: train dp-augmented@a" in said and "at a time" not in said
