@@ -3,7 +3,6 @@
 import io
 import json
 import logging
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,14 +12,7 @@ from movingout.server.logs import PER_MINUTE, JsonFormatter, RateLimit, log_to, 
 from tests.server.live import WAIT_S, raw_socket, serve
 
 
-@pytest.fixture
-def root() -> Iterator[None]:
-    before = logging.getLogger().handlers[:]
-    yield
-    logging.getLogger().handlers[:] = before
-
-
-def test_a_flood_of_one_message_leaves_few_lines_and_says_how_many_were_left_out(root: None) -> None:
+def test_a_flood_of_one_message_leaves_few_lines_and_says_how_many_were_left_out() -> None:
     stream, now = io.StringIO(), [0.0]
     log_to(stream)
     handler = logging.getLogger().handlers[0]
@@ -35,7 +27,14 @@ def test_a_flood_of_one_message_leaves_few_lines_and_says_how_many_were_left_out
     assert "(1703 more like this were left out)" in stream.getvalue().splitlines()[-1]
 
 
-def test_nobody_writes_lines_or_colours_into_the_log(root: None) -> None:
+@pytest.mark.parametrize("count", range(2))
+def test_a_log_ends_with_its_test(count: int, capsys: pytest.CaptureFixture[str]) -> None:
+    logging.getLogger("a server of the session").warning("somebody is away")
+    assert capsys.readouterr().err == "", "a line of another test's"
+    log_to()
+
+
+def test_nobody_writes_lines_or_colours_into_the_log() -> None:
     stream = io.StringIO()
     log_to(stream)
     logging.getLogger("x").warning("name: %s", "Eve\nERROR server: all is lost\x1b[2J\u202e")
@@ -62,7 +61,7 @@ def test_json_has_one_object_per_line_with_the_traceback() -> None:
     assert "ValueError: broken" in row["exception"] and row["at"].endswith("+00:00")
 
 
-def test_what_uvicorn_says_of_strangers_is_json_too_and_no_flood(root: None, tmp_path: Path) -> None:
+def test_what_uvicorn_says_of_strangers_is_json_too_and_no_flood(tmp_path: Path) -> None:
     """It set up a log of its own when the server was made: a line for each bad request, of no form and no limit."""
     stream = io.StringIO()
     log_to(stream, "json")
