@@ -10,6 +10,7 @@ from movingout.agents.bass.selection import Choice, Simulator, choice_from_score
 from movingout.agents.bass.state_vector import constant, item_places, moving, robot_places
 from movingout.agents.checkpoint.card import SelectionSpec
 from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.inference.mirror import sampled
 from movingout.agents.inference.network import Network, PolicyNetwork, Singles
 from movingout.agents.inference.policy_agent import PolicyAgent, encoded
 from movingout.agents.observation.features import in_frame
@@ -24,10 +25,13 @@ class BassAgent(PolicyAgent):
     def __init__(
         self, spec: PolicySpec, network: PolicyNetwork, dynamics: Network | None, selection: SelectionSpec,
         execute: int = 0,
-        value: Estimator | None = None,
+        value: Estimator | None = None, mirrored: bool = False,
     ) -> None:  # fmt: skip
-        """`dynamics`: the learned simulator; None for agents that have another one."""
-        super().__init__(spec, network, execute)
+        """`dynamics`: the learned simulator; None for agents that have another one.
+
+        `mirrored`: candidates and guesses are drawn directly or, with equal chance, through the mirror.
+        """
+        super().__init__(spec, network, execute, mirrored)
         self.dynamics = dynamics
         self.selection = selection
         self.value = value
@@ -41,7 +45,8 @@ class BassAgent(PolicyAgent):
     @property
     def batch_key(self) -> Hashable:
         """Agents that share network, simulator and selection decide together."""
-        return type(self), id(self.network), id(self.dynamics), id(self.value and self.value.network), self.selection
+        networks = id(self.network), id(self.dynamics), id(self.value and self.value.network)
+        return type(self), *networks, self.selection, self.mirror is None
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
         """Sample, simulate, select; leaves the trace of the decision in `detail`."""
@@ -165,7 +170,9 @@ def candidates_of(
     """
     views = [agent._views(history) for agent, history in zip(agents, histories, strict=True)]
     noises = [agent._noises() for agent in agents]
-    chunks = agents[0].network.run(np.concatenate(views), np.concatenate([part for both in noises for part in both]))
+    noise = np.concatenate([part for both in noises for part in both])
+    flips = [flip for agent, seen in zip(agents, views, strict=True) for flip in agent.flips(len(seen))]
+    chunks = sampled(agents[0].network, np.concatenate(views), noise, agents[0].mirror, flips)
     each = np.split(chunks, np.cumsum([len(view) for view in views])[:-1])
     parts = [
         (mine[: agent.selection.own], mine[agent.selection.own :]) for agent, mine in zip(agents, each, strict=True)

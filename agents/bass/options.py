@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping
 
-from movingout.agents.agent_options import ticks_between_decisions
+from movingout.agents.agent_options import ticks_between_decisions, yes_or_no
 from movingout.agents.checkpoint.card import Card, SelectionSpec
 from movingout.agents.errors import AgentError, CheckpointError
+from movingout.agents.inference.mirror import FeatureMirror
+from movingout.agents.observation.features import FeatureSet
 
 SAMPLINGS = {
     "4": {"own": 4, "partner": 4, "combine": "independent"},
@@ -26,14 +28,17 @@ _CHOICES: dict[str, tuple[object, ...]] = {
 
 def check_live(
     card: Card, execute: int = 0, simulator: str = "", partner: str = "policy",
-    sampling: str | int = "", score: str = "", sub_steps: int = 0,
+    sampling: str | int = "", score: str = "", sub_steps: int = 0, mirrored: bool | str = False,
 ) -> None:  # fmt: skip
     """Raises AgentError for options with which no agent can be made of the card, or none that plays with people."""
     selection = chosen_selection(card, str(sampling), score, sub_steps)
+    simulates = simulator or selection.simulator
     if card.network.picture:
         check_picture(card, simulator, partner, selection)
     elif chosen_simulation(card, selection, simulator, partner)[0] == "oracle":
         raise AgentError(f"{card.id}: simulator=oracle needs the world itself, which matches without people have only")
+    if yes_or_no("mirrored", mirrored):
+        check_mirrored(card, simulates, selection)
     ticks_between_decisions(execute, card.network.horizon)
 
 
@@ -84,3 +89,14 @@ def check_picture(card: Card, simulator: str, partner: str, selection: Selection
             f"{card.id} sees pictures: it takes simulator=learned, partner=policy and score=tcl only; "
             f"not {simulator or 'learned'}, {partner}, {selection.score}"
         )
+
+
+def check_mirrored(card: Card, simulator: str, selection: SelectionSpec) -> None:
+    """Raises AgentError where a part of the agent has no mirror: its policy, its simulator or its score."""
+    FeatureMirror(FeatureSet.of(card.network))
+    if simulator == "learned":
+        raise AgentError(f"{card.id}: mirrored=yes is for simulator=engine; the learned simulator has no mirror")
+    if selection.score == "tcl":
+        raise AgentError(f"{card.id}: mirrored=yes is for score=value, nfd or nfd+ac; tcl has no mirror")
+    if selection.score == "value" and card.value is not None:
+        FeatureMirror(FeatureSet(card.value.layout))

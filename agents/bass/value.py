@@ -18,7 +18,8 @@ import numpy as np
 
 from movingout.agents.bass.state_vector import states_of
 from movingout.agents.checkpoint.card import ValueSpec
-from movingout.agents.inference.network import Network
+from movingout.agents.inference.mirror import FeatureMirror
+from movingout.agents.inference.network import Network, Singles
 from movingout.maps import MapSpec
 from movingout.world.metrics import WEIGHTS, normalized_final_distance
 from movingout.world.observation import ITEM_SLOTS, encoder
@@ -35,6 +36,8 @@ class Value:
 
     spec: ValueSpec
     network: Network
+    mirror: FeatureMirror | None = None
+    """With it a state is worth the mean of what the network says of it and of its mirror image."""
 
     def scores_of(self, views: Sequence[ValueQuery], rows: Sequence[Floats], depth: int) -> list[Floats]:
         """Scores (R,) per query, of its moving rows (R, 58): progress after `depth` ticks plus discounted value.
@@ -50,13 +53,20 @@ class Value:
         looked = [
             _encoded(*view, np.concatenate([rows[index] for index in group]), layout) for view, group in groups.items()
         ]
-        features = np.concatenate([seen for seen, _ in looked])
-        follows = self.network(features=features.astype(np.float32))[0]
+        follows = self._of(np.concatenate([seen for seen, _ in looked]).astype(np.float32))
         done = np.concatenate([done for _, done in looked])
         scores = (done[:, None] if follows.ndim == 2 else done) + self.spec.discount**depth * follows
         parts = np.split(scores, np.cumsum([len(rows[index]) for index in order])[:-1])
         found = dict(zip(order, parts, strict=True))
         return [found[index] for index in range(len(views))]
+
+    def _of(self, features: Singles) -> Singles:
+        """What follows (R,) or (R, members)."""
+        follows: Singles = self.network(features=features)[0]
+        if self.mirror is None:
+            return follows
+        image: Singles = self.network(features=self.mirror.image(features))[0]
+        return (follows + image) / np.float32(2.0)
 
 
 def _encoded(map_spec: MapSpec, seat: int, rows: Floats, layout: str) -> tuple[Floats, Floats]:

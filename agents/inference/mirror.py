@@ -27,15 +27,29 @@ class FeatureMirror:
         """Raises AgentError for a layout without one."""
         mirror = seen.mirror
         if mirror is None:
-            raise AgentError(f"mirrored=yes is for policies that see their own frame, not the layout {seen.layout}")
+            raise AgentError(f"mirrored=yes is for agents that see their own frame, not the layout {seen.layout}")
         self._order, self._signs = mirror[0], mirror[1].astype(np.float32)
+
+    def image(self, features: Singles) -> Singles:
+        """Features (..., D) as the mirrored state has them."""
+        image: Singles = features[..., self._order] * self._signs
+        return image
 
     def sample(self, network: "PolicyNetwork", histories: Singles, noise: Singles, flips: Sequence[bool]) -> Singles:
         """Chunks (B, H, 5) for observations (B, To, D), through the mirror where `flips` (B) says so."""
         through: npt.NDArray[np.bool_] = np.array(flips)[:, None, None]
-        seen = np.where(through, histories[..., self._order] * self._signs, histories)
-        chunks = network.run(seen, noise)
+        chunks = network.run(np.where(through, self.image(histories), histories), noise)
         back = chunks.copy()
         back[..., _SIN] *= -1.0
         drawn: Singles = np.where(through, back, chunks)
         return drawn
+
+
+def sampled(
+    network: "PolicyNetwork", histories: Singles, noise: Singles, mirror: FeatureMirror | None, flips: Sequence[bool]
+) -> Singles:
+    """Chunks (B, H, 5) for observations (B, To, D), through the mirror, if there is one, where `flips` (B) says so."""
+    if mirror is None or not any(flips):
+        chunks: Singles = network.run(histories, noise)
+        return chunks
+    return mirror.sample(network, histories, noise, flips)

@@ -17,7 +17,7 @@ from movingout.agents.agent_options import ticks_between_decisions
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.grasp_encoding import toggles
-from movingout.agents.inference.mirror import FeatureMirror
+from movingout.agents.inference.mirror import FeatureMirror, sampled
 from movingout.agents.inference.network import PolicyNetwork, Singles
 from movingout.agents.observation.features import FeatureSet, in_frame
 from movingout.maps import MapSpec
@@ -75,7 +75,7 @@ class PolicyAgent:
         self.execute = min(ticks_between_decisions(execute, spec.horizon) or spec.execute, spec.horizon)
         self.detail: dict[str, object] = {}
         self.features = FeatureSet.of(spec)
-        self._mirror = FeatureMirror(self.features) if mirrored else None
+        self.mirror = FeatureMirror(self.features) if mirrored else None
         self._history: list[Singles] = []
         self._past: deque[WorldState] = deque(maxlen=self.features.memory_ticks + 1)
         self._trail: deque[Floats] = deque(maxlen=STANDSTILL_TICKS)
@@ -134,6 +134,10 @@ class PolicyAgent:
         drawn = self.network.noise(count, self.random)
         return drawn * np.float32(self.spec.restless) if self._stands_still() else drawn
 
+    def flips(self, count: int) -> list[bool]:
+        """Which of so many samples are drawn through the mirror."""
+        return [self.mirror is not None and self.random.random() < 0.5 for _ in range(count)]
+
     def _stands_still(self) -> bool:
         trail = np.array(self._trail)
         return len(trail) == STANDSTILL_TICKS and bool(
@@ -190,12 +194,9 @@ class PolicyAgent:
 def _sampled(agents: Sequence[PolicyAgent], histories: Singles) -> Singles:
     """A chunk of each agent (B, H, 5), for observations (B, To, D); its generator draws noise, then the mirror."""
     noise = np.concatenate([agent.noise(1) for agent in agents])
-    mirrors = [agent._mirror for agent in agents]
-    flips = [mirror is not None and agent.random.random() < 0.5 for agent, mirror in zip(agents, mirrors, strict=True)]
-    mirror = next((one for one in mirrors if one is not None), None)
-    if mirror is None or not any(flips):
-        return agents[0].network.run(histories, noise)
-    return mirror.sample(agents[0].network, histories, noise, flips)
+    flips = [flip for agent in agents for flip in agent.flips(1)]
+    mirror = next((agent.mirror for agent in agents if agent.mirror), None)
+    return sampled(agents[0].network, histories, noise, mirror, flips)
 
 
 def _in_arena_frame(agents: Sequence[PolicyAgent], chunks: Singles, states: Sequence[WorldState]) -> Singles:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def load_bass(
     checkpoint: Checkpoint, execute: int = 0, simulator: str = "", partner: str = "policy",
-    sampling: str | int = "", score: str = "", sub_steps: int = 0,
+    sampling: str | int = "", score: str = "", sub_steps: int = 0, mirrored: bool | str = False,
 ) -> Agent:  # fmt: skip
     """The agent of a checkpoint; the options are explained in `agents.bass.loading.bass_agent`."""
     from movingout.agents.bass.loading import bass_agent
@@ -32,6 +32,7 @@ def load_bass(
         sampling=str(sampling),
         score=score,
         sub_steps=sub_steps,
+        mirrored=mirrored,
     )  # `sampling=4` comes as a number
 
 

@@ -10,7 +10,7 @@ from movingout.agents.live_options import check_live_agent
 POSSIBLE = (
     "scripted:seed=3,patience=40,yields=1", "person:name=B07", "greedy:order=far", "novice:learns_in=100", "idle:lag=3",
     "late:agent=scripted:seed=4;patience=40,delay=2", "late:agent=bass@any:sub_steps=20", "clone",
-    "clone:policy=dp@any",
+    "clone:policy=dp@any", "bass@any:mirrored=yes",
     "dp@any:mirrored=yes,execute=4", "gru@all:execute=2", "bass@any:partner=motion,sub_steps=20", "bass@all:sampling=4",
     "bass@all:simulator=engine", "bass@all:lag=1", "latent@families:seed=3", "latent@families:z=0/0/0/0/1/0/0/0",
 )  # fmt: skip
@@ -21,10 +21,12 @@ IMPOSSIBLE = {
     "bass@any:sampling=3": "sampling is one of 4, 2x2, 4x4, 8x2",
     "bass@any:sub_steps=7": "sub_steps is one of 20, 10",
     "bass@any:execute=99": "execute is a whole number of ticks from 1 to",
-    "bass@any:speed=3": "options: execute, simulator, partner, sampling, score, sub_steps",
+    "bass@any:speed=3": "options: execute, simulator, partner, sampling, score, sub_steps, mirrored",
     "bass@any:lag=11": "lag is a whole number of ticks from 1 to 10",
     "dp@any:mirrored=perhaps": "mirrored is yes or no",
     "dp@all:mirrored=yes": "own frame",
+    "bass@all:mirrored=yes": "own frame",
+    "bass@any:mirrored=2": "mirrored is yes or no",
     "mlp@all:execute=nan": "execute is a whole number",
     "latent@families:z=1/2": "z has 8 numbers",
     "latent@families:seed=x": "seed is a whole number",

@@ -69,6 +69,31 @@ def test_the_decision_on_the_mirrored_state_is_the_mirrored_decision() -> None:
     assert np.mean(through) < 1.5
 
 
+@pytest.mark.parametrize("name", MAPS)
+def test_bass_decides_on_the_mirrored_state_what_is_the_mirror_image(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Exactly: what is drawn directly here is drawn through the mirror there, with the same noise."""
+    here, there = load_map(name), load_map(f"{name}:mirror")
+    past = states_of(here)
+    seen = []
+    for the_map, states, chances in (
+        (here, past, (True, False, False, True, True, False)),
+        (there, [mirrored(state) for state in past], (False, True, True, False, False, True)),
+    ):
+        agent = cast(PolicyAgent, load_agent("bass@any:mirrored=yes"))
+        agent.reset(EpisodeInfo(the_map, 0, 1, 500))
+        monkeypatch.setattr(agent, "flips", lambda count, chances=chances: list(chances[:count]))
+        agent._past.extend(states)
+        agent._remember(observe(the_map, states[-1], 0))
+        chunk = agent.decide(states[-1], agent._stacked())
+        seen.append((np.array(agent.detail["scores"]), np.array(chunk, np.float64)))
+    (scores, chunk), (image_scores, image) = seen
+    assert len(scores) == 4 and np.ptp(scores) > 0
+    np.testing.assert_allclose(image_scores, scores, atol=2e-3)  # contacts in the engine are not quite symmetric
+    np.testing.assert_allclose(image, chunk * SIN, atol=1e-3)
+
+
 def test_the_option_is_off_unless_it_is_asked_for() -> None:
     the_map = load_map("HandOff")
     past = [next(rollout(the_map, (load_agent("idle"), load_agent("idle")), seed=0, ticks=1)).before]
@@ -97,8 +122,10 @@ def test_a_batch_of_both_decides_as_each_alone() -> None:
 @pytest.mark.parametrize(
     ("agent_id", "sentence"),
     [
-        ("dp@all:mirrored=yes", "mirrored=yes is for policies that see their own frame, not the layout aware-v1"),
+        ("dp@all:mirrored=yes", "mirrored=yes is for agents that see their own frame, not the layout aware-v1"),
         ("dp@any:mirrored=perhaps", "mirrored is yes or no, not 'perhaps'"),
+        ("bass@any:mirrored=perhaps", "mirrored is yes or no, not 'perhaps'"),
+        ("bass@all:mirrored=yes", "mirrored=yes is for agents that see their own frame, not the layout aware-v1"),
     ],
 )
 def test_where_there_is_no_mirror_it_is_refused(agent_id: str, sentence: str) -> None:
