@@ -110,8 +110,8 @@ def test_in_forced_colours_the_time_line_the_arrow_of_a_list_and_the_answer_can_
 ) -> None:
     page = annotating(open_page, server, forced_colors="active", reduced_motion="reduce")
     speed = page.get_by_label("Speed")
-    assert drawn(page.locator("#line"))[:, 4:-4].any(axis=0).all()
-    assert drawn(speed)[8:-8, -32:-8].any()
+    until(page, lambda: drawn(page.locator("#line"))[:, 4:-4].any(axis=0).all())
+    until(page, lambda: drawn(speed)[8:-8, -32:-8].any())
     yes = page.locator("#confirmed")
     page.keyboard.press("1")
     first = page.locator(".annotate-finding").first
@@ -119,6 +119,15 @@ def test_in_forced_colours_the_time_line_the_arrow_of_a_list_and_the_answer_can_
     expect(yes).to_have_attribute("aria-pressed", "true")
     grounds = [one.evaluate(GROUND) for one in (yes, page.locator("#rejected"))]
     assert grounds[0] != grounds[1]
+
+
+def until(page: Page, seen: Callable[[], bool]) -> None:
+    """A busy machine draws late."""
+    for _ in range(50):
+        if seen():
+            return
+        page.wait_for_timeout(100)
+    assert seen()
 
 
 def drawn(place: Locator) -> np.ndarray:

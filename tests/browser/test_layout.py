@@ -94,8 +94,10 @@ def assert_inside(page: Page, selector: str) -> Box:
     return found
 
 
+# What is in an input scrolls: how long the link to a room is depends on the letters of its code.
 CUT_OFF = """
-window.cutOff = (part) => !part.closest("svg") && getComputedStyle(part).position !== "absolute"
+window.cutOff = (part) => !part.closest("svg") && !part.matches("input")
+  && getComputedStyle(part).position !== "absolute"
   && part.scrollWidth > part.clientWidth + 1 && part.clientWidth > 1 && getComputedStyle(part).display !== "inline";
 """
 
