@@ -15,13 +15,16 @@ from tests.agents.learning import recorded
 
 A_FEW = ["--preset", "paper", "--updates", "2", "--batch", "8", "--evaluate-every", "2", "--precision", "fp32"]
 
+FEWER_STEPS = ["--sample-steps", "4"]
+"""Instead of 36, each of which is a copy of the network in the exported graph: a minute and a half."""
+
 
 @pytest.mark.slow
 def test_each_kind_is_trained_with_the_papers_network(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     recordings = [str(recorded(tmp_path / "r", f"e{k}", 40, k, (f"a{k}", f"b{k}"))) for k in range(3)]
     the_map = load_map("HandOff")
-    for kind, more in (("mlp", []), ("gru", []), ("dp", []), ("bass", ["--base", "dp@paper"])):
+    for kind, more in (("mlp", []), ("gru", []), ("dp", FEWER_STEPS), ("bass", ["--base", "dp@paper"])):
         assert main(["train", kind, "--id", f"{kind}@paper", *A_FEW, *more, *recordings]) == 0
         agent = load_agent(f"{kind}@paper")
         agent.reset(EpisodeInfo(the_map, 0, 0, 40))
