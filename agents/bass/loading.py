@@ -1,9 +1,9 @@
 """The agent of a checkpoint of kind bass."""
 
+from movingout.agents.agent_options import yes_or_no
 from movingout.agents.bass.agent import BassAgent, RandomPartnerBassAgent, SingleAgentBassAgent
 from movingout.agents.bass.engine_agent import EngineBassAgent, OracleBassAgent
 from movingout.agents.bass.latent.picture_agent import PictureBassAgent
-from movingout.agents.agent_options import yes_or_no
 from movingout.agents.bass.options import check_mirrored, check_picture, chosen_selection, chosen_simulation
 from movingout.agents.bass.partner_motion import MotionBassAgent
 from movingout.agents.bass.progress import LearnedProgress
@@ -46,7 +46,9 @@ def bass_agent(
     kind = _CLASSES[chosen_simulation(card, selection, simulator, partner)]
     network = shared_policy_network(card.network, checkpoint.read("policy.onnx"))
     dynamics = None if issubclass(kind, EngineBassAgent) else shared_network(checkpoint.read("dynamics.onnx"))
-    return kind(card.network, network, dynamics, selection, execute, _estimator(checkpoint, selection, through), through)
+    return kind(
+        card.network, network, dynamics, selection, execute, _estimator(checkpoint, selection, through), through
+    )
 
 
 def _picture_agent(checkpoint: Checkpoint, execute: int, selection: SelectionSpec) -> BassAgent:
