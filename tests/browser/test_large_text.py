@@ -1,0 +1,99 @@
+"""Letters of twice the size (WCAG 1.4.4), as browsers offer for text alone: nothing lies over anything."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from movingout.recordings import finalise
+from tests.browser import study_fake as fake
+from tests.browser.pages import admin_token, overflow
+from tests.browser.study_fake import FakeStudy
+from tests.browser.support import Server
+from tests.recordings.support import record
+
+OpenPage = Callable[..., Page]
+
+TWICE = """() => {
+  const all = [...document.querySelectorAll("body, body *")];
+  const sizes = all.map((one) => parseFloat(getComputedStyle(one).fontSize));
+  all.forEach((one, index) => { one.style.fontSize = `${2 * sizes[index]}px`; });
+}"""
+# Pairs of texts of which one covers the other; what is scrolled out of sight or cut off covers nothing.
+COVERED = """() => {
+  const inSight = (element, { left, top, right, bottom }) => {
+    for (let one = element; one; one = one.parentElement) {
+      if (getComputedStyle(one).overflowX === "visible") continue;
+      const frame = one.getBoundingClientRect();
+      left = Math.max(left, frame.left);
+      right = Math.min(right, frame.right);
+      top = Math.max(top, frame.top);
+      bottom = Math.min(bottom, frame.bottom);
+    }
+    return { left, top, right, bottom };
+  };
+  const texts = [], walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  for (let node; (node = walker.nextNode()); ) {
+    const parent = node.parentElement;
+    if (!node.data.trim() || !parent.checkVisibility() || parent.closest(".sr-only, option, noscript")) continue;
+    const range = document.createRange();
+    range.selectNodeContents(node);
+    for (const box of range.getClientRects()) texts.push({ node, box: inSight(parent, box) });
+  }
+  const covered = [];
+  texts.forEach((one, index) => texts.slice(index + 1).forEach((other) => {
+    if (one.node === other.node) return;
+    const wide = Math.min(one.box.right, other.box.right) - Math.max(one.box.left, other.box.left);
+    const high = Math.min(one.box.bottom, other.box.bottom) - Math.max(one.box.top, other.box.top);
+    if (wide > 3 && high > 5) covered.push(`${one.node.data.trim()} / ${other.node.data.trim()}`);
+  }));
+  return covered;
+}"""
+PHONE: dict[str, Any] = {"viewport": {"width": 375, "height": 553}, "has_touch": True}
+WINDOW: dict[str, Any] = {"viewport": {"width": 1280, "height": 800}}
+
+
+def faults(page: Page) -> list[str]:
+    page.evaluate(TWICE)
+    covered: list[str] = page.evaluate(COVERED)
+    return covered + [f"{too_wide} px too wide" for too_wide in [overflow(page)] if too_wide > 0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("window", [PHONE, WINDOW], ids=["phone", "desktop"])
+def test_every_page_beside_the_game_can_be_read(server: Server, open_page: OpenPage, window: dict[str, Any]) -> None:
+    episode = f"large-{window['viewport']['width']}"
+    ended: dict[str, Any] = {"outcome": "left", "map_name": "SequentialRotations"}
+    finalise(record(server.data / "recordings", ticks=60, episode_id=episode, **ended)[0])
+    room = server.make_room("Simple", blue="idle", red="idle", limit_ticks=30)
+    token = f"sessionStorage.setItem('movingout.admin', '{admin_token(server)}')"
+    ready = {
+        room["watch_path"]: "#result h2",
+        "/recordings": "#rows tr",
+        f"/replay/{episode}": "#events li",
+        "/editor": "#arena",
+        "/admin": "[data-room]",
+    }
+    wrong = {}
+    for path, selector in ready.items():
+        page = open_page("/healthz", None, f"if (location.protocol !== 'about:') {token}", **window)
+        page.goto(f"{path}?lang=de")
+        expect(page.locator(selector).first).to_be_visible(timeout=30_000)
+        for summary in page.locator("summary:visible").all():
+            summary.click()
+        wrong[path] = faults(page)
+        page.context.close()
+    assert wrong == {path: [] for path in ready}
+
+
+def test_where_controls_are_tried_the_name_of_the_device_covers_no_word(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.input_check(), fake.code())
+    page = open_page("/healthz", **PHONE)
+    study.open(page)
+    expect(page.locator(".check-panel .pill")).to_be_visible()
+    pill, up = page.locator(".check-panel .pill"), page.locator(".check-up")
+    assert pill.evaluate("one => getComputedStyle(one.parentElement).position") == "absolute"  # beside the cross
+    assert faults(page) == []
+    boxes = [one.bounding_box() for one in (pill, up)]
+    assert boxes[0] and boxes[1] and boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"]
