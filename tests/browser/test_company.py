@@ -153,6 +153,20 @@ def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server,
     expect(blue.locator("#problem")).to_be_hidden()
 
 
+def test_escape_answers_the_question_whether_to_stop_with_no(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    start(page)
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Stop the game").press("Enter")
+    expect(page.get_by_role("button", name="No, keep playing")).to_be_focused()
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("button", name="Continue")).to_be_focused()
+    assert page.evaluate("window.__movingout.phase") == "paused"
+    page.keyboard.press("Escape")
+    wait_for(page, "game.phase === 'playing'")
+
+
 @pytest.mark.slow
 def test_who_has_no_pauses_left_can_still_stop(server: Server, open_page: OpenPage, pictures: Path) -> None:
     """Stopping is behind the pause: without one nobody could end the game but by closing the page."""

@@ -73,6 +73,14 @@ export class Panels {
     this.#stopping = false;
   }
 
+  /** Answers the question with no; returns whether it was asked. */
+  refuseStop() {
+    const asked = this.#stopping;
+    this.forgetStop();
+    if (asked) this.#overlayKey = "?";
+    return asked;
+  }
+
   /**
    * Shows that the game is over for this page, why, and where to go.
    * @param {import("../wire/connection.js").Ending} ending
@@ -241,10 +249,7 @@ export class Panels {
   /** @param {Game} game */
   #sure(game) {
     const people = game.room?.seats.filter(({ kind }) => kind === "human").length ?? 0;
-    const no = () => {
-      this.#stopping = false;
-      this.#overlayKey = "?";
-    };
+    const no = () => this.refuseStop();
     const yes = () => {
       no();
       this.actions.stop();

@@ -375,7 +375,8 @@ class Play {
       !event.repeat &&
       !typing &&
       !this.#settings.isOpen &&
-      !this.#study?.isAsking
+      !this.#study?.isAsking &&
+      !this.#panels.refuseStop()
     )
       this.#togglePause(true);
   }
