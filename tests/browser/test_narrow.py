@@ -14,7 +14,7 @@ from tests.browser import study_fake
 from tests.browser.install import find_chromium
 from tests.browser.pages import admin_token, complaining_page, overflow
 from tests.browser.study_fake import FakeStudy
-from tests.browser.support import FLAGS, Server, wait_for
+from tests.browser.support import FLAGS, Server, start, wait_for
 from tests.browser.test_layout import CUT_OFF, PARTS, THUMBS, Window, apart, assert_inside, in_window, scrolls
 from tests.browser.test_study_experimenter import UNLOCKED, FakeDashboard
 from tests.recordings.support import record
@@ -134,6 +134,21 @@ def test_the_smallest_windows_hold_a_round(server: Server, open_page: OpenPage, 
     assert not scrolls(page)
     page.locator("#overlay button").last.scroll_into_view_if_needed()
     assert_inside(page, "#overlay button:last-of-type")
+
+
+@pytest.mark.parametrize("size", [(375, 553), (320, 568)], ids=str)
+def test_words_about_the_connection_cross_no_line_of_the_stick_s_zone(
+    server: Server, open_page: OpenPage, size: tuple[int, int]
+) -> None:
+    room = server.make_room("Simple", red="idle")
+    page = open_page(room["join_path"], room, **in_window(Window(*size, True, 0)))
+    start(page, tap=True)
+    words = "pill.className = 'pill pill-bad'; pill.textContent = 'stockt'"
+    measured = f"""pill => {{ pill.setAttribute = () => {{}}; {words};
+      const [inner, outer] = [pill, document.querySelector('#stick')].map((one) => one.getBoundingClientRect());
+      return [inner.width > 0, inner.left - outer.left, inner.top - outer.top, outer.right - inner.right]; }}"""
+    shown, *inside = page.locator("#connection").evaluate(measured)
+    assert shown and min(inside) > 2, inside
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
