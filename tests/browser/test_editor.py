@@ -133,6 +133,12 @@ def test_the_whole_map_is_drawn_by_keyboard(open_page: OpenPage) -> None:
     ready(page)
 
 
+def test_what_is_written_in_arabic_begins_at_the_right(open_page: OpenPage) -> None:
+    page = open_page("/editor")
+    for field in ("Title", "Description"):
+        assert page.get_by_label(field).evaluate("(one) => getComputedStyle(one).unicodeBidi") == "plaintext", field
+
+
 def test_a_screen_reader_hears_what_the_keys_do(open_page: OpenPage) -> None:
     page = ready(open_page("/editor"))
     page.locator("#arena").focus()
