@@ -14,7 +14,11 @@ LONGEST_SENTENCE = 500
 
 
 def located(sentence: str, error: BaseException) -> str:
-    """The sentence about an exception, with the place in brackets behind it; long ones lose the end of their words."""
+    """The sentence about an exception, with the place in brackets behind it; long ones lose the end of their words.
+
+    It is one line, whatever the exception says: of several lines, of nothing.
+    """
+    sentence = " ".join(sentence.split()).rstrip(": ")
     place = fault_place(error)
     behind = f" ({place})" if place else ""
     return sentence[: LONGEST_SENTENCE - len(behind)] + behind
@@ -45,8 +49,16 @@ def _lines(traceback: TracebackType | None) -> list[tuple[Path, int]]:
 
 
 def _belongs(path: Path) -> bool:
-    """Whether a file is of this package, of Python itself, or no file at all (`<frozen importlib._bootstrap>`)."""
-    if str(path).startswith("<") or path.is_relative_to(_PRODUCT) or _is_in(path, (_PRODUCT.resolve(),)):
+    """Whether a file is of this package, of Python itself, or no file at all (`<frozen importlib._bootstrap>`).
+
+    Compiled libraries name the source that they were made from (`numpy/random/_common.pyx`), which is not here.
+    """
+    if (
+        str(path).startswith("<")
+        or path.suffix in (".pyx", ".pxd", ".pxi")
+        or path.is_relative_to(_PRODUCT)
+        or _is_in(path, (_PRODUCT.resolve(),))
+    ):
         return True
     return _is_in(path, _STANDARD) and not _is_in(path, _INSTALLED)
 

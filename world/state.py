@@ -21,3 +21,13 @@ class WorldState:
     robot_velocities: Floats  # (2, 3) vx, vy [units/s], angular [rad/s]
     held: Ints  # (2,) index into the items, -1 for none
     item_poses: Floats  # (N, 3) x, y, angle
+
+    def copy(self) -> "WorldState":
+        """The same with arrays of its own: for code of others, which may write into what it is given."""
+        return WorldState(
+            self.tick,
+            self.robot_poses.copy(),
+            self.robot_velocities.copy(),
+            self.held.copy(),
+            self.item_poses.copy(),
+        )

@@ -35,7 +35,7 @@ class SeatPlayer:
     def action(self, state: WorldState) -> tuple[float, float, float]:
         """The world action for the coming tick. Raises AgentError for an invalid chunk."""
         if not self._rows:
-            observation = observe(self.episode.map, state, self.episode.seat)
+            observation = observe(self.episode.map, state.copy(), self.episode.seat)
             chunk: ActionChunk = checked_chunk(self.agent.act(observation))
             self._rows = list(chunk[: rows_to_execute(self.agent, chunk)])
         return world_action(self._rows.pop(0))

@@ -54,7 +54,7 @@ class PartnerSeat:
         """The action (4,) of the coming tick. Raises AgentError for what the agent raises, and for a wrong answer."""
         if not self._rows:
             with self._named("act()"):
-                chunk = checked_chunk(self._agent.act(observe(self._episode.map, state, self._episode.seat)))
+                chunk = checked_chunk(self._agent.act(observe(self._episode.map, state.copy(), self._episode.seat)))
             self._rows = list(np.array(chunk[: rows_to_execute(self._agent, chunk)]))
         return self._rows.pop(0)
 

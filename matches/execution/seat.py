@@ -39,7 +39,8 @@ class MatchSeat:
         self.group: Hashable = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
 
     def observation(self) -> Observation:
-        return observe(self.episode.map, self.state, self.episode.seat)
+        """What the agent sees now. Its arrays are its own: the metrics and the other seat see what was played."""
+        return observe(self.episode.map, self.state.copy(), self.episode.seat)
 
     def take(self, chunk: Floats, rows: list[WorldAction]) -> None:
         """Keep the rows of a chunk (H, 4) that are to be played; `rows` is the chunk as world actions."""

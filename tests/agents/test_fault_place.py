@@ -25,6 +25,15 @@ def in_numpy():
 
 def in_the_standard_library():
     return json.loads("{")
+
+def in_compiled_code():
+    return np.random.default_rng(0).normal(scale=-1.0)
+
+def in_two_lines():
+    raise ValueError("this\\nand that")
+
+def without_a_word():
+    raise StopIteration
 """
 
 
@@ -45,7 +54,9 @@ def defined_in(path: Path, name: str) -> Callable[[], object]:
     return found
 
 
-@pytest.mark.parametrize(("name", "line"), [("plain", 5), ("in_numpy", 8), ("in_the_standard_library", 11)])
+@pytest.mark.parametrize(
+    ("name", "line"), [("plain", 5), ("in_numpy", 8), ("in_the_standard_library", 11), ("in_compiled_code", 14)]
+)
 def test_libraries_below_the_own_line_are_passed_over(
     name: str, line: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -83,6 +94,18 @@ def test_a_long_message_keeps_its_place(tmp_path: Path) -> None:
     error = caught(defined_in(tmp_path / "own" / "policy.py", "plain"))
     sentence = located("x" * 9000, error)
     assert len(sentence) == LONGEST_SENTENCE and sentence.endswith("x (own/policy.py, line 5)")
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("in_two_lines", "red raised ValueError: this and that (own/policy.py, line 17)"),
+        ("without_a_word", "red raised StopIteration (own/policy.py, line 20)"),
+    ],
+)
+def test_a_fault_is_one_line_whatever_the_exception_says(name: str, sentence: str, tmp_path: Path) -> None:
+    error = caught(defined_in(tmp_path / "own" / "policy.py", name))
+    assert located(f"red raised {type(error).__name__}: {error}", error) == sentence
 
 
 @pytest.mark.parametrize(

@@ -130,6 +130,16 @@ class Late:
         raise ValueError("no camera")
 
 
+class Scribbling:
+    def reset(self, episode):
+        pass
+
+    def act(self, observation):
+        observation.state.item_poses[:] = 0
+        observation.state.robot_poses[:] = 0
+        return [[0, 1, 0, 0]]
+
+
 class Wrong:
     def reset(self, episode):
         pass
@@ -154,6 +164,19 @@ def test_what_a_partner_raises_names_it_and_its_line(tmp_path: Path, monkeypatch
     env.reset(seed=0)
     with pytest.raises(AgentError, match=r"the partner raising_partner:Wrong: an action chunk has shape \(H, 4\)"):
         env.step(STILL)
+
+
+def test_what_a_partner_writes_into_its_observation_changes_no_reward(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "scribbling_partner.py").write_text(RAISING)
+    monkeypatch.syspath_prepend(tmp_path)
+    rewards = []
+    for partner in ("idle", "scribbling_partner:Scribbling"):
+        env = SeatEnv(partner=partner, reward="paper-dense")
+        env.reset(seed=0)
+        rewards.append([env.step(STILL)[1] for _ in range(5)])
+    assert rewards[0] == rewards[1]
 
 
 def test_a_misspelt_option_of_make_is_answered_with_the_right_one() -> None:

@@ -9,6 +9,7 @@ from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.matches import play
 from movingout.matches.errors import MatchError
 from movingout.recordings import read_episode
+from movingout.world.state import Floats
 
 
 class Counting:
@@ -49,6 +50,51 @@ def test_objects_give_the_result_that_ids_give() -> None:
     assert (
         play("scripted", Counting, ticks=40)[0].play_hash
         == play("scripted", f"{__name__}:Counting", ticks=40)[0].play_hash
+    )
+
+
+class Circling(Counting):
+    """Its robot goes in circles; `seen` are the states that it was shown."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.seen: list[Floats] = []
+
+    def act(self, observation: Observation) -> ActionChunk:
+        state, turn = observation.state, 0.1 * observation.tick
+        self.seen.append(
+            np.concatenate([state.robot_poses, state.robot_velocities, state.item_poses, [[*state.held, 0]]])
+        )
+        return np.array([[1.0, np.cos(turn), np.sin(turn), 0.0]])
+
+
+class Scribbling(Circling):
+    """The same, but it writes into what it was shown, as code does that normalises in place."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        answer = super().act(observation)
+        state = observation.state
+        for array in (state.robot_poses, state.robot_velocities, state.item_poses, state.held):
+            array *= 0
+        return answer
+
+
+def test_what_an_agent_writes_into_its_observation_changes_no_recording_and_is_not_seen_by_its_partner(
+    tmp_path: Path,
+) -> None:
+    partners = Circling(), Circling()
+    results = [
+        play(agent, partner, "HandOff", ticks=30, record=tmp_path / type(agent).__name__)[0]
+        for agent, partner in zip((Circling(), Scribbling()), partners, strict=True)
+    ]
+    assert np.array_equal(partners[0].seen, partners[1].seen)
+    # blue's hand 0 of a scribbled state holds an item: it would have waited from the first tick to the last
+    assert results[0].metrics == results[1].metrics and results[0].play_hash == results[1].play_hash
+    one, other = (read_episode(Path(result.recording)) for result in results)
+    assert np.array_equal(
+        one.to_frame().filter(regex="^(item|blue|red)").select_dtypes("number"),
+        other.to_frame().filter(regex="^(item|blue|red)").select_dtypes("number"),
+        equal_nan=True,
     )
 
 
