@@ -100,6 +100,7 @@ def _room(room: Room) -> dict[str, Any]:
         "reason_code": room.notice.code,
         "reason_values": room.notice.values,
         "map": room.round.map.name,
+        "title": room.round.map.title,
         "round": room.series.index + 1,
         "rounds": len(room.config.maps),
         "tick": room.round.state.tick,

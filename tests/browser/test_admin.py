@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from movingout.maps import load_map
+from movingout.maps.json_format import map_to_json
 from movingout.recordings import finalise
 from tests.browser.pages import admin_token, complaining_page, overflow, violations
 from tests.browser.support import PHONE, Server
@@ -53,6 +54,14 @@ def test_a_new_room_appears_without_a_reload_and_closing_needs_a_yes(server: Ser
     row.get_by_role("button", name="Close").click()
     page.get_by_role("button", name="Close the room").click()
     expect(row).to_have_count(0)
+
+
+def test_a_room_on_a_drawn_map_is_listed_with_its_title(server: Server, open_page: OpenPage) -> None:
+    drawn = map_to_json(replace(load_map("LeftRight"), name="map-w2xkq", title="Grandma's kitchen"))
+    seats = [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]
+    room = server.post("/api/rooms", {"maps": [], "map": drawn, "seats": seats})["room"]
+    page = open_page("/admin", script=unlocked(server))
+    expect(page.locator(f"[data-room='{room}']")).to_contain_text("Grandma's kitchen")
 
 
 def test_all_rooms_of_an_address_are_closed_at_once(server: Server, open_page: OpenPage) -> None:

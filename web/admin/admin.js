@@ -89,7 +89,7 @@ function showRoom(room) {
     room: [room.room],
     phase: [phaseWords(room), ...remark(remarkWords(room))],
     seats: [seats(room)],
-    map: [mapTitle({ name: room.map }), ...remark(delivered(room))],
+    map: [mapTitle({ name: room.map, title: room.title }), ...remark(delivered(room))],
     time: [timeWords(room)],
     link: [pill(linkPill(room))],
     recording: [pill(recordingPill(room))],

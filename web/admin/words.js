@@ -18,7 +18,8 @@ import { has, say } from "../text/catalogue.js";
  * @property {string} reason in English
  * @property {string} reason_code
  * @property {Record<string, any>} reason_values
- * @property {string} map
+ * @property {string} map its name
+ * @property {string} title the map's, which tells maps of somebody's own apart
  * @property {number} round from 1
  * @property {number} rounds
  * @property {number} tick

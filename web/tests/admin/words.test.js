@@ -57,6 +57,7 @@ const ROOM = {
   reason_code: "",
   reason_values: {},
   map: "HandOff",
+  title: "Hand Off",
   round: 1,
   rounds: 1,
   tick: 1,
