@@ -200,6 +200,7 @@ async def _spawn(link: socket.socket, file: IO[bytes], thread_cores: float) -> a
         stdin=asyncio.subprocess.DEVNULL,
         pass_fds=(link.fileno(), file.fileno()),
         env={**os.environ, **ONE_THREAD},
+        process_group=0,  # Ctrl-C is the server's affair, also while the worker still imports
     )
 
 

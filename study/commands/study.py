@@ -16,7 +16,7 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.study.commands import backup, data
 from movingout.study.design.allocation import Visit, letters
 from movingout.study.design.consent_text import unfilled
-from movingout.study.design.review import Review, review
+from movingout.study.design.review import Review, own_agents_tried, review
 from movingout.study.design.study_file import read_study
 from movingout.study.design.templates import LANGUAGES, template_names, template_text
 from movingout.study.errors import StudyError
@@ -75,7 +75,7 @@ def _new(args: argparse.Namespace) -> int:
 
 
 def _check(args: argparse.Namespace) -> int:
-    found = review(read_study(args.file))
+    found = own_agents_tried(review(read_study(args.file)))
     if args.json:
         print(json.dumps(_document(found), indent=2, ensure_ascii=False))
     else:

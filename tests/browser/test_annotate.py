@@ -110,8 +110,8 @@ def test_in_forced_colours_the_time_line_the_arrow_of_a_list_and_the_answer_can_
 ) -> None:
     page = annotating(open_page, server, forced_colors="active", reduced_motion="reduce")
     speed = page.get_by_label("Speed")
-    until(page, lambda: drawn(page.locator("#line"))[:, 4:-4].any(axis=0).all())
-    until(page, lambda: drawn(speed)[8:-8, -32:-8].any())
+    until(page, lambda: bool(drawn(page.locator("#line"))[:, 4:-4].any(axis=0).all()))
+    until(page, lambda: bool(drawn(speed)[8:-8, -32:-8].any()))
     yes = page.locator("#confirmed")
     page.keyboard.press("1")
     first = page.locator(".annotate-finding").first

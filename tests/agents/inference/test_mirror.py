@@ -86,8 +86,8 @@ def test_bass_decides_on_the_mirrored_state_what_is_the_mirror_image(
         monkeypatch.setattr(agent, "flips", lambda count, chances=chances: list(chances[:count]))
         agent._past.extend(states)
         agent._remember(observe(the_map, states[-1], 0))
-        chunk = agent.decide(states[-1], agent._stacked())
-        seen.append((np.array(agent.detail["scores"]), np.array(chunk, np.float64)))
+        decided = np.array(agent.decide(states[-1], agent._stacked()), np.float64)
+        seen.append((np.array(agent.detail["scores"]), decided))
     (scores, chunk), (image_scores, image) = seen
     assert len(scores) == 4 and np.ptp(scores) > 0
     np.testing.assert_allclose(image_scores, scores, atol=2e-3)  # contacts in the engine are not quite symmetric

@@ -134,6 +134,15 @@ def test_a_killed_worker_is_replaced_and_its_seats_go_on() -> None:
     with_pool(scenario)
 
 
+def test_ctrl_c_at_the_terminal_does_not_reach_a_worker_that_still_imports() -> None:
+    async def scenario(pool: AgentPool) -> None:
+        await until(lambda: bool(pool.report()[0]["pid"]))
+        pid = int(pool.report()[0]["pid"])
+        assert os.getpgid(pid) != os.getpgid(0)
+
+    with_pool(scenario)
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGUSR1])
 def test_a_signal_to_the_whole_group_leaves_the_workers_to_their_server(number: signal.Signals) -> None:
     """SIGUSR1 lets rounds end: the agents that play in them went at once, where a service manager signals all."""

@@ -103,6 +103,25 @@ def test_the_recommended_study_has_no_weakness_of_design(tmp_path: Path, capsys:
     assert [line.partition(" ")[0] for line in found] == ["protocol"]  # its number
 
 
+BROKEN = """
+class Broken:
+    def __init__(self):
+        raise OSError("weights.pt is not there")
+"""
+
+
+def test_an_agent_of_ones_own_that_cannot_be_made_is_told_by_check_and_not_in_a_round(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "my_agent.py").write_text(BROKEN)
+    monkeypatch.chdir(tmp_path)
+    file = Path(written("human_study", tmp_path))
+    file.write_text(file.read_text(encoding="utf-8").replace("bass@all", "my_agent:Broken"), encoding="utf-8")
+    assert main(["study", "check", str(file), "--json"]) == 1
+    (sentence,) = json.loads(capsys.readouterr().out)["missing"]
+    assert "my_agent:Broken" in sentence and "weights.pt is not there (my_agent.py, line 4)" in sentence
+
+
 def test_a_missing_model_is_named_and_the_check_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "study.yaml"
     file.write_text(template_text("agent_survey").replace("agent: scripted}\n\nb", "agent: nobody@all}\n\nb"))

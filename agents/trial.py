@@ -1,0 +1,41 @@
+"""An agent plays a tick in another process: what only its own code shows, without running it here."""
+
+import subprocess
+import sys
+
+from movingout.agents.built_in import BUILT_IN
+from movingout.agents.catalogue import id_parts
+from movingout.agents.errors import AgentError
+from movingout.agents.llm.model_id import LLM
+from movingout.recordings.recorded_seat import GHOST
+
+LIMIT_S = 90.0  # as long as a server waits for one that loads
+_OURS = "movingout: "  # begins the sentence of a command
+
+
+class NotReadyError(AgentError):
+    """It took too long, which another map would not change."""
+
+
+def runs_own_code(agent_id: str) -> bool:
+    """Whether the agent is somebody's own: a class, a policy of another library, one of an installed package."""
+    reference, _ = id_parts(agent_id)
+    return reference not in BUILT_IN and reference not in (LLM, GHOST) and "@" not in reference
+
+
+def play_a_tick(agent_id: str, the_map: str) -> None:
+    """Raises AgentError for an agent that cannot be made, or not play on the map (a name or a file)."""
+    words = "agents", "probe", agent_id, "--map", the_map, "--ticks", "1", "--json"
+    command = [sys.executable, "-P", "-m", "movingout.server.cli", *words]
+    try:
+        played = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", timeout=LIMIT_S)
+    except subprocess.TimeoutExpired as late:
+        if late.stdout:  # it has played, but a thread that the agent started keeps its process alive
+            return
+        raise NotReadyError(f"the partner {agent_id} was not ready within {LIMIT_S:.0f} s") from None
+    if played.stdout:  # its times, also where the first decision takes longer than a tick
+        return
+    said = [line.removeprefix(_OURS) for line in played.stderr.splitlines() if line.startswith(_OURS)]
+    if not said:
+        raise AgentError(f"making the partner {agent_id} ended its process ({played.returncode})")
+    raise AgentError(said[-1] if agent_id in said[-1] else f"the partner {agent_id} cannot play: {said[-1]}")
