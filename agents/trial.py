@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from movingout.agents.built_in import BUILT_IN
+from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN
 from movingout.agents.catalogue import id_parts
 from movingout.agents.errors import AgentError
 from movingout.agents.llm.model_id import LLM
@@ -18,8 +18,13 @@ class NotReadyError(AgentError):
 
 
 def runs_own_code(agent_id: str) -> bool:
-    """Whether the agent is somebody's own: a class, a policy of another library, one of an installed package."""
-    reference, _ = id_parts(agent_id)
+    """Whether the agent may be somebody's own: a class, a policy of another library, one of an installed package.
+
+    One around another agent counts as such. Raises AgentError for an id that is none.
+    """
+    reference, options = id_parts(agent_id)
+    if reference in AROUND_OTHERS and "agent" in options:  # `late:agent=my_agent:Mine`
+        return True
     return reference not in BUILT_IN and reference not in (LLM, GHOST) and "@" not in reference
 
 

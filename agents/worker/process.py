@@ -2,7 +2,7 @@
 
 Requests that wait at the same time for agents with the same networks are answered in one batch.
 
-Started by `server.agent_workers.process` as `python -m movingout.agents.worker.process SOCKET_FD HEARTBEAT_FD CORES`;
+Started by `server.agent_workers.process` with the arguments SOCKET_FD HEARTBEAT_FD CORES;
 ends when the socket closes, and when an agent computes more than CORES in threads of its own, which nothing else ends.
 """
 
@@ -12,7 +12,6 @@ import select
 import signal
 import socket
 import statistics
-import sys
 import threading
 import time
 from collections.abc import Hashable
@@ -313,7 +312,3 @@ def _end_with_parent(parent: int) -> None:
     while os.getppid() == parent:
         time.sleep(1.0)
     os._exit(0)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

@@ -29,6 +29,10 @@ HANG_S = {
     "loading": 90.0,
     "overrun": 2.0,
 }  # seconds in one phase after which the worker is replaced
+PROGRAM = (  # Ctrl-C is the server's affair, also while the worker still imports
+    "import signal, sys; signal.signal(signal.SIGINT, signal.SIG_IGN); "
+    "from movingout.agents.worker.process import main; main(sys.argv[1:])"
+)
 WATCH_EVERY_S = 0.25
 STILL_S = 1.0  # a sleep of WATCH_EVERY_S that takes longer
 QUICK_DEATH_S = 1.0  # a worker that died younger than this is not replaced at once
@@ -192,15 +196,13 @@ class AgentProcess:
 
 
 async def _spawn(link: socket.socket, file: IO[bytes], thread_cores: float) -> asyncio.subprocess.Process:
-    arguments = ["-P", "-m", "movingout.agents.worker.process", str(link.fileno()), str(file.fileno())]
-    arguments += [str(thread_cores)]
+    arguments = ["-P", "-c", PROGRAM, str(link.fileno()), str(file.fileno()), str(thread_cores)]
     return await asyncio.create_subprocess_exec(
         sys.executable,
         *arguments,
         stdin=asyncio.subprocess.DEVNULL,
         pass_fds=(link.fileno(), file.fileno()),
         env={**os.environ, **ONE_THREAD},
-        process_group=0,  # Ctrl-C is the server's affair, also while the worker still imports
     )
 
 

@@ -111,7 +111,7 @@ def _print(found: Review) -> None:
 
 def _counts(found: Review) -> list[str]:
     counts = {
-        "agent# missing": len(found.missing),
+        "agent# that cannot play": len(found.missing),
         "text# missing": len(found.untranslated),
         "blank# to fill in": len(found.unfilled),
         "number# wrong": len(found.contradictions),

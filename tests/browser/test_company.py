@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Page, Route, expect
 
 from movingout.server.rooms.time_limits import PAUSES
-from tests.browser.pages import violations
+from tests.browser.pages import admin_token, violations
 from tests.browser.support import Server, start, wait_for
 
 OpenPage = Callable[..., Page]
@@ -165,6 +165,21 @@ def test_escape_answers_the_question_whether_to_stop_with_no(server: Server, ope
     assert page.evaluate("window.__movingout.phase") == "paused"
     page.keyboard.press("Escape")
     wait_for(page, "game.phase === 'playing'")
+
+
+def test_escape_leaves_the_words_that_the_game_is_over(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    start(page)
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Stop the game").press("Enter")
+    expect(page.get_by_role("button", name="No, keep playing")).to_be_focused()
+    server.request(f"/api/admin/rooms/{room['room']}/close", {}, admin_token(server))
+    over = page.locator("#overlay[data-kind=over]")
+    expect(over).to_be_visible()
+    page.keyboard.press("Escape")
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    expect(over).to_be_visible()
 
 
 @pytest.mark.slow

@@ -104,6 +104,7 @@ export class Panels {
         say("play.over.lobby"),
       ),
     ];
+    this.#stopping = false; // Escape has nothing to answer any more
     this.#overlayKey = "over";
     this.#show("over", panel("", el("p", { role: "alert" }, sentence), el("div", { class: "row" }, ...buttons)));
     this.#ready.hidden = true;

@@ -4,12 +4,16 @@ import asyncio
 import os
 import re
 import signal
+import subprocess
+import sys
 import time
-from collections.abc import Awaitable, Callable
-from typing import NoReturn, cast
+from collections.abc import Awaitable, Callable, Coroutine
+from pathlib import Path
+from typing import Any, NoReturn, cast
 
 import numpy as np
 import pytest
+import uvloop
 
 from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.agents.observation.seat_observation import start_state
@@ -34,7 +38,11 @@ def state_at(tick: int) -> WorldState:
     return WorldState(tick, state.robot_poses, state.robot_velocities, state.held, state.item_poses)
 
 
-def with_pool(scenario: Callable[[AgentPool], Awaitable[None]], thread_cores: float = MOST_CORES) -> None:
+def with_pool(
+    scenario: Callable[[AgentPool], Awaitable[None]],
+    thread_cores: float = MOST_CORES,
+    run: Callable[[Coroutine[Any, Any, None]], None] = asyncio.run,
+) -> None:
     async def use() -> None:
         pool = AgentPool(workers=1, thread_cores=thread_cores)
         await pool.start()
@@ -43,7 +51,7 @@ def with_pool(scenario: Callable[[AgentPool], Awaitable[None]], thread_cores: fl
         finally:
             await pool.close()
 
-    asyncio.run(use())
+    run(use())
 
 
 async def until(condition: Callable[[], bool]) -> None:
@@ -134,13 +142,26 @@ def test_a_killed_worker_is_replaced_and_its_seats_go_on() -> None:
     with_pool(scenario)
 
 
-def test_ctrl_c_at_the_terminal_does_not_reach_a_worker_that_still_imports() -> None:
-    async def scenario(pool: AgentPool) -> None:
-        await until(lambda: bool(pool.report()[0]["pid"]))
-        pid = int(pool.report()[0]["pid"])
-        assert os.getpgid(pid) != os.getpgid(0)
+def test_ctrl_c_at_the_terminal_does_not_end_a_worker_that_still_imports(tmp_path: Path) -> None:
+    package = tmp_path / "movingout" / "agents" / "worker"
+    package.mkdir(parents=True)
+    interrupted = "import os, signal; os.kill(os.getpid(), signal.SIGINT)"
+    (package / "process.py").write_text(f"{interrupted}\ndef main(arguments):\n    print(*arguments)\n")
+    command = [sys.executable, "-S", "-c", process.PROGRAM, "3", "4"]  # -S: only the package above
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (ended.stdout, ended.stderr) == ("3 4\n", "")
 
-    with_pool(scenario)
+
+@pytest.mark.parametrize("run", [asyncio.run, uvloop.run])
+def test_a_worker_starts_on_the_loop_of_a_server_and_on_that_of_a_service_of_agents(
+    run: Callable[[Coroutine[Any, Any, None]], None],
+) -> None:
+    async def scenario(pool: AgentPool) -> None:
+        seat = open_seat(pool, f"{HERE}:Forward")
+        await until(lambda: seat.ready)
+
+    with_pool(scenario, run=run)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGUSR1])

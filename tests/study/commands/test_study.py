@@ -122,12 +122,24 @@ def test_an_agent_of_ones_own_that_cannot_be_made_is_told_by_check_and_not_in_a_
     assert "my_agent:Broken" in sentence and "weights.pt is not there (my_agent.py, line 4)" in sentence
 
 
+@pytest.mark.parametrize("agent", ["people", "dp@all:execute", "late:agent=my_agent:Nope"])
+def test_an_agent_that_cannot_be_is_one_sentence_of_the_whole_report(
+    agent: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = Path(written("human_study", tmp_path))
+    text = file.read_text(encoding="utf-8").replace("agent: bass@all", f"agent: '{agent}'")
+    file.write_text(text, encoding="utf-8")
+    assert main(["study", "check", str(file), "--json"]) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert len(document["missing"]) == 1 and document["timeline"]
+
+
 def test_a_missing_model_is_named_and_the_check_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "study.yaml"
     file.write_text(template_text("agent_survey").replace("agent: scripted}\n\nb", "agent: nobody@all}\n\nb"))
     assert main(["study", "check", str(file)]) == 1
     page = capsys.readouterr().out
-    assert "missing: unknown agent 'nobody@all'" in page and "not ready: 1 agent missing" in page
+    assert "missing: unknown agent 'nobody@all'" in page and "not ready: 1 agent that cannot play" in page
 
 
 def test_an_agent_with_options_that_cannot_be_is_named_before_any_participant_meets_it(
@@ -137,7 +149,11 @@ def test_an_agent_with_options_that_cannot_be_is_named_before_any_participant_me
     file.write_text(template_text("agent_survey").replace("agent: scripted}\n\nb", "agent: 'bass@any:partner=x'}\n\nb"))
     assert main(["study", "check", str(file)]) == 1
     page = capsys.readouterr().out
-    assert "missing: bass@any: simulator=" in page and "not engine, x" in page and "not ready: 1 agent missing" in page
+    assert (
+        "missing: bass@any: simulator=" in page
+        and "not engine, x" in page
+        and "not ready: 1 agent that cannot play" in page
+    )
 
 
 def test_faults_are_listed_with_their_lines_and_the_exit_code_is_two(
