@@ -18,7 +18,7 @@ def located(sentence: str, error: BaseException) -> str:
 
     It is one line, whatever the exception says: of several lines, of nothing.
     """
-    sentence = " ".join(sentence.split()).rstrip(": ")
+    sentence = " ".join(sentence.removesuffix(": ").split())
     place = fault_place(error)
     behind = f" ({place})" if place else ""
     return sentence[: LONGEST_SENTENCE - len(behind)] + behind
