@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, Route, expect
 
 from movingout.recordings.annotation.verdicts import VERDICTS_NAME, verdicts_of
 from tests.browser.pages import admin_token, overflow, violations
@@ -73,6 +73,23 @@ def test_all_findings_are_judged_with_the_keyboard_and_an_answer_can_be_changed(
     expect(page.locator("#progress")).to_have_text("2 of 2 judged", timeout=30_000)
 
 
+def test_who_chooses_another_finding_while_a_verdict_is_saved_stays_there(
+    open_page: OpenPage, server: Server, folder: Path
+) -> None:
+    page = annotating(open_page, server)
+    held: list[Route] = []
+    page.route("**/api/findings/verdicts", lambda route: held.append(route))
+    with page.expect_request("**/api/findings/verdicts"):
+        page.keyboard.press("1")
+    page.locator(".annotate-finding").last.click()
+    page.locator("#note").fill("seen from afar")
+    held[0].continue_()
+    expect(page.locator("#progress")).to_have_text("1 of 2 judged")
+    expect(page.locator(".annotate-finding").last).to_have_attribute("aria-current", "true")
+    expect(page.locator("#note")).to_have_value("seen from afar")
+    assert judged(folder) == ["confirmed"]
+
+
 @pytest.mark.slow
 def test_the_excerpt_plays_around_the_finding_and_can_be_watched_again(
     open_page: OpenPage, server: Server, folder: Path
@@ -110,24 +127,16 @@ def test_in_forced_colours_the_time_line_the_arrow_of_a_list_and_the_answer_can_
 ) -> None:
     page = annotating(open_page, server, forced_colors="active", reduced_motion="reduce")
     speed = page.get_by_label("Speed")
-    until(page, lambda: bool(drawn(page.locator("#line"))[:, 4:-4].any(axis=0).all()))
-    until(page, lambda: bool(drawn(speed)[8:-8, -32:-8].any()))
+    assert drawn(page.locator("#line"))[:, 4:-4].any(axis=0).all()
+    assert drawn(speed)[8:-8, -32:-8].any()
     yes = page.locator("#confirmed")
     page.keyboard.press("1")
+    expect(page.locator("#progress")).to_have_text("1 of 2 judged")
     first = page.locator(".annotate-finding").first
     first.click()
     expect(yes).to_have_attribute("aria-pressed", "true")
     grounds = [one.evaluate(GROUND) for one in (yes, page.locator("#rejected"))]
     assert grounds[0] != grounds[1]
-
-
-def until(page: Page, seen: Callable[[], bool]) -> None:
-    """A busy machine draws late."""
-    for _ in range(50):
-        if seen():
-            return
-        page.wait_for_timeout(100)
-    assert seen()
 
 
 def drawn(place: Locator) -> np.ndarray:

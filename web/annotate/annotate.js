@@ -74,7 +74,8 @@ class AnnotatePage {
   /** @type {import("../replay/data.js").Replay | null} */
   #replay = null;
   #stopsAt = Infinity; // ticks; where the excerpt ends, unless somebody moves on
-  #saving = false;
+  /** @type {Set<Finding>} whose verdicts are on their way */
+  #saving = new Set();
 
   /** @param {Finding[]} findings @param {Record<string, Said>} said @param {string} annotator @param {string} token */
   constructor(findings, said, annotator, token) {
@@ -130,8 +131,8 @@ class AnnotatePage {
   /** @param {Verdict} verdict */
   async judge(verdict) {
     const finding = this.#current;
-    if (finding === null || this.#saving) return;
-    this.#saving = true;
+    if (finding === null || this.#saving.has(finding)) return;
+    this.#saving.add(finding);
     const said = { verdict, note: noteInput.value.trim() };
     try {
       const body = { finding: finding.id, annotator: this.annotator, ...said };
@@ -141,8 +142,9 @@ class AnnotatePage {
       if (!(error instanceof ApiError)) throw error;
       return this.#problem(error);
     } finally {
-      this.#saving = false;
+      this.#saving.delete(finding);
     }
+    if (this.#current !== finding) return this.#showList(); // another one was chosen meanwhile
     const next = nextOpen(this.shown, this.said, finding.id);
     if (next) void this.open(next);
     else this.#finished();
