@@ -9,7 +9,7 @@ from movingout.agents.errors import AgentError
 from movingout.agents.llm.model_id import LLM
 from movingout.recordings.recorded_seat import GHOST
 
-LIMIT_S = 90.0  # as long as a server waits for one that loads
+LIMIT_S = 90.0
 _OURS = "movingout: "  # begins the sentence of a command
 
 

@@ -119,26 +119,37 @@ def agent_ids(study: Study) -> tuple[str, ...]:
 
 
 def _missing(study: Study) -> Iterator[str]:
-    for name in agent_ids(study):
-        try:
-            check_live_agent(name)
-        except AgentError as error:
-            yield str(error)
+    return filter(None, map(_fault_of, agent_ids(study)))
+
+
+def _fault_of(name: str) -> str:
+    """Why no room could play an agent, as far as its id tells."""
+    try:
+        check_live_agent(name)
+    except AgentError as error:
+        return str(error)
+    return ""
 
 
 def own_agents_tried(found: Review) -> Review:
-    """The same once agents of one's own have played a tick on the first map, in other processes: this takes seconds."""
+    """The same once each agent of one's own has played a tick where it is met, in another process: this takes seconds."""
     missing = list(found.missing)
-    the_map = found.study.blocks[0].maps[0]
     for name in agent_ids(found.study):
-        if any(name in sentence for sentence in missing):
+        if _fault_of(name) or not runs_own_code(name):
             continue
         try:
-            if runs_own_code(name):
-                play_a_tick(name, the_map)
+            play_a_tick(name, _first_map(found.study, name))
         except AgentError as error:
             missing.append(str(error))
     return replace(found, missing=tuple(missing))
+
+
+def _first_map(study: Study, agent: str) -> str:
+    """The first map that an agent is met on."""
+    if study.practice and not study.practice.tutorial and study.group == 1 and study.practice.agent == agent:
+        return study.practice.map
+    met = (block.maps[0] for block in study.blocks if agent in {study.partner(one).agent for one in block.partners})
+    return next(met, study.blocks[0].maps[0])
 
 
 # ---- weaknesses of the design -----------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Page, Route, expect
@@ -153,13 +154,17 @@ def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server,
     expect(blue.locator("#problem")).to_be_hidden()
 
 
-def test_escape_answers_the_question_whether_to_stop_with_no(server: Server, open_page: OpenPage) -> None:
-    room = server.practice()
+def asked_whether_to_stop(room: dict[str, Any], open_page: OpenPage) -> Page:
     page = open_page(room["join_path"], room)
     start(page)
     page.keyboard.press("Escape")
     page.get_by_role("button", name="Stop the game").press("Enter")
     expect(page.get_by_role("button", name="No, keep playing")).to_be_focused()
+    return page
+
+
+def test_escape_answers_the_question_whether_to_stop_with_no(server: Server, open_page: OpenPage) -> None:
+    page = asked_whether_to_stop(server.practice(), open_page)
     page.keyboard.press("Escape")
     expect(page.get_by_role("button", name="Continue")).to_be_focused()
     assert page.evaluate("window.__movingout.phase") == "paused"
@@ -169,11 +174,7 @@ def test_escape_answers_the_question_whether_to_stop_with_no(server: Server, ope
 
 def test_escape_leaves_the_words_that_the_game_is_over(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
-    page = open_page(room["join_path"], room)
-    start(page)
-    page.keyboard.press("Escape")
-    page.get_by_role("button", name="Stop the game").press("Enter")
-    expect(page.get_by_role("button", name="No, keep playing")).to_be_focused()
+    page = asked_whether_to_stop(room, open_page)
     server.request(f"/api/admin/rooms/{room['room']}/close", {}, admin_token(server))
     over = page.locator("#overlay[data-kind=over]")
     expect(over).to_be_visible()

@@ -67,9 +67,10 @@ def open_seat(pool: AgentPool, agent: str) -> AgentSeat:
 
 async def ask(seat: AgentSeat, tick: int) -> AgentAnswer:
     """One tick as a patient room would run it."""
-    decisions, failures = seat.decisions, seat.failures
+    failures = seat.failures
     seat.observe(state_at(tick), tick, time.monotonic() + PATIENCE_S)
-    await until(lambda: seat.decisions > decisions or seat.failures > failures or bool(seat.failed))
+    # not any answer: a worker that was replaced may answer an earlier tick first
+    await until(lambda: seat.decision_trace[0] == tick or seat.failures > failures or bool(seat.failed))
     return seat.answer(tick)
 
 

@@ -1,6 +1,7 @@
 """`movingout study` on the command line."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -120,6 +121,30 @@ def test_an_agent_of_ones_own_that_cannot_be_made_is_told_by_check_and_not_in_a_
     assert main(["study", "check", str(file), "--json"]) == 1
     (sentence,) = json.loads(capsys.readouterr().out)["missing"]
     assert "my_agent:Broken" in sentence and "weights.pt is not there (my_agent.py, line 4)" in sentence
+
+
+ONE_MAP = """
+class OneMap:
+    def reset(self, episode):
+        if episode.map.name != "FourCorners":
+            raise ValueError(f"I know FourCorners, not {episode.map.name}")
+
+    def act(self, observation):
+        return [[0.0, 1.0, 0.0, 0.0]]
+"""
+
+
+def test_an_agent_of_ones_own_for_some_maps_is_tried_on_one_that_it_is_met_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "my_agent.py").write_text(ONE_MAP)
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "study.yaml"
+    text = template_text("agent_survey").replace("agent: scripted}\n\nb", "agent: 'my_agent:OneMap'}\n\nb")
+    for the_map, sentences in (("HandOff", 1), ("FourCorners", 0)):
+        file.write_text(re.sub(r"maps: \[.*\]", f"maps: [{the_map}]", text), encoding="utf-8")
+        main(["study", "check", str(file), "--json"])
+        assert len(json.loads(capsys.readouterr().out)["missing"]) == sentences
 
 
 @pytest.mark.parametrize("agent", ["people", "dp@all:execute", "late:agent=my_agent:Nope"])
