@@ -73,6 +73,7 @@ class Dynamics(nn.Module):
     scale: Tensor
     constant_mean: Tensor
     constant_scale: Tensor
+    learned: Tensor  # indices of the numbers of a state that the network predicts
 
     def __init__(self, spec: DynamicsSpec) -> None:
         super().__init__()
@@ -81,6 +82,10 @@ class Dynamics(nn.Module):
         self.register_buffer("scale", torch.ones(MOVING_WIDTH))
         self.register_buffer("constant_mean", torch.zeros(CONSTANT_WIDTH))
         self.register_buffer("constant_scale", torch.ones(CONSTANT_WIDTH))
+        hands = [] if spec.grasping else range(HELD_START, ITEMS_START)
+        items = [] if spec.rigid else range(ITEMS_START, MOVING_WIDTH)
+        learned = torch.tensor([*range(HELD_START), *hands, *items])
+        self.register_buffer("learned", learned, persistent=False)
 
     def fit_normaliser(self, change: Tensor, constants: Tensor) -> None:
         """Take the size of changes (M, 58) and the spread of constants (M, 146) from training data."""
@@ -93,13 +98,6 @@ class Dynamics(nn.Module):
     def of_map(self, constant: Tensor) -> Tensor:
         """Normalised constants."""
         return ((constant - self.constant_mean) * self.constant_scale).clamp(-4.0, 4.0)
-
-    @property
-    def learned(self) -> list[int]:
-        """Indices of the numbers of a state that the network predicts."""
-        hands = [] if self.spec.grasping else range(HELD_START, ITEMS_START)
-        items = [] if self.spec.rigid else range(ITEMS_START, MOVING_WIDTH)
-        return [*range(HELD_START), *hands, *items]
 
     def advance(self, state: Tensor, constant: Tensor, actions: Tensor) -> Tensor:
         """The next moving state (B, 58), with one-hot hands, and items moved by their holders."""

@@ -93,13 +93,16 @@ def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> FitRe
     done = made = 0
     for stage in fits:
 
-        def losses(network: nn.Module, stage: FitStage = stage) -> Losses:
+        def draw() -> Batch:
+            return _batch(data, random.choice(train, config.batch), torch.device("cpu"))
+
+        def losses(network: nn.Module, *batch: Tensor, stage: FitStage = stage) -> Losses:
             assert isinstance(network, Dynamics)
-            return stage.losses(network, _batch(data, random.choice(train, config.batch), network.scale.device))
+            return stage.losses(network, batch)
 
         stage.prepare(dynamics)
         validate = partial(_validation, data, held_out)
-        task = TrainingTask(dynamics, losses, validate, -(-updates // len(fits)), random, len(train))
+        task = TrainingTask(dynamics, losses, validate, -(-updates // len(fits)), random, len(train), draw)
         trained = fit(task, config, folder / stage.name)
         assert isinstance(trained.network, Dynamics)
         dynamics = trained.network.cpu().requires_grad_(True)

@@ -98,7 +98,8 @@ class Diffusion:
         """Squared error of the noise, (B, H, 5)."""
         noise = torch.randn_like(chunk)
         step = torch.randint(self.train_steps, (chunk.shape[0],), device=chunk.device)
-        alpha = self.alphas.to(chunk.device)[step][:, None, None]
+        self.alphas = self.alphas.to(chunk.device)  # kept: no copy from the CPU in every update on a GPU
+        alpha = self.alphas[step][:, None, None]
         noisy = alpha.sqrt() * chunk + (1 - alpha).sqrt() * noise
         return (denoiser(noisy, step / self.train_steps, condition) - noise) ** 2
 

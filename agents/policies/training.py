@@ -54,15 +54,19 @@ def train_policy(
     ]
     updates = math.ceil(config.epochs * len(train) / config.batch) if config.epochs else config.updates
 
-    def losses(network: nn.Module) -> Losses:
-        return _losses(network, config, windows, random.choice(train, config.batch), change)
+    def draw() -> tuple[Tensor, Tensor]:
+        return change(*_batch(windows, random.choice(train, config.batch), config))
+
+    def losses(network: nn.Module, observation: Tensor, chunk: Tensor) -> Losses:
+        return _losses(network, config.grasp_weight, observation, chunk)
 
     def validate(network: nn.Module) -> Losses:
         with torch.random.fork_rng(drawing_devices(network)):
             torch.manual_seed(1)
-            return _losses(network, config, windows, held_out)
+            observation, chunk = _batch(windows, held_out, config)
+            return _losses(network, config.grasp_weight, observation, chunk)
 
-    trained = fit(TrainingTask(policy, losses, validate, updates, random, len(train)), config, folder)
+    trained = fit(TrainingTask(policy, losses, validate, updates, random, len(train), draw), config, folder)
     assert isinstance(trained.network, Policy)
     return FitResult(trained.network.cpu(), trained.updates, trained.made)
 
@@ -95,19 +99,18 @@ def _unchanged(observation: Tensor, chunk: Tensor) -> tuple[Tensor, Tensor]:
     return observation, chunk
 
 
-def _losses(
-    network: nn.Module, config: PolicyConfig, windows: Windows, rows: Indices, augmentation: Augmentation = _unchanged
-) -> Losses:
+def _batch(windows: Windows, rows: Indices, config: PolicyConfig) -> tuple[Tensor, Tensor]:
+    """Observations (B, To, D) and chunks (B, H, 5)."""
+    observation = windows.observations(rows, config.obs_horizon)
+    return torch.from_numpy(observation), torch.from_numpy(windows.chunks(rows, config.horizon))
+
+
+def _losses(network: nn.Module, grasp_weight: float, observation: Tensor, chunk: Tensor) -> Losses:
     assert isinstance(network, Policy)
     device = network.mean.device
-    observation, chunk = augmentation(
-        torch.from_numpy(windows.observations(rows, config.obs_horizon)),
-        torch.from_numpy(windows.chunks(rows, config.horizon)),
-    )
-    observation, chunk = observation.to(device), chunk.to(device)
-    each = network.loss(observation, chunk).float()
+    each = network.loss(observation.to(device), chunk.to(device)).float()
     motion, grasp = each[..., :MOTION].mean(), each[..., MOTION:].mean()
-    return {"loss": motion + config.grasp_weight * grasp, "motion": motion.detach(), "grasp": grasp.detach()}
+    return {"loss": motion + grasp_weight * grasp, "motion": motion.detach(), "grasp": grasp.detach()}
 
 
 def fit_normaliser(policy: Policy, windows: Windows) -> None:

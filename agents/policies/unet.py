@@ -104,11 +104,11 @@ class _Convolution(nn.Conv1d):
             return functional.linear(chunk, self.weight[:, :, 0], self.bias)
         firsts = range(-padding, ticks + padding - size + 1, self.stride[0])
         taps = [tap for tap in range(size) if any(0 <= first + tap < ticks for first in firsts)]  # others see padding
-        seen = torch.tensor([first + tap for first in firsts for tap in taps], device=chunk.device)
-        inside = ((seen >= 0) & (seen < ticks)).to(chunk.dtype)[:, None]
-        columns = chunk.index_select(1, seen.clamp(0, ticks - 1)) * inside
+        padded = functional.pad(chunk, (0, 0, padding, padding))
+        last = self.stride[0] * (len(firsts) - 1) + 1
+        columns = torch.cat([padded[:, tap : tap + last : self.stride[0]] for tap in taps], dim=2)
         weight = self.weight.transpose(1, 2)[:, taps[0] : taps[-1] + 1].reshape(self.out_channels, -1)
-        return functional.linear(columns.reshape(-1, len(firsts), weight.shape[1]), weight, self.bias)
+        return functional.linear(columns, weight, self.bias)
 
 
 class _Doubling(nn.ConvTranspose1d):

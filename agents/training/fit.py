@@ -23,12 +23,13 @@ from torch.utils.tensorboard import SummaryWriter
 
 from movingout.agents.errors import DataError
 from movingout.agents.training.display import TrainingDisplay
+from movingout.agents.training.gradients import Gradients, Losses
 from movingout.agents.training.optimisation import Optimisation
 from movingout.agents.training.run_folder import RESUME
 
 NetworkT = TypeVar("NetworkT", bound=nn.Module, covariant=True)
-Losses = dict[str, Tensor]
 SEED_STRIDE = 1_000_003  # between the seeds of two runs, more than a run has updates
+MANY = 50_000  # updates that are worth the minutes of compilation on a GPU
 SAVE_SECONDS = 300.0  # at most so much is lost of a training that is stopped, however slow its updates are
 
 
@@ -36,15 +37,17 @@ SAVE_SECONDS = 300.0  # at most so much is lost of a training that is stopped, h
 class TrainingTask:
     """What is fitted: a network, the losses of a batch by name (`loss` is minimised), and those of validation.
 
-    Both functions are given a network that may be on a GPU, and move their batches to its device.
+    All are given a network that may be on a GPU. A batch that `draw` returns is on the CPU, always of the same shapes,
+    and is moved to the network's device; tasks without `draw` draw in `losses`, and move what they drew themselves.
     """
 
     network: nn.Module
-    losses: Callable[[nn.Module], Losses]
+    losses: Callable[..., Losses]  # of the network and the tensors of a batch
     validate: Callable[[nn.Module], Losses]
     updates: int
     random: np.random.Generator  # draws the batches; noise is drawn by torch
     rows: int  # that batches are drawn from
+    draw: Callable[[], tuple[Tensor, ...]] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +66,7 @@ class _State:
     network: nn.Module
     average: nn.Module
     optimiser: torch.optim.Optimizer
+    gradients: Gradients
     update: int = 0
 
 
@@ -75,8 +79,13 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
     torch.set_num_threads(config.threads)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     network = task.network.to(device)
-    optimiser = torch.optim.AdamW(network.parameters(), lr=config.rate, weight_decay=config.decay)
-    state = _State(network, copy.deepcopy(network).requires_grad_(False), optimiser)
+    optimiser = torch.optim.AdamW(
+        network.parameters(), lr=config.rate, weight_decay=config.decay, fused=device.type == "cuda"
+    )
+    mixed = config.precision == "bf16" or (config.precision == "auto" and _faster_in_bf16(device))
+    losses_of = _compiled(task.losses) if _is_compiled(task, config, device) else task.losses
+    gradients = Gradients(network, losses_of, task.draw, device, mixed)
+    state = _State(network, _copied(network), optimiser, gradients)
     folder.mkdir(parents=True, exist_ok=True)
     torch.manual_seed(config.seed * SEED_STRIDE)
     _resume(state, task, config, folder / RESUME)
@@ -91,7 +100,7 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
         TrainingDisplay(task.updates, begun_at, console) as display,
     ):
         while state.update < task.updates:
-            losses = _update(state, task, config, device)
+            losses = _update(state, task, config)
             display.show(state.update, losses["loss"].item)
             is_evaluated = state.update % config.evaluate_every == 0 or state.update == task.updates
             if is_evaluated:
@@ -108,16 +117,34 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
     return FitResult(state.average.eval(), state.update, state.update - begun_at)
 
 
-def _update(state: _State, task: TrainingTask, config: Optimisation, device: torch.device) -> Losses:
+def _is_compiled(task: TrainingTask, config: Optimisation, device: torch.device) -> bool:
+    if config.compile == "auto":
+        return device.type == "cuda" and task.updates >= MANY
+    return config.compile == "yes"
+
+
+def _compiled(losses: Callable[..., Losses]) -> Callable[..., Losses]:
+    """The same losses in fewer kernels; where something cannot be compiled, it runs as it is."""
+    torch._dynamo.config.suppress_errors = True
+    compiled: Callable[..., Losses] = torch.compile(losses, dynamic=False)
+    return compiled
+
+
+def _copied(network: nn.Module) -> nn.Module:
+    """A copy for the moving average; recurrent layers have their weights in one piece again, as a GPU wants them."""
+    copied = copy.deepcopy(network).requires_grad_(False)
+    for layer in copied.modules():
+        if isinstance(layer, nn.RNNBase):
+            layer.flatten_parameters()
+    return copied
+
+
+def _update(state: _State, task: TrainingTask, config: Optimisation) -> Losses:
     """One gradient step."""
     for group in state.optimiser.param_groups:
         group["lr"] = config.rate * _schedule(state.update, task.updates, config.warmup)
     state.network.train()
-    mixed = config.precision == "bf16" or (config.precision == "auto" and _faster_in_bf16(device))
-    with torch.autocast(device.type, dtype=torch.bfloat16, enabled=mixed):
-        losses = task.losses(state.network)
-    state.optimiser.zero_grad(set_to_none=True)
-    losses["loss"].backward()  # type: ignore[no-untyped-call]
+    losses = state.gradients()
     if config.clip:
         nn.utils.clip_grad_norm_(state.network.parameters(), config.clip)
     state.optimiser.step()

@@ -15,6 +15,7 @@ from movingout.agents.errors import DataError
 
 PRESETS = ("fast", "paper")
 Precision = Literal["auto", "bf16", "fp32"]
+Compile = Literal["auto", "yes", "no"]
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 SAME_NAMES: Mapping[str, str] = MappingProxyType({})
@@ -58,6 +59,12 @@ class Optimisation:
     precision: Precision = documented(
         "auto",
         "bf16 (mixed precision), fp32, or auto: bf16 where it is faster: GPUs and processors with AVX512-BF16 or AMX",
+        "free",
+    )
+    compile: Compile = documented(
+        "auto",
+        "yes: kernels are made for the network first, which takes minutes and a C compiler; auto: on a GPU, where "
+        "there are 50,000 updates or more",
         "free",
     )
     evaluate_every: AtLeastOne = documented(500, "updates between validations and resume files", "free")

@@ -67,7 +67,8 @@ def test_batches_come_to_where_the_network_lies(train: Train, tmp_path: Path, mo
 
     def fit_elsewhere(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.Module]:
         elsewhere = copy.deepcopy(task.network).to("meta")
-        losses = [*task.losses(elsewhere).values(), *task.validate(elsewhere).values()]
+        batch = [part.to("meta") for part in task.draw()] if task.draw else []
+        losses = [*task.losses(elsewhere, *batch).values(), *task.validate(elsewhere).values()]
         asked.extend(loss.device.type for loss in losses)
         return FitResult(task.network, 1, 1)
 

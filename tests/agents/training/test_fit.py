@@ -9,8 +9,8 @@ import torch
 from torch import nn
 
 from movingout.agents.errors import DataError
-from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
-from movingout.agents.training.optimisation import Optimisation, Precision
+from movingout.agents.training.fit import MANY, FitResult, Losses, TrainingTask, _is_compiled, fit
+from movingout.agents.training.optimisation import Compile, Optimisation, Precision
 from movingout.agents.training.run_folder import RESUME
 
 CONFIG = Optimisation(rate=0.1, warmup=0, evaluate_every=2)
@@ -35,24 +35,28 @@ def test_what_was_stopped_goes_on(tmp_path: Path) -> None:
     assert float(longer.network(torch.ones(1, 3)).abs().max()) < 1.0
 
 
-def _learned_from_noise(folder: Path, stop: int) -> torch.Tensor:
+def _learned_from_noise(folder: Path, stop: int, drawn_by_itself: bool = False) -> torch.Tensor:
     """The weights after 6 updates with batches drawn from rows, and noise; interrupted once after `stop` of them."""
     material, left = torch.arange(24.0).reshape(8, 3), [stop]
 
     def run() -> FitResult[nn.Module]:
         random = np.random.default_rng(0)
 
-        def losses(network: nn.Module) -> Losses:
+        def draw() -> tuple[torch.Tensor]:
+            return (material[random.choice(8, 4)],)
+
+        def losses(network: nn.Module, *drawn: torch.Tensor) -> Losses:
             left[0] -= 1
             if left[0] < 0:
                 raise KeyboardInterrupt
-            batch = material[random.choice(8, 4)]
+            (batch,) = drawn if drawn_by_itself else draw()
             return {"loss": (network(batch + torch.randn_like(batch)) - 1.0).square().mean()}
 
         torch.manual_seed(0)
-        return fit(
-            TrainingTask(nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, 6, random, 8), CONFIG, folder
+        task = TrainingTask(
+            nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, 6, random, 8, draw if drawn_by_itself else None
         )
+        return fit(task, CONFIG, folder)
 
     with contextlib.suppress(KeyboardInterrupt):
         run()
@@ -154,3 +158,30 @@ def test_precision_goes_by_what_the_processor_has(
     )
     assert seen == [expected]
     assert {parameter.dtype for parameter in fitted.network.parameters()} == {torch.float32}, "weights stay whole"
+
+
+def test_it_does_not_matter_who_draws_a_batch(tmp_path: Path) -> None:
+    within, before = (_learned_from_noise(tmp_path / str(way), 4, drawn_by_itself=way) for way in (False, True))
+    assert torch.equal(within, before)
+
+
+@pytest.mark.parametrize(
+    ("compile_it", "on_gpu", "updates", "expected"),
+    [
+        ("auto", True, MANY, True), ("auto", True, MANY - 1, False), ("auto", False, MANY, False),
+        ("yes", False, 1, True), ("no", True, MANY, False),
+    ],
+)  # fmt: skip
+def test_long_trainings_on_a_gpu_are_compiled(compile_it: Compile, on_gpu: bool, updates: int, expected: bool) -> None:
+    task = TrainingTask(nn.Linear(1, 1), lambda _: {}, lambda _: {}, updates, np.random.default_rng(0), 1)
+    device = torch.device("cuda" if on_gpu else "cpu")
+    assert _is_compiled(task, Optimisation(compile=compile_it), device) == expected
+
+
+def test_the_losses_that_are_compiled_are_those_of_the_task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = []
+    monkeypatch.setattr(torch, "compile", lambda losses, dynamic: compiled.append(losses) or losses)
+    given = {"loss": torch.zeros((), requires_grad=True)}
+    task = TrainingTask(nn.Linear(1, 1), lambda _: dict(given), lambda _: {}, 1, np.random.default_rng(0), 1)
+    fit(task, Optimisation(compile="yes"), tmp_path)
+    assert compiled == [task.losses]
