@@ -18,7 +18,8 @@ from movingout.agents.bass.dynamics import Dynamics, VaeDynamics, build_dynamics
 from movingout.agents.bass.grasp_model import hands_of
 from movingout.agents.bass.state_vector import ACTION_WIDTH, ITEMS_START, constant, moving_arrays
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, split_rows
-from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
+from movingout.agents.training.fit import FitResult, TrainingTask, fit
+from movingout.agents.training.gradients import Losses
 from movingout.maps import MapSpec
 from movingout.world.state import Floats
 
@@ -98,7 +99,8 @@ def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> FitRe
 
         def losses(network: nn.Module, *batch: Tensor, stage: FitStage = stage) -> Losses:
             assert isinstance(network, Dynamics)
-            return stage.losses(network, batch)
+            state, of_map, actions, after = batch
+            return stage.losses(network, (state, of_map, actions, after))
 
         stage.prepare(dynamics)
         validate = partial(_validation, data, held_out)

@@ -18,7 +18,8 @@ from movingout.agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH, con
 from movingout.agents.checkpoint.card import ProgressSpec
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, held_out_episodes
 from movingout.agents.errors import DataError
-from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
+from movingout.agents.training.fit import FitResult, TrainingTask, fit
+from movingout.agents.training.gradients import Losses
 
 NEAR = 8  # ticks: a positive is at most so far from its anchor
 VALIDATION_ROWS = 4096

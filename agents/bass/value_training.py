@@ -22,7 +22,8 @@ from movingout.agents.errors import DataError
 from movingout.agents.observation.features import FeatureSet
 from movingout.agents.policies.encoders import ItemEncoder, ResidualBlock, alike_for_items
 from movingout.agents.policies.own_frame import OwnFrameAugmentation
-from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
+from movingout.agents.training.fit import FitResult, TrainingTask, fit
+from movingout.agents.training.gradients import Losses
 from movingout.world.observation import AWARE_LAYOUT
 from movingout.world.scoring import delivered_many
 from movingout.world.state import Floats

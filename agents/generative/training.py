@@ -19,7 +19,8 @@ from movingout.agents.generative.config import LatentConfig
 from movingout.agents.generative.policy import LatentPolicy
 from movingout.agents.policies.policy import MOTION
 from movingout.agents.policies.training import augmentation, drawing_devices, fit_normaliser
-from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
+from movingout.agents.training.fit import FitResult, TrainingTask, fit
+from movingout.agents.training.gradients import Losses
 
 VALIDATION_EPISODES = 128
 

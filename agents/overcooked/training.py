@@ -26,7 +26,8 @@ from movingout.agents.policies.config import PolicyConfig
 from movingout.agents.policies.diffusion_policy import DiffusionPolicy
 from movingout.agents.policies.policy import Policy
 from movingout.agents.policies.training import train_policy
-from movingout.agents.training.fit import Losses, TrainingTask, fit
+from movingout.agents.training.fit import TrainingTask, fit
+from movingout.agents.training.gradients import Losses
 
 NetworkT = TypeVar("NetworkT", bound=nn.Module)
 _OfRows = Callable[[nn.Module, Indices], Losses]

@@ -16,7 +16,8 @@ from movingout.agents.policies.config import PolicyConfig
 from movingout.agents.policies.own_frame import OwnFrameAugmentation
 from movingout.agents.policies.policy import MOTION, Policy
 from movingout.agents.policies.pose_noise import noisy_partner
-from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
+from movingout.agents.training.fit import FitResult, TrainingTask, fit
+from movingout.agents.training.gradients import Losses
 
 NORMALISER_ROWS = 200_000  # rows from which mean and deviation are estimated
 PICTURES = 256  # likewise, of which each has 49,152 numbers

@@ -51,7 +51,7 @@ class _Recorded:
         """Random numbers are drawn as if nothing had been tried, so that a continued run does as one in one go."""
         self._batch = tuple(batch)
         drawn = torch.cuda.get_rng_state()
-        aside = torch.cuda.Stream()
+        aside = torch.cuda.Stream()  # type: ignore[no-untyped-call]
         aside.wait_stream(torch.cuda.current_stream())
         with torch.cuda.stream(aside):
             for _ in range(WARM_UP):

@@ -132,7 +132,7 @@ def _fault_of(name: str) -> str:
 
 
 def own_agents_tried(found: Review) -> Review:
-    """The same once each agent of one's own has played a tick where it is met, in another process: this takes seconds."""
+    """The same once each agent of one's own has played a tick where it is met; this takes seconds."""
     missing = list(found.missing)
     for name in agent_ids(found.study):
         if _fault_of(name) or not runs_own_code(name):

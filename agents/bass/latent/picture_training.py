@@ -18,7 +18,8 @@ from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, held_out_episodes
 from movingout.agents.errors import DataError
 from movingout.agents.observation.features import Bytes, FeatureSet
-from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
+from movingout.agents.training.fit import FitResult, TrainingTask, fit
+from movingout.agents.training.gradients import Losses
 
 VALIDATION_ROWS = 64
 

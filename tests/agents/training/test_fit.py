@@ -1,6 +1,7 @@
 """The loop goes on where it was stopped, and says when there is nothing left to do."""
 
 import contextlib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,8 @@ import torch
 from torch import nn
 
 from movingout.agents.errors import DataError
-from movingout.agents.training.fit import MANY, FitResult, Losses, TrainingTask, _is_compiled, fit
+from movingout.agents.training.fit import MANY, FitResult, TrainingTask, _is_compiled, fit
+from movingout.agents.training.gradients import Losses
 from movingout.agents.training.optimisation import Compile, Optimisation, Precision
 from movingout.agents.training.run_folder import RESUME
 
@@ -54,7 +56,13 @@ def _learned_from_noise(folder: Path, stop: int, drawn_by_itself: bool = False) 
 
         torch.manual_seed(0)
         task = TrainingTask(
-            nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, 6, random, 8, draw if drawn_by_itself else None
+            nn.Linear(3, 1),
+            losses,
+            lambda _: {"loss": torch.zeros(())},
+            6,
+            random,
+            8,
+            draw if drawn_by_itself else None,
         )
         return fit(task, CONFIG, folder)
 
@@ -180,7 +188,12 @@ def test_long_trainings_on_a_gpu_are_compiled(compile_it: Compile, on_gpu: bool,
 
 def test_the_losses_that_are_compiled_are_those_of_the_task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     compiled = []
-    monkeypatch.setattr(torch, "compile", lambda losses, dynamic: compiled.append(losses) or losses)
+
+    def compile_them(losses: Callable[..., Losses], dynamic: bool) -> Callable[..., Losses]:
+        compiled.append(losses)
+        return losses
+
+    monkeypatch.setattr(torch, "compile", compile_them)
     given = {"loss": torch.zeros((), requires_grad=True)}
     task = TrainingTask(nn.Linear(1, 1), lambda _: dict(given), lambda _: {}, 1, np.random.default_rng(0), 1)
     fit(task, Optimisation(compile="yes"), tmp_path)
