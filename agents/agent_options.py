@@ -1,6 +1,7 @@
 """The options of an agent's id: `key=value,key=value` as values, checked against what its factory takes."""
 
 import inspect
+import math
 from collections.abc import Callable, Mapping
 
 from movingout.agents.errors import AgentError
@@ -9,7 +10,7 @@ OptionValue = int | float | bool | str
 
 
 def parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
-    """Numbers, `true` and `false` as such, all else as text. Raises AgentError."""
+    """Finite numbers, `true` and `false` as such, all else as text. Raises AgentError."""
     options: dict[str, OptionValue] = {}
     for part in filter(None, text.split(",")):
         key, equals, value = part.partition("=")
@@ -69,7 +70,8 @@ def _value(text: str) -> OptionValue:
         return text.lower() == "true"
     for kind in (int, float):
         try:
-            return kind(text)
+            number = kind(text)
         except ValueError:
             continue
+        return text if isinstance(number, float) and not math.isfinite(number) else number
     return text

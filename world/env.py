@@ -7,6 +7,7 @@ terminates when everything is delivered and is truncated at its limit of ticks.
 `agents.environment` has the same with one learner and a partner, as a Gymnasium Env.
 """
 
+import functools
 import math
 import os
 import warnings
@@ -17,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.maps import MapSpec, load_map
+from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.extras import needs_extra
 from movingout.maps.randomize import SPLITS, Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
@@ -59,9 +61,10 @@ _REBUILT = ("_world", "_encode", "_metrics", "_reward", "_state", "_window")  # 
 class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # type: ignore[misc]  # it is untyped
     """One map, or with `split` a new Challenge 2 variant of it in every episode.
 
-    `map` is a map, a map's name or a map file's path. Equal seeds of `reset` give equal episodes; without `split`
-    every episode starts alike. The info of each agent always has "score" (official, [0, 1]) and the metrics of
-    `world.metrics.METRICS` by key, which are NaN until the episode's last tick, and afterwards where one has no value.
+    `map` is a map, a map's name or a map file's path; faults of a file are warned about. Equal seeds of `reset` give
+    equal episodes; without `split` every episode starts alike. The info of each agent always has "score" (official,
+    [0, 1]) and the metrics of `world.metrics.METRICS` by key, which are NaN until the episode's last tick, and
+    afterwards where one has no value.
 
     It can be pickled and copied in the middle of an episode: the copy simulates the episode's actions again, which
     gives the same floats.
@@ -283,4 +286,15 @@ def _seeded(seed: int) -> np.random.Generator:
 
 
 def _loaded(map: MapSpec | str | os.PathLike[str]) -> MapSpec:
-    return map if isinstance(map, MapSpec) else load_map(map)
+    if isinstance(map, MapSpec):
+        return map
+    spec = load_map(map)
+    for sentence in _cautions(os.fspath(map)):
+        warnings.warn(sentence, stacklevel=4)
+    return spec
+
+
+@functools.cache
+def _cautions(name: str) -> list[str]:
+    """Of a map file with faults or hints; looked for once, since episodes may each name their map."""
+    return map_cautions([name])

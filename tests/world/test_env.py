@@ -1,9 +1,12 @@
 import copy
+import json
 import math
 import pickle
 import subprocess
 import sys
+import warnings
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 from unittest import mock
 
@@ -14,7 +17,7 @@ pytest.importorskip("pettingzoo", reason="the extra `env` is not installed")
 
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
-from movingout.maps import MapError, Rect, load_map
+from movingout.maps import MapError, Rect, load_map, map_to_json
 from movingout.world import ActionError, World, WorldError
 from movingout.world.action import to_world
 from movingout.world.env import REWARDS, MovingOutEnv
@@ -180,6 +183,19 @@ def test_the_map_of_an_episode_is_public_and_may_be_chosen_for_it() -> None:
         env.reset(options={"map": "LeftRigt"})
     with pytest.raises(WorldError, match="a dictionary such as"):
         env.reset(options="LeftRight")  # type: ignore[arg-type]
+
+
+def test_a_map_file_with_faults_is_warned_about(tmp_path: Path) -> None:
+    document = map_to_json(load_map("HandOff"))
+    sound, faulty = tmp_path / "sound.json", tmp_path / "faulty.json"
+    sound.write_text(json.dumps({**document, "name": "Mine", "number": 0}))
+    tiny = [{"x0": -1.2, "y0": 1.2, "x1": -1.19, "y1": 1.19}]
+    faulty.write_text(json.dumps({**document, "name": "Mine", "number": 0, "goals": tiny}))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = MovingOutEnv(sound)
+        with pytest.raises(UserWarning, match="faulty.json cannot be played as it should: .*goal"):
+            env.reset(options={"map": faulty})
 
 
 def test_a_window_says_what_to_install_and_where_there_is_no_display(monkeypatch: pytest.MonkeyPatch) -> None:
