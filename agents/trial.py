@@ -9,7 +9,7 @@ from movingout.agents.errors import AgentError
 from movingout.agents.llm.model_id import LLM
 from movingout.recordings.recorded_seat import GHOST
 
-LIMIT_S = 90.0
+LOADING_LIMIT_S = 90.0  # for an agent to be made, here and in a server's worker
 _OURS = "movingout: "  # begins the sentence of a command
 
 
@@ -33,11 +33,13 @@ def play_a_tick(agent_id: str, the_map: str) -> None:
     words = "agents", "probe", agent_id, "--map", the_map, "--ticks", "1", "--json"
     command = [sys.executable, "-P", "-m", "movingout.server.cli", *words]
     try:
-        played = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", timeout=LIMIT_S)
+        played = subprocess.run(
+            command, capture_output=True, encoding="utf-8", errors="replace", timeout=LOADING_LIMIT_S
+        )
     except subprocess.TimeoutExpired as late:
         if late.stdout:  # it has played, but a thread that the agent started keeps its process alive
             return
-        raise NotReadyError(f"the partner {agent_id} was not ready within {LIMIT_S:.0f} s") from None
+        raise NotReadyError(f"the partner {agent_id} was not ready within {LOADING_LIMIT_S:.0f} s") from None
     if played.stdout:  # its times, also where the first decision takes longer than a tick
         return
     said = [line.removeprefix(_OURS) for line in played.stderr.splitlines() if line.startswith(_OURS)]

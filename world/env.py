@@ -7,7 +7,6 @@ terminates when everything is delivered and is truncated at its limit of ticks.
 `agents.environment` has the same with one learner and a partner, as a Gymnasium Env.
 """
 
-import functools
 import math
 import os
 import warnings
@@ -99,7 +98,8 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
             raise WorldError(
                 f"unknown render mode {render_mode!r}; {known_names(str(render_mode), RENDER_MODES)}, None"
             )
-        self.map = _loaded(map)
+        self._warned: set[MapSpec] = set()
+        self.map = self._loaded(map, stacklevel=3)
         self.render_mode = render_mode
         self._window = Window("Moving Out", TICKS_PER_SECOND) if render_mode == "human" else None
         self.possible_agents = list(SEAT_COLOURS)
@@ -209,7 +209,18 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         if unknown := [repr(name) for name in options if name not in RESET_OPTIONS]:
             message = f"reset() does not know the option {', '.join(unknown)}; it knows: {', '.join(RESET_OPTIONS)}"
             warnings.warn(message, stacklevel=3)
-        return _loaded(options["map"]) if "map" in options else self.map
+        return self._loaded(options["map"], stacklevel=4) if "map" in options else self.map
+
+    def _loaded(self, map: MapSpec | str | os.PathLike[str], stacklevel: int) -> MapSpec:
+        """The map; of a file, what is to be said of it is said once."""
+        if isinstance(map, MapSpec):
+            return map
+        spec = load_map(map)
+        if spec not in self._warned:
+            self._warned.add(spec)
+            for sentence in map_cautions([os.fspath(map)]):
+                warnings.warn(sentence, stacklevel=stacklevel)
+        return spec
 
     def _start(self, map_spec: MapSpec) -> None:
         self._encode = layout_named(self._layout).make(map_spec).encode_both
@@ -283,18 +294,3 @@ def _seeded(seed: int) -> np.random.Generator:
     if not isinstance(seed, int | np.integer) or seed < 0:
         raise WorldError(f"a seed is a whole number from 0 on, not {seed!r}")
     return np.random.default_rng(seed)
-
-
-def _loaded(map: MapSpec | str | os.PathLike[str]) -> MapSpec:
-    if isinstance(map, MapSpec):
-        return map
-    spec = load_map(map)
-    for sentence in _cautions(os.fspath(map)):
-        warnings.warn(sentence, stacklevel=4)
-    return spec
-
-
-@functools.cache
-def _cautions(name: str) -> list[str]:
-    """Of a map file with faults or hints; looked for once, since episodes may each name their map."""
-    return map_cautions([name])

@@ -16,6 +16,7 @@ from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ComediConfig, MappoConfig
 from movingout.agents.training.run import TrainingRun
 from movingout.maps import load_map
+from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.json_format import map_to_json
 from movingout.maps.randomize import Split, pair_text, pairs_on, variant_pairs
 from movingout.maps.selection import HELP, selected_maps
@@ -58,6 +59,8 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     documents = [map_to_json(load_map(name)) for name in maps]
     config = _for_maps(run, maps)
     run.caution(maps)
+    for sentence in map_cautions(maps):
+        run.tell(f"movingout: {sentence}")
     from movingout.agents.policies.export import save_policy
 
     run.begin()

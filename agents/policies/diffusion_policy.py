@@ -93,13 +93,15 @@ class Diffusion:
         self.steps = min(sample_steps, train_steps)
         self.fresh_noise = fresh_noise
         self.alphas = torch.tensor(_cumulative_alphas(train_steps), dtype=torch.float32)
+        self._there = self.alphas  # where chunks are
 
     def loss(self, denoiser: Denoiser, condition: Tensor, chunk: Tensor) -> Tensor:
         """Squared error of the noise, (B, H, 5)."""
         noise = torch.randn_like(chunk)
         step = torch.randint(self.train_steps, (chunk.shape[0],), device=chunk.device)
-        self.alphas = self.alphas.to(chunk.device)  # kept: no copy from the CPU in every update on a GPU
-        alpha = self.alphas[step][:, None, None]
+        if self._there.device != chunk.device:  # kept: no copy from the CPU in every update on a GPU
+            self._there = self.alphas.to(chunk.device)
+        alpha = self._there[step][:, None, None]
         noisy = alpha.sqrt() * chunk + (1 - alpha).sqrt() * noise
         return (denoiser(noisy, step / self.train_steps, condition) - noise) ** 2
 

@@ -12,7 +12,7 @@ from movingout.agents.training.optimisation import AtLeastOne, NotNegativeFloat,
 class ResponseConfig(Optimisation):
     """How a best response is learned."""
 
-    UNUSED = frozenset({"epochs", "warmup", "ema", "held_out", "precision", "window_share"})
+    UNUSED = frozenset({"epochs", "warmup", "ema", "held_out", "precision", "compile", "window_share"})
 
     updates: AtLeastOne = documented(300, "rounds of playing and learning", "free")
     batch: AtLeastOne = documented(512, "decisions per gradient step")

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from movingout.agents.grasp_encoding import toggles
 from movingout.agents.reinforcement.mappo_config import MappoConfig
+from movingout.maps import load_map
 from movingout.maps.randomize import Split
 from movingout.world.action import GRASP_THRESHOLD
 from movingout.world.env import MovingOutEnv
@@ -58,7 +59,7 @@ class LearningRoom:
         self._seed, self._ticks, self._levels = seed, config.ticks, config.grasp == "hold"
         self._maps = maps
         self._env = MovingOutEnv(
-            maps[0], layout=config.layout, reward=config.reward, limit_ticks=config.ticks, split=split
+            load_map(maps[0]), layout=config.layout, reward=config.reward, limit_ticks=config.ticks, split=split
         )
         self._open(0)
 
@@ -96,7 +97,7 @@ class LearningRoom:
         the_map = self._maps[(self._seed[-1] + episode) % len(self._maps)]
         self._switch = int(draw.integers(1, max(self._ticks, 2)))
         self._actions: list[Singles] = []
-        seen, _ = self._env.reset(seed=int(draw.integers(2**31)), options={"map": the_map})
+        seen, _ = self._env.reset(seed=int(draw.integers(2**31)), options={"map": load_map(the_map)})
         self.seen: Singles = np.stack(list(seen.values()))
 
     def _advance(self, actions: Singles) -> RoomTick:

@@ -36,7 +36,9 @@ CRITIC_LOSS = "l2"
 class MappoConfig(Optimisation):
     """How MAPPO is learned."""
 
-    UNUSED = frozenset({"updates", "epochs", "warmup", "decay", "ema", "held_out", "precision", "window_share"})
+    UNUSED = frozenset(
+        {"updates", "epochs", "warmup", "decay", "ema", "held_out", "precision", "compile", "window_share"}
+    )
 
     frames: AtLeastOne = documented(100_000, "ticks to play, rounded up to whole rounds; both seats learn", "free")
     envs: AtLeastOne = documented(10, "episodes that are played at the same time")

@@ -4,6 +4,7 @@ A task brings the network and its batches; the loop has optimiser, moving averag
 run folder.
 """
 
+import contextlib
 import copy
 import json
 import math
@@ -24,12 +25,11 @@ from torch.utils.tensorboard import SummaryWriter
 from movingout.agents.errors import DataError
 from movingout.agents.training.display import TrainingDisplay
 from movingout.agents.training.gradients import Gradients, Losses
-from movingout.agents.training.optimisation import Optimisation
+from movingout.agents.training.optimisation import WORTH_COMPILING, Optimisation
 from movingout.agents.training.run_folder import RESUME
 
 NetworkT = TypeVar("NetworkT", bound=nn.Module, covariant=True)
 SEED_STRIDE = 1_000_003  # between the seeds of two runs, more than a run has updates
-MANY = 50_000  # updates that are worth the minutes of compilation on a GPU
 SAVE_SECONDS = 300.0  # at most so much is lost of a training that is stopped, however slow its updates are
 
 
@@ -37,8 +37,8 @@ SAVE_SECONDS = 300.0  # at most so much is lost of a training that is stopped, h
 class TrainingTask:
     """What is fitted: a network, the losses of a batch by name (`loss` is minimised), and those of validation.
 
-    All are given a network that may be on a GPU. A batch that `draw` returns is on the CPU, always of the same shapes,
-    and is moved to the network's device; tasks without `draw` draw in `losses`, and move what they drew themselves.
+    `losses` and `validate` are given a network that may be on a GPU. A batch that `draw` returns is on the CPU, always
+    of the same shapes, and is moved there; tasks without `draw` draw in `losses`, and move what they drew themselves.
     """
 
     network: nn.Module
@@ -83,8 +83,8 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
         network.parameters(), lr=config.rate, weight_decay=config.decay, fused=device.type == "cuda"
     )
     mixed = config.precision == "bf16" or (config.precision == "auto" and _faster_in_bf16(device))
-    losses_of = _compiled(task.losses) if _is_compiled(task, config, device) else task.losses
-    gradients = Gradients(network, losses_of, task.draw, device, mixed)
+    is_compiled = _is_compiled(task, config, device)
+    gradients = Gradients(network, _compiled(task.losses) if is_compiled else task.losses, task.draw, device, mixed)
     state = _State(network, _copied(network), optimiser, gradients)
     folder.mkdir(parents=True, exist_ok=True)
     torch.manual_seed(config.seed * SEED_STRIDE)
@@ -98,6 +98,7 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
         SummaryWriter(str(folder)) as writer,
         (folder / "losses.jsonl").open("a", encoding="utf-8") as curve,
         TrainingDisplay(task.updates, begun_at, console) as display,
+        _as_it_is() if is_compiled else contextlib.nullcontext(),
     ):
         while state.update < task.updates:
             losses = _update(state, task, config)
@@ -118,16 +119,24 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
 
 
 def _is_compiled(task: TrainingTask, config: Optimisation, device: torch.device) -> bool:
+    if task.draw is None:  # drawing cannot be compiled
+        return False
     if config.compile == "auto":
-        return device.type == "cuda" and task.updates >= MANY
+        return device.type == "cuda" and task.updates >= WORTH_COMPILING
     return config.compile == "yes"
 
 
 def _compiled(losses: Callable[..., Losses]) -> Callable[..., Losses]:
-    """The same losses in fewer kernels; where something cannot be compiled, it runs as it is."""
-    torch._dynamo.config.suppress_errors = True
+    """The same losses in fewer kernels."""
+    torch._dynamo.reset()  # what earlier trainings of this process compiled counts against a limit
     compiled: Callable[..., Losses] = torch.compile(losses, dynamic=False)
     return compiled
+
+
+def _as_it_is() -> contextlib.AbstractContextManager[None]:
+    """What cannot be compiled runs as it is."""
+    patched: contextlib.AbstractContextManager[None] = torch._dynamo.config.patch(suppress_errors=True)
+    return patched
 
 
 def _copied(network: nn.Module) -> nn.Module:

@@ -18,6 +18,7 @@ Precision = Literal["auto", "bf16", "fp32"]
 Compile = Literal["auto", "yes", "no"]
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
+WORTH_COMPILING = 50_000  # updates
 SAME_NAMES: Mapping[str, str] = MappingProxyType({})
 AtLeastOne = Annotated[int, Field(ge=1)]
 NotNegative = Annotated[int, Field(ge=0)]
@@ -63,8 +64,8 @@ class Optimisation:
     )
     compile: Compile = documented(
         "auto",
-        "yes: kernels are made for the network first, which takes minutes and a C compiler; auto: on a GPU, where "
-        "there are 50,000 updates or more",
+        "yes: compile the losses first, which takes minutes and needs a C compiler; no: never; auto: only on a GPU "
+        f"and for {WORTH_COMPILING:,} updates or more. Of no use to value networks and progress estimators",
         "free",
     )
     evaluate_every: AtLeastOne = documented(500, "updates between validations and resume files", "free")

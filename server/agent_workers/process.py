@@ -16,7 +16,7 @@ from typing import IO, Protocol
 
 import msgspec
 
-from movingout.agents.trial import LIMIT_S
+from movingout.agents.trial import LOADING_LIMIT_S
 from movingout.agents.worker.heartbeat import Activity, WorkerHeartbeat
 from movingout.agents.worker.messages import FrameBuffer, FromWorker, ToWorker, frame, read_from_worker
 from movingout.agents.worker.thread_budget import MOST_CORES
@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 HANG_S = {
     "idle": 3.0,
     "deciding": 2.0,
-    "loading": LIMIT_S,
+    "loading": LOADING_LIMIT_S,
     "overrun": 2.0,
 }  # seconds in one phase after which the worker is replaced
 PROGRAM = (  # Ctrl-C is the server's affair, also while the worker still imports

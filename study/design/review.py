@@ -145,11 +145,11 @@ def own_agents_tried(found: Review) -> Review:
 
 
 def _first_map(study: Study, agent: str) -> str:
-    """The first map that an agent is met on."""
-    if study.practice and not study.practice.tutorial and study.group == 1 and study.practice.agent == agent:
-        return study.practice.map
+    """The first map of the data that an agent is met on, or that of practice where it is met there alone."""
     met = (block.maps[0] for block in study.blocks if agent in {study.partner(one).agent for one in block.partners})
-    return next(met, study.blocks[0].maps[0])
+    is_practised = study.practice and not study.practice.tutorial and study.group == 1
+    alone = study.practice.map if study.practice and is_practised and study.practice.agent == agent else ""
+    return next(met, alone or study.blocks[0].maps[0])
 
 
 # ---- weaknesses of the design -----------------------------------------------------------------------------------

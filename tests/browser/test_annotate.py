@@ -47,6 +47,14 @@ def annotating(open_page: OpenPage, server: Server, name: str = "Ada", **options
     return page
 
 
+HELD_VERDICT = """() => {
+  const real = window.fetch;
+  window.fetch = (place, how) => !String(place).includes("verdicts") ? real(place, how)
+    : new Promise((_, fail) => { window.lose = () => fail(new TypeError("no connection")); });
+}"""
+"""The next verdict stays on its way until it is lost, by `window.lose()`."""
+
+
 def judged(folder: Path) -> list[str]:
     return [line.verdict for line in verdicts_of(folder)]
 
@@ -90,6 +98,41 @@ def test_who_chooses_another_finding_while_a_verdict_is_saved_stays_there(
     assert judged(folder) == ["confirmed"]
 
 
+def test_a_note_is_not_lost_with_a_verdict_that_fails_after_another_finding_was_chosen(
+    open_page: OpenPage, server: Server, folder: Path
+) -> None:
+    page = annotating(open_page, server)
+    page.evaluate(HELD_VERDICT)
+    page.locator("#note").fill("lets go too late")
+    page.locator("#confirmed").click()
+    page.locator(".annotate-finding").last.click()
+    page.evaluate("window.lose()")
+    expect(page.locator("#problem")).to_contain_text("was not saved")
+    expect(page.locator("#note")).to_have_value("")
+    page.locator(".annotate-finding").first.click()
+    expect(page.locator("#note")).to_have_value("lets go too late")
+    expect(page.locator("#confirmed")).to_have_attribute("aria-pressed", "false")
+    assert judged(folder) == []
+
+
+def test_who_comes_back_while_a_verdict_is_saved_goes_on_with_the_note(
+    open_page: OpenPage, server: Server, folder: Path
+) -> None:
+    page = annotating(open_page, server)
+    held: list[Route] = []
+    page.route("**/api/findings/verdicts", lambda route: held.append(route))
+    with page.expect_request("**/api/findings/verdicts"):
+        page.keyboard.press("1")
+    page.locator(".annotate-finding").last.click()
+    page.locator(".annotate-finding").first.click()
+    page.locator("#note").fill("on second thought")
+    held[0].continue_()
+    expect(page.locator("#confirmed")).to_have_attribute("aria-pressed", "true")
+    expect(page.locator("#note")).to_have_value("on second thought")
+    expect(page.locator(".annotate-finding").first).to_have_attribute("aria-current", "true")
+    assert judged(folder) == ["confirmed"]
+
+
 @pytest.mark.slow
 def test_the_excerpt_plays_around_the_finding_and_can_be_watched_again(
     open_page: OpenPage, server: Server, folder: Path
@@ -127,8 +170,8 @@ def test_in_forced_colours_the_time_line_the_arrow_of_a_list_and_the_answer_can_
 ) -> None:
     page = annotating(open_page, server, forced_colors="active", reduced_motion="reduce")
     speed = page.get_by_label("Speed")
-    assert drawn(page.locator("#line"))[:, 4:-4].any(axis=0).all()
-    assert drawn(speed)[8:-8, -32:-8].any()
+    until(page, lambda: bool(drawn(page.locator("#line"))[:, 4:-4].any(axis=0).all()))
+    until(page, lambda: bool(drawn(speed)[8:-8, -32:-8].any()))
     yes = page.locator("#confirmed")
     page.keyboard.press("1")
     expect(page.locator("#progress")).to_have_text("1 of 2 judged")
@@ -137,6 +180,15 @@ def test_in_forced_colours_the_time_line_the_arrow_of_a_list_and_the_answer_can_
     expect(yes).to_have_attribute("aria-pressed", "true")
     grounds = [one.evaluate(GROUND) for one in (yes, page.locator("#rejected"))]
     assert grounds[0] != grounds[1]
+
+
+def until(page: Page, seen: Callable[[], bool]) -> None:
+    """A busy machine draws late."""
+    for _ in range(50):
+        if seen():
+            return
+        page.wait_for_timeout(100)
+    assert seen()
 
 
 def drawn(place: Locator) -> np.ndarray:

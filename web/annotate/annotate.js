@@ -74,8 +74,11 @@ class AnnotatePage {
   /** @type {import("../replay/data.js").Replay | null} */
   #replay = null;
   #stopsAt = Infinity; // ticks; where the excerpt ends, unless somebody moves on
+  #visits = 0; // findings opened so far
   /** @type {Set<Finding>} whose verdicts are on their way */
   #saving = new Set();
+  /** @type {Map<Finding, string>} notes of verdicts that could not be saved */
+  #unsaved = new Map();
 
   /** @param {Finding[]} findings @param {Record<string, Said>} said @param {string} annotator @param {string} token */
   constructor(findings, said, annotator, token) {
@@ -102,6 +105,7 @@ class AnnotatePage {
   /** Shows a finding and plays it. @param {Finding | null} finding */
   async open(finding) {
     this.#current = finding;
+    this.#visits += 1;
     this.#replay = null;
     this.#showList();
     this.#ask();
@@ -132,19 +136,22 @@ class AnnotatePage {
   async judge(verdict) {
     const finding = this.#current;
     if (finding === null || this.#saving.has(finding)) return;
+    const visit = this.#visits;
     this.#saving.add(finding);
     const said = { verdict, note: noteInput.value.trim() };
     try {
       const body = { finding: finding.id, annotator: this.annotator, ...said };
       await requestJson(`${API}/verdicts`, { token: this.token, body });
       this.said[finding.id] = said;
+      this.#unsaved.delete(finding);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      return this.#problem(error);
+      this.#unsaved.set(finding, said.note);
+      return this.#problem(error, visit === this.#visits ? null : finding);
     } finally {
       this.#saving.delete(finding);
     }
-    if (this.#current !== finding) return this.#showList(); // another one was chosen meanwhile
+    if (visit !== this.#visits) return this.#showAnswer(); // another one was chosen meanwhile
     const next = nextOpen(this.shown, this.said, finding.id);
     if (next) void this.open(next);
     else this.#finished();
@@ -230,20 +237,37 @@ class AnnotatePage {
       namedBadge(finding.seat),
       el("span", {}, say(`annotate.case.${finding.case}`)),
       verdict ? el("span", { class: `pill ${TONES[verdict]}` }, say(`annotate.${verdict}`)) : null,
-      el("span", { class: "small muted" }, `${mapTitle({ name: finding.map })} · ${tickTime(finding.start)}`),
+      el("span", { class: "small muted" }, this.#place(finding)),
     );
+  }
+
+  /** @param {Finding} finding */
+  #place(finding) {
+    return `${mapTitle({ name: finding.map })} · ${tickTime(finding.start)}`;
   }
 
   /** The question about the current finding, and what was answered before. */
   #ask() {
     const finding = this.#current;
     const said = finding ? this.said[finding.id] : undefined;
-    noteInput.value = said?.note ?? "";
+    noteInput.value = (finding && this.#unsaved.get(finding)) ?? said?.note ?? "";
     byId("problem", HTMLElement).replaceChildren();
     byId("question", HTMLElement).textContent = finding ? this.#question(finding) : say("annotate.noneWanted");
+    this.#press();
+  }
+
+  /** An answer that was saved while something else was done. */
+  #showAnswer() {
+    this.#showList();
+    this.#press();
+  }
+
+  /** The buttons say what was answered. */
+  #press() {
+    const said = this.#current ? this.said[this.#current.id] : undefined;
     for (const verdict of VERDICTS) {
       const button = byId(verdict, HTMLButtonElement);
-      button.disabled = finding === null;
+      button.disabled = this.#current === null;
       button.setAttribute("aria-pressed", String(said?.verdict === verdict));
     }
   }
@@ -284,10 +308,11 @@ class AnnotatePage {
     }
   }
 
-  /** @param {ApiError | ReplayError} error */
-  #problem(error) {
+  /** @param {ApiError | ReplayError} error @param {Finding | null} left that it is about, where another one is open */
+  #problem(error, left = null) {
     const words = error instanceof ApiError ? sayError(error) : error.message;
-    byId("problem", HTMLElement).replaceChildren(notice("bad", words));
+    const about = left ? `${say("annotate.notSaved", { what: this.#place(left) })} ` : "";
+    byId("problem", HTMLElement).replaceChildren(notice("bad", about + words));
   }
 }
 

@@ -95,3 +95,11 @@ def test_every_preset_can_be() -> None:
             config.check()
             assert config.spec(kind).kind == kind
         KINDS["bass"].presets[preset].check()
+
+
+@pytest.mark.parametrize("kind", ["mappo", "comedi", "response"])
+def test_learning_by_playing_has_no_options_of_the_loop_that_it_does_not_use(kind: str) -> None:
+    parser = argparse.ArgumentParser()
+    add_fields(parser, type(KINDS[kind].presets["fast"]))
+    known = {option for action in parser._actions for option in action.option_strings}
+    assert known.isdisjoint({"--compile", "--precision", "--ema", "--warmup"}) and "--rate" in known

@@ -31,6 +31,7 @@ POLICIES: list[tuple[str, dict[str, object]]] = [
 SIMULATORS: list[dict[str, object]] = [
     {},
     {"dynamics": "gru"},
+    {"dynamics": "qvae"},
     {"order": "separate"},
     {"order": "fine-tuned", "residual": False, "rigid": False},
 ]
@@ -103,3 +104,13 @@ def test_validation_leaves_the_random_numbers_of_training_alone(
     monkeypatch.setattr(training, "fit", fit_between)
     _policy("dp", {})(tmp_path)
     assert drawn[0] == drawn[1]
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a GPU")
+@pytest.mark.parametrize(
+    "train",
+    [*(_policy(*one, "bf16") for one in POLICIES), *(_simulator(one, "bf16") for one in SIMULATORS)],
+)
+def test_a_gpu_takes_the_batches_of_all_networks_in_one_launch(train: Train, tmp_path: Path) -> None:
+    train(tmp_path)
+    assert list(tmp_path.rglob("resume.safetensors"))

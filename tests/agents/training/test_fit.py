@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,9 @@ import torch
 from torch import nn
 
 from movingout.agents.errors import DataError
-from movingout.agents.training.fit import MANY, FitResult, TrainingTask, _is_compiled, fit
+from movingout.agents.training.fit import FitResult, TrainingTask, _is_compiled, fit
 from movingout.agents.training.gradients import Losses
-from movingout.agents.training.optimisation import Compile, Optimisation, Precision
+from movingout.agents.training.optimisation import WORTH_COMPILING, Compile, Optimisation, Precision
 from movingout.agents.training.run_folder import RESUME
 
 CONFIG = Optimisation(rate=0.1, warmup=0, evaluate_every=2)
@@ -37,7 +38,7 @@ def test_what_was_stopped_goes_on(tmp_path: Path) -> None:
     assert float(longer.network(torch.ones(1, 3)).abs().max()) < 1.0
 
 
-def _learned_from_noise(folder: Path, stop: int, drawn_by_itself: bool = False) -> torch.Tensor:
+def _learned_from_noise(folder: Path, stop: int, with_draw: bool = False) -> torch.Tensor:
     """The weights after 6 updates with batches drawn from rows, and noise; interrupted once after `stop` of them."""
     material, left = torch.arange(24.0).reshape(8, 3), [stop]
 
@@ -51,7 +52,7 @@ def _learned_from_noise(folder: Path, stop: int, drawn_by_itself: bool = False) 
             left[0] -= 1
             if left[0] < 0:
                 raise KeyboardInterrupt
-            (batch,) = drawn if drawn_by_itself else draw()
+            (batch,) = drawn if with_draw else draw()
             return {"loss": (network(batch + torch.randn_like(batch)) - 1.0).square().mean()}
 
         torch.manual_seed(0)
@@ -62,7 +63,7 @@ def _learned_from_noise(folder: Path, stop: int, drawn_by_itself: bool = False) 
             6,
             random,
             8,
-            draw if drawn_by_itself else None,
+            draw if with_draw else None,
         )
         return fit(task, CONFIG, folder)
 
@@ -169,21 +170,22 @@ def test_precision_goes_by_what_the_processor_has(
 
 
 def test_it_does_not_matter_who_draws_a_batch(tmp_path: Path) -> None:
-    within, before = (_learned_from_noise(tmp_path / str(way), 4, drawn_by_itself=way) for way in (False, True))
+    within, before = (_learned_from_noise(tmp_path / str(way), 4, with_draw=way) for way in (False, True))
     assert torch.equal(within, before)
 
 
 @pytest.mark.parametrize(
     ("compile_it", "on_gpu", "updates", "expected"),
     [
-        ("auto", True, MANY, True), ("auto", True, MANY - 1, False), ("auto", False, MANY, False),
-        ("yes", False, 1, True), ("no", True, MANY, False),
+        ("auto", True, WORTH_COMPILING, True), ("auto", True, WORTH_COMPILING - 1, False),
+        ("auto", False, WORTH_COMPILING, False), ("yes", False, 1, True), ("no", True, WORTH_COMPILING, False),
     ],
 )  # fmt: skip
 def test_long_trainings_on_a_gpu_are_compiled(compile_it: Compile, on_gpu: bool, updates: int, expected: bool) -> None:
-    task = TrainingTask(nn.Linear(1, 1), lambda _: {}, lambda _: {}, updates, np.random.default_rng(0), 1)
-    device = torch.device("cuda" if on_gpu else "cpu")
-    assert _is_compiled(task, Optimisation(compile=compile_it), device) == expected
+    task = TrainingTask(nn.Linear(1, 1), lambda _: {}, lambda _: {}, updates, np.random.default_rng(0), 1, lambda: ())
+    device, config = torch.device("cuda" if on_gpu else "cpu"), Optimisation(compile=compile_it)
+    assert _is_compiled(task, config, device) == expected
+    assert not _is_compiled(replace(task, draw=None), config, device), "drawing cannot be compiled"
 
 
 def test_the_losses_that_are_compiled_are_those_of_the_task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -195,6 +197,8 @@ def test_the_losses_that_are_compiled_are_those_of_the_task(tmp_path: Path, monk
 
     monkeypatch.setattr(torch, "compile", compile_them)
     given = {"loss": torch.zeros((), requires_grad=True)}
-    task = TrainingTask(nn.Linear(1, 1), lambda _: dict(given), lambda _: {}, 1, np.random.default_rng(0), 1)
+    task = TrainingTask(
+        nn.Linear(1, 1), lambda _: dict(given), lambda _: {}, 1, np.random.default_rng(0), 1, lambda: ()
+    )
     fit(task, Optimisation(compile="yes"), tmp_path)
     assert compiled == [task.losses]
