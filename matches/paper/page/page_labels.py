@@ -43,7 +43,7 @@ class PageLabel:
         return max(map(int, counts), default=0)
 
     def is_better_than(self, other: "PageLabel") -> bool:
-        """Whether it has a bigger budget, or with the same more trainings, more numbers, or a larger n, in this order.
+        """Whether it has a bigger budget, or with the same is whole, has more trainings, more numbers, or a larger n.
 
         A bigger budget with fewer numbers is no better, but than the smallest, whose numbers mean nothing. Of another
         budget, trainings and n do not count: what agents have learned matters more than how well it is known.
@@ -58,6 +58,8 @@ class PageLabel:
 
     def _stands_on_more_than(self, other: "PageLabel") -> bool:
         """With the same budget."""
+        if (self.status == IN_PART) != (other.status == IN_PART):  # what lacks would be lost with the whole row
+            return other.status == IN_PART
         if self.trainings != other.trainings:
             return self.trainings > other.trainings
         if self._has_more_than(other) or other._has_more_than(self):

@@ -1,8 +1,8 @@
 """The measured part of docs/reproduction.md: a row for every label of the paper, and below them all tables in full.
 
 Written between two comments of the page; what stands around them is kept. So are the numbers of a label that the page
-has with a bigger budget, with more trainings or with more numbers than the folder (`PageLabel.is_better_than`), and the
-day of numbers that stay the same. Words are always those of today.
+has with a bigger budget, whole, with more trainings or with more numbers than the folder (`PageLabel.is_better_than`),
+and the day of numbers that stay the same. Words are always those of today.
 """
 
 from collections.abc import Iterable, Iterator, Mapping

@@ -13,6 +13,7 @@ from movingout.agents.overcooked.kitchen import is_installed
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.entry import measurements
+from movingout.matches.paper.page.page_labels import IN_PART, MEASURED, PageLabel, line
 from movingout.matches.paper.page.reproduction_page import BEGIN, END, write_page
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows.diversity import diversity_cell, exchanged, learned_parts
@@ -139,6 +140,15 @@ def test_a_page_keeps_what_stands_on_more_trainings_or_matches(here: Path) -> No
     assert written("small", "Sunday", 3, 0.6, 15)[2] == "small, Saturday, 3 trainings", "a larger n"
     assert written("paper-size", "next Monday", 1)[2] == "paper-size, next Monday", "a bigger budget"
     assert written("small", "next Tuesday", 3)[2] == "paper-size, next Monday"
+
+
+def test_more_trainings_of_a_part_do_not_replace_the_whole(here: Path) -> None:
+    def label(status: str, day: str) -> PageLabel:
+        return PageLabel(line(["`tab:ablation`", status, day, "C1 TCR: BASS 0.5", "72", "5 min", ""]))
+
+    whole, part = label(MEASURED, "medium, Monday"), label(IN_PART, "medium, Tuesday, 3 trainings")
+    assert whole.is_better_than(part) and not part.is_better_than(whole)
+    assert label(MEASURED, "medium, Tuesday, 3 trainings").is_better_than(whole)
 
 
 def test_a_label_of_which_something_lacks_is_measured_in_part(here: Path) -> None:
