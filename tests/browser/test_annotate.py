@@ -47,6 +47,16 @@ def annotating(open_page: OpenPage, server: Server, name: str = "Ada", **options
     return page
 
 
+def left_while_saving(page: Page) -> Route:
+    """Answers the first finding and opens the last; the verdict of the first is still on its way."""
+    held: list[Route] = []
+    page.route("**/api/findings/verdicts", lambda route: held.append(route))
+    with page.expect_request("**/api/findings/verdicts"):
+        page.keyboard.press("1")
+    page.locator(".annotate-finding").last.click()
+    return held[0]
+
+
 HELD_VERDICT = """() => {
   const real = window.fetch;
   window.fetch = (place, how) => !String(place).includes("verdicts") ? real(place, how)
@@ -85,13 +95,9 @@ def test_who_chooses_another_finding_while_a_verdict_is_saved_stays_there(
     open_page: OpenPage, server: Server, folder: Path
 ) -> None:
     page = annotating(open_page, server)
-    held: list[Route] = []
-    page.route("**/api/findings/verdicts", lambda route: held.append(route))
-    with page.expect_request("**/api/findings/verdicts"):
-        page.keyboard.press("1")
-    page.locator(".annotate-finding").last.click()
+    verdict = left_while_saving(page)
     page.locator("#note").fill("seen from afar")
-    held[0].continue_()
+    verdict.continue_()
     expect(page.locator("#progress")).to_have_text("1 of 2 judged")
     expect(page.locator(".annotate-finding").last).to_have_attribute("aria-current", "true")
     expect(page.locator("#note")).to_have_value("seen from afar")
@@ -119,14 +125,10 @@ def test_who_comes_back_while_a_verdict_is_saved_goes_on_with_the_note(
     open_page: OpenPage, server: Server, folder: Path
 ) -> None:
     page = annotating(open_page, server)
-    held: list[Route] = []
-    page.route("**/api/findings/verdicts", lambda route: held.append(route))
-    with page.expect_request("**/api/findings/verdicts"):
-        page.keyboard.press("1")
-    page.locator(".annotate-finding").last.click()
+    verdict = left_while_saving(page)
     page.locator(".annotate-finding").first.click()
     page.locator("#note").fill("on second thought")
-    held[0].continue_()
+    verdict.continue_()
     expect(page.locator("#confirmed")).to_have_attribute("aria-pressed", "true")
     expect(page.locator("#note")).to_have_value("on second thought")
     expect(page.locator(".annotate-finding").first).to_have_attribute("aria-current", "true")
