@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from movingout.maps import load_map
 from movingout.maps.json_format import map_to_json
@@ -36,6 +36,36 @@ def test_the_token_is_asked_for_once_and_a_wrong_one_is_refused_with_a_sentence(
         assert "token" not in page.url
         page.goto("/recordings")  # the same tab is not asked again
         expect(page.locator("#filters")).to_be_visible()
+
+
+@pytest.mark.parametrize(
+    ("path", "answer"),
+    [("/admin", "/api/admin/state"), ("/recordings", "/api/recordings"), ("/annotate", "/api/findings")],
+)
+def test_a_page_says_that_it_loads_until_the_server_has_answered(
+    server: Server, open_page: OpenPage, path: str, answer: str
+) -> None:
+    page = open_page("/healthz", locale="de")
+    held: list[Route] = []
+    page.route(f"**{answer}", lambda route: held.append(route))
+
+    def let_go() -> None:
+        while not held:
+            page.wait_for_timeout(20)
+        held.pop().continue_()
+
+    page.goto(path)
+    page.get_by_label("Admin-Token").fill(admin_token(server))
+    page.get_by_role("button", name="Öffnen").click()
+    loading = page.get_by_role("status").filter(has_text="Wird geladen …")
+    expect(loading).to_be_visible()
+    let_go()
+    expect(loading).to_be_hidden()
+    page.reload()  # with the token that is kept, nothing but this stands there
+    expect(loading).to_be_visible()
+    expect(page.get_by_label("Admin-Token")).to_have_count(0)
+    let_go()
+    expect(loading).to_be_hidden()
 
 
 @pytest.mark.slow

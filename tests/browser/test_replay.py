@@ -231,8 +231,8 @@ def test_an_unknown_recording_says_so_and_leads_on(browser: Browser, server: Ser
     with complaining_page(browser, server, "/replay/nothing-here") as page:
         expect(page.get_by_text("This recording does not exist")).to_be_visible()
         said, way_on = (
-            page.locator("#loading .notice").bounding_box(),
-            page.locator("#loading .button").first.bounding_box(),
+            page.locator("#ask .notice").bounding_box(),
+            page.locator("#ask .button").first.bounding_box(),
         )
         assert said is not None and way_on is not None
         assert way_on["y"] - said["y"] - said["height"] >= 12, "the buttons stand clear of the message"

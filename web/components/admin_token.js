@@ -29,7 +29,7 @@ function keep(token) {
 
 /**
  * What `path` answers to an admin, and the token that opened it; asks for the token until it is right.
- * @param {HTMLElement} container where to ask
+ * @param {HTMLElement} container where to ask; until then it says that the page loads, afterwards it is empty
  * @param {string} path
  * @param {string} [title] of a page that shows none yet
  * @returns {Promise<{token: string, document: any}>} ApiError when there is nothing at `path`
@@ -44,7 +44,10 @@ export async function openWithToken(container, path, title = "") {
       container.replaceChildren();
       return { token, document };
     } catch (error) {
-      if (!(error instanceof ApiError) || error.status === NOT_THERE) throw error;
+      if (!(error instanceof ApiError) || error.status === NOT_THERE) {
+        container.replaceChildren(notice("bad", sayError(error)));
+        throw error;
+      }
       problem = error.code === "wrong_token" ? say("dashboard.token.wrong") : sayError(error);
     }
   }
@@ -78,6 +81,7 @@ function ask(container, problem, title) {
   return new Promise((done) => {
     form.addEventListener("submit", (event) => {
       event.preventDefault();
+      container.append(el("p", { class: "muted", role: "status" }, say("dashboard.loading")));
       done(input.value.trim());
     });
   });

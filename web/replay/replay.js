@@ -29,12 +29,11 @@ async function load() {
   const ask = byId("ask", HTMLElement);
   try {
     const page = new ReplayPage(await source.load(ask), source);
-    ask.hidden = byId("loading", HTMLElement).hidden = true;
+    ask.hidden = true;
     byId("replay", HTMLElement).hidden = false;
     page.start();
   } catch (error) {
     if (!(error instanceof ApiError) && !(error instanceof ReplayError)) throw error;
-    ask.hidden = true;
     const again = el(
       "button",
       { type: "button", class: "button", onclick: () => location.reload() },
@@ -43,7 +42,7 @@ async function load() {
     // for strangers, whom the list asks for a token
     const start = el("a", { class: "button button-primary", href: "/" }, say("play.over.lobby"));
     const list = el("a", { class: "button", href: "/recordings" }, say("replay.allRecordings"));
-    byId("loading", HTMLElement).replaceChildren(
+    ask.replaceChildren(
       notice("bad", error instanceof ReplayError ? error.message : sayError(error)),
       el("span", { class: "row replay-problem" }, start, again, list),
     );
