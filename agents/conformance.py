@@ -4,10 +4,11 @@
 
     check_agent(lambda: MyPolicy("weights.npz"))
 
-It plays a few short episodes and raises ConformanceError for the first thing that is wrong, saying what would be right.
+It plays a few short episodes and a whole one, and raises ConformanceError for the first thing that is wrong, saying what would be right.
 `movingout agents check my_package.policy:MyPolicy` does the same from the command line.
 """
 
+import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -26,10 +27,12 @@ from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.world import World
+from movingout.world.constants import LIMIT_TICKS
 from movingout.world.state import Floats, Ints, WorldState
 
 MAPS = ("HandOff", "FourCorners", "SingleRotation")
-TICKS = 30
+TICKS = 30  # of a short episode
+WHOLE_S = 30.0  # of an agent's thinking: the whole episode ends here, so that slow agents are checked, too
 SEED = 7
 
 
@@ -42,6 +45,7 @@ class Conformance:
     """What was seen of an agent that keeps the contract. Times are reported and not judged."""
 
     episodes: int = 0
+    ticks: int = 0  # of the longest episode
     decisions_ms: list[float] = field(default_factory=list)
     deterministic: bool = True  # an agent that says otherwise (attribute `deterministic`) is not compared with itself
 
@@ -56,11 +60,13 @@ class Conformance:
         return float(np.percentile(self.decisions_ms, 99))
 
 
-def check_agent(factory: Callable[[], Agent], maps: Sequence[str] = MAPS, ticks: int = TICKS) -> Conformance:
+def check_agent(factory: Callable[[], Agent], maps: Sequence[str] = MAPS, ticks: int | None = None) -> Conformance:
     """Play in both seats of each map and check everything that rooms and matches rely on.
 
-    `factory` makes a new agent at each call. Raises ConformanceError for the first fault.
+    `factory` makes a new agent at each call. Episodes have `ticks`; by default `TICKS`, and then one more on the first
+    map is played to its end, `LIMIT_TICKS`. Raises ConformanceError for the first fault.
     """
+    whole, ticks = ticks is None, ticks or TICKS
     found = Conformance()
     agent = _made(factory)
     found.deterministic = bool(getattr(agent, "deterministic", True))
@@ -77,6 +83,9 @@ def check_agent(factory: Callable[[], Agent], maps: Sequence[str] = MAPS, ticks:
             found.episodes += 3
     if isinstance(agent, BatchAgent):
         _check_batch(factory, maps, ticks)
+    if whole:  # what happens late: an item delivered, a memory that is full
+        _play(agent, EpisodeInfo(load_map(maps[0]), 0, SEED, LIMIT_TICKS), found, WHOLE_S)
+        found.episodes += 1
     return found
 
 
@@ -90,7 +99,7 @@ def _made(factory: Callable[[], Agent]) -> Agent:
     return agent
 
 
-def _play(agent: Agent, episode: EpisodeInfo, found: Conformance) -> list[ActionChunk]:
+def _play(agent: Agent, episode: EpisodeInfo, found: Conformance, longest_s: float = math.inf) -> list[ActionChunk]:
     """The checked answers to all questions of an episode, beside a partner who drives about."""
     _reset_twice(agent, episode)
     world = World(episode.map, record_sub_poses=False)
@@ -99,15 +108,19 @@ def _play(agent: Agent, episode: EpisodeInfo, found: Conformance) -> list[Action
     random = np.random.default_rng(SEED)
     answers: list[ActionChunk] = []
     waiting: list[Floats] = []
+    began = len(found.decisions_ms)
     while world.tick < episode.ticks and not world.delivered().all():
         state = world.state()
         if not waiting:
+            if sum(found.decisions_ms[began:]) > longest_s * 1e3:
+                break
             answers.append(_decided(agent, state, episode, found))
             waiting = list(answers[-1][: _rows(agent, answers[-1], episode)])
         both = np.zeros((2, 3))
         both[episode.seat] = world_action(waiting.pop(0))
         both[1 - episode.seat] = random.uniform(0.0, 1.0), random.uniform(-np.pi, np.pi), random.random() < 0.1
         world.step(both)
+    found.ticks = max(found.ticks, world.tick)
     return answers
 
 

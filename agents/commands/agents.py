@@ -34,7 +34,7 @@ from movingout.agents.fault_place import located
 from movingout.maps import load_map
 from movingout.maps.commands.parser import add_out
 from movingout.maps.extras import needs_extra
-from movingout.world.constants import TICK_MS, TICKS_PER_SECOND
+from movingout.world.constants import LIMIT_TICKS, TICK_MS, TICKS_PER_SECOND
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -59,7 +59,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         example="movingout agents check my_package.mine:Agent",
     )
     check.add_argument("--map", default=",".join(MAPS), help="map names joined by commas (%(default)s)")
-    check.add_argument("--ticks", type=int, default=TICKS, help="length of each episode (%(default)s)")
+    check.add_argument(
+        "--ticks", type=int, help=f"length of each episode (default: {TICKS}, and at the end one of {LIMIT_TICKS})"
+    )
     check.set_defaults(perform=_check)
     quantize = commands.add_parser(
         "quantize",
@@ -130,7 +132,7 @@ def _show(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    if arguments.ticks < 1:
+    if arguments.ticks is not None and arguments.ticks < 1:
         raise AgentError(f"an episode has at least 1 tick, not {arguments.ticks}")
     load_agent(arguments.agent)  # an id that names nothing is a wrong command, not a fault of the agent
     maps = arguments.map.split(",")
@@ -145,9 +147,10 @@ def _check(arguments: argparse.Namespace) -> int:
         return 1
     if arguments.json:
         decision_ms = {"p50": found.p50_ms, "p99": found.p99_ms, "n": len(found.decisions_ms)}
-        print(json.dumps({"id": arguments.agent, "conforms": True, "decision_ms": decision_ms}))
+        print(json.dumps({"id": arguments.agent, "conforms": True, "ticks": found.ticks, "decision_ms": decision_ms}))
     else:
-        seen = f"{len(found.decisions_ms)} decisions in {found.episodes} episodes on {', '.join(maps)}"
+        seen = f"{len(found.decisions_ms)} decisions in {found.episodes} episodes of up to {found.ticks} ticks on "
+        seen += ", ".join(maps)
         print(f"{arguments.agent} meets the rules: {seen}, p50 {found.p50_ms:.1f} ms, p99 {found.p99_ms:.1f} ms")
         if not found.deterministic:
             print("Its answers were not compared: it is not deterministic.")

@@ -126,6 +126,29 @@ def test_a_broken_agent_is_told_what_is_wrong_and_what_would_be_right(
     assert isinstance(raised.value, AssertionError)
 
 
+class Late(Forward):
+    """Fails where short episodes have ended."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        if observation.tick == 300:
+            raise IndexError("the memory is full")
+        return super().act(observation)
+
+
+def test_at_the_end_a_whole_episode_is_played() -> None:
+    with pytest.raises(ConformanceError, match="HandOff, blue, tick 300: act raised IndexError: the memory is full"):
+        check_agent(Late, ["HandOff"])
+    assert check_agent(Late, ["HandOff"], 30).ticks == 30
+    found = check_agent(Forward, ["HandOff"])
+    assert (found.episodes, found.ticks) == (7, 500)
+
+
+def test_an_agent_that_thinks_for_long_is_not_asked_to_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("movingout.agents.conformance.WHOLE_S", 0.0)
+    found = check_agent(Forward, ["HandOff"])
+    assert (found.episodes, found.ticks) == (7, 30)
+
+
 def test_the_command_says_yes_or_no(capsys: pytest.CaptureFixture[str]) -> None:
     short = "--map", "HandOff", "--ticks", "4", "--json"
     assert main(["agents", "check", "idle", *short]) == 0
