@@ -1,6 +1,7 @@
 """Letters of twice the size (WCAG 1.4.4), as browsers offer for text alone: nothing lies over anything."""
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -10,7 +11,7 @@ from movingout.recordings import finalise
 from tests.browser import study_fake as fake
 from tests.browser.pages import admin_token, overflow
 from tests.browser.study_fake import FakeStudy
-from tests.browser.support import Server
+from tests.browser.support import Server, wait_for
 from tests.recordings.support import record
 
 OpenPage = Callable[..., Page]
@@ -97,3 +98,17 @@ def test_where_controls_are_tried_the_name_of_the_device_covers_no_word(open_pag
     assert faults(page) == []
     boxes = [one.bounding_box() for one in (pill, up)]
     assert boxes[0] and boxes[1] and boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"]
+
+
+def test_in_a_round_figures_and_buttons_stay_in_their_places(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(f"/play/{room['room']}?lang=de", room, **PHONE)
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.get_by_role("button", name="Ich bin bereit").click()
+    wait_for(page, "game.phase === 'playing'")
+    assert faults(page) == []
+    for part in ("#time", "#done", "#touch-grab", "#touch-backward"):
+        assert page.locator(part).evaluate("one => one.scrollWidth <= one.clientWidth"), part
+    boxes = [page.locator(part).bounding_box() for part in ("#time", "#done", "#mute")]
+    for left, right in pairwise(boxes):
+        assert left and right and left["x"] + left["width"] <= right["x"]
