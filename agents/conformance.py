@@ -4,7 +4,8 @@
 
     check_agent(lambda: MyPolicy("weights.npz"))
 
-It plays a few short episodes and a whole one, and raises ConformanceError for the first thing that is wrong, saying what would be right.
+It plays a few short episodes and a whole one, and raises ConformanceError for the first thing that is wrong, saying
+what would be right.
 `movingout agents check my_package.policy:MyPolicy` does the same from the command line.
 """
 

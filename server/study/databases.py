@@ -9,7 +9,7 @@ from typing import ParamSpec, TypeVar
 
 from movingout.server.study.alerts import Alerts
 from movingout.study.data.study_folder import StudyFolder
-from movingout.study.data.versions import code_versions, model_hashes
+from movingout.study.data.versions import agent_code, code_versions, model_hashes
 from movingout.study.errors import StoreError, StoreLocked, StudyError
 from movingout.study.store import IdentityStore, Store
 from movingout.study.store.database import Database, shown
@@ -45,9 +45,8 @@ class StudyDatabases:
             self.identities: IdentityStore = folder.open_identities()
             try:
                 self._refuse_lost(folder)
-                freeze_study(
-                    self.store, folder.study.id, file_text, code_versions(), model_hashes(folder.study), simulated
-                )
+                code = code_versions() | agent_code(folder.study)
+                freeze_study(self.store, folder.study.id, file_text, code, model_hashes(folder.study), simulated)
             except StudyError:
                 self.identities.close()
                 raise

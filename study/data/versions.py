@@ -6,8 +6,9 @@ from hashlib import sha256
 from pathlib import Path
 
 import movingout
-from movingout.agents.checkpoint.checkpoint import checkpoint_folders, model_roots, read_checkpoint
-from movingout.agents.errors import CheckpointError
+from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.agents.own_code import module_sha256
+from movingout.agents.partners.wrapped import inner_id
 from movingout.maps import load_map, map_to_json
 from movingout.maps.library import is_generated_or_shipped
 from movingout.recordings.versions import versions
@@ -25,19 +26,19 @@ def code_versions() -> dict[str, str]:
 
 
 def model_hashes(study: Study) -> dict[str, str]:
-    """SHA-256 of the card of each trained agent (the card names the hashes of its files), "" for the others.
+    """SHA-256 of each trained agent's card (which names the hashes of its files) or file, "" for the others.
 
-    Maps of one's own are there as `map:NAME`, because their files may not change either.
+    With options, too, and inside another: `late:agent=dp@mine`. Maps of one's own are there as `map:NAME`, because
+    their files may not change either.
     """
-    wanted = dict.fromkeys(agent_ids(study), "")
-    for folder in checkpoint_folders(*model_roots()):
-        try:
-            checkpoint = read_checkpoint(folder)
-        except CheckpointError:
-            continue
-        if wanted.get(checkpoint.card.id) == "":  # the first place that has it is the one that plays
-            wanted[checkpoint.card.id] = checkpoint.sha256
-    return wanted | {f"{MAP}{name}": _map_sha256(name) for name in _own_maps(study)}
+    agents = {agent_id: fingerprint(inner_id(agent_id) or agent_id) for agent_id in agent_ids(study)}
+    return agents | {f"{MAP}{name}": _map_sha256(name) for name in _own_maps(study)}
+
+
+def agent_code(study: Study) -> dict[str, str]:
+    """SHA-256 of the source file of each agent that is somebody's own code, as `agent:ID`."""
+    code = {agent_id: module_sha256(inner_id(agent_id) or agent_id) for agent_id in agent_ids(study)}
+    return {f"agent:{agent_id}": sha for agent_id, sha in code.items() if sha}
 
 
 def _own_maps(study: Study) -> list[str]:

@@ -99,9 +99,9 @@ def _changes(known: Row[Any], row: Mapping[str, Any]) -> Iterator[str]:
     if known.file_sha256 != row["file_sha256"]:
         yield "its file or a text beside it"
     before, now = json.loads(known.models), json.loads(row["models"])
-    for name in before.keys() & now.keys():  # earlier versions kept no hashes of maps
-        if before[name] != now[name]:
-            yield f"the map {name.removeprefix(MAP)}" if name.startswith(MAP) else "a model"
+    for name in sorted(before.keys() & now.keys()):  # earlier versions kept no hashes of maps, …
+        if before[name] not in ("", now[name]):  # … nor of files and of agents with options
+            yield f"the map {name.removeprefix(MAP)}" if name.startswith(MAP) else f"the agent {name}"
 
 
 def _anybody(connection: Connection) -> bool:

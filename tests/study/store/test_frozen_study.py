@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import load_map, map_to_json
-from movingout.study.data.versions import model_hashes
+from movingout.study.data.versions import agent_code, model_hashes
 from movingout.study.errors import StudyError
 from movingout.study.store.frozen_study import freeze_study, frozen_study
 from movingout.study.store.tables import audit
@@ -21,11 +21,54 @@ def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str)
         StudyError, match="study agent-survey has begun, and its file or a text beside it has changed since"
     ):
         open_store(place, text=TEXT)
-    with pytest.raises(StudyError, match="a model has changed since"):
-        freeze_study(store, "agent-survey", TEXT + "# before anybody came\n", {}, {"scripted": "ab"})
     freeze_study(store, "agent-survey", TEXT + "# before anybody came\n", {"movingout": "mended"}, {"scripted": ""})
     assert frozen_study(store).code == {"movingout": "mended"}
     assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "arrive", "code"]
+
+
+def test_a_study_that_has_begun_keeps_its_agents(place: Path | str) -> None:
+    store = open_store(place)
+    began = {"scripted": "", "dp@mine:lag=1": "ab", "onnx:path=mine.onnx": ""}
+    freeze_study(store, "agent-survey", TEXT, {}, began)
+    store.arrive("P1", "en")
+    with pytest.raises(StudyError, match="the agent dp@mine:lag=1 has changed since"):
+        freeze_study(store, "agent-survey", TEXT, {}, began | {"dp@mine:lag=1": "cd"})
+    # earlier versions had no hashes of files: what began then goes on
+    freeze_study(store, "agent-survey", TEXT, {}, began | {"onnx:path=mine.onnx": "ef"})
+
+
+def test_trained_agents_have_a_hash_with_options_and_inside_others_too(tmp_path: Path) -> None:
+    network = tmp_path / "mine.onnx"
+    network.write_bytes(b"weights")
+    ids = [
+        "dp@all",
+        "dp@all:execute=4",
+        "late:agent=dp@all:execute=4;lag=1,delay=2",
+        f"onnx:path={network}",
+        "scripted",
+    ]
+    partners = tuple(study().partners[0].model_copy(update={"id": str(at), "agent": id}) for at, id in enumerate(ids))
+    before = model_hashes(study().model_copy(update={"partners": partners}))
+    assert [bool(before[id]) for id in ids] == [True, True, True, True, False]
+    assert before[ids[0]] == before[ids[1]] == before[ids[2]]
+    network.write_bytes(b"others")
+    after = model_hashes(study().model_copy(update={"partners": partners}))
+    assert [id for id in ids if after[id] != before[id]] == [ids[3]]
+
+
+def test_code_of_ones_own_has_a_hash_and_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = tmp_path / "their_agents"
+    package.mkdir()
+    for name in ("__init__", "quick"):
+        (package / f"{name}.py").write_text("raise SystemExit", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    own = study().partners[0].model_copy(update={"agent": "their_agents.quick:Quick:speed=1"})
+    with_own = study().model_copy(update={"partners": (own, *study().partners)})
+    before = agent_code(with_own)
+    assert list(before) == ["agent:their_agents.quick:Quick:speed=1"]
+    (package / "quick.py").write_text("raise SystemExit  # mended", encoding="utf-8")
+    assert agent_code(with_own) != before
+    assert model_hashes(with_own)[own.agent] == ""
 
 
 def test_what_simulated_participants_did_is_never_mixed_with_what_people_did(place: Path | str) -> None:
