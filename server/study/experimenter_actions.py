@@ -1,5 +1,6 @@
 """What the experimenter can do to a running study. Every action leaves a row in the audit or a note."""
 
+import time
 from typing import Any
 
 import msgspec
@@ -60,11 +61,12 @@ class ExperimenterActions:
             await rooms.finished.save(tx, unit)
 
     async def kick(self, request: ExperimenterRequest) -> None:
-        """End the study for a participant, who gets a code."""
+        """End the study for a participant, who gets a code: of who withdrew, or of who did not come back."""
         async with self._running.transaction() as tx:
             session = self._session(request)
             await self._audit("kick", request)
-            await self._running.departures.dismiss(tx, session, "withdrew")
+            gone = session.is_gone(time.monotonic(), self._running.study.pairing.return_s)
+            await self._running.departures.dismiss(tx, session, "dropped-out" if gone else "withdrew")
 
     async def invalid(self, request: ExperimenterRequest) -> None:
         """Mark a round as invalid: it does not count."""

@@ -108,7 +108,7 @@ class StudyMonitor:
                 self._running.alerts.add("away", f"{session.pid} has been away for two minutes.", pid=session.pid)
 
     def _gone(self, session: ParticipantSession, now: float) -> bool:
-        return not session.present(now) and session.absent_s(now) > self._running.study.pairing.return_s
+        return session.is_gone(now, self._running.study.pairing.return_s)
 
     def _notice_slow_partner(self, unit: StudyUnit, now: float) -> None:
         if unit.ready and now - unit.ready_at > SLOW_PARTNER_S and not unit.problem:

@@ -13,7 +13,7 @@ from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
 from movingout.study.design.consent_text import filled
 from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING
-from movingout.study.design.steps import Step
+from movingout.study.design.steps import Step, partner_met
 from movingout.study.errors import StudyError
 from movingout.study.store.database import NUL
 
@@ -172,12 +172,13 @@ class ParticipantActions:
             raise StepRefused("step", "This question is not asked (any more).")
         questionnaire = self._study.questionnaire(step.questionnaire, session.record.language)
         questionnaire.check_answer(request.item, request.value, request.text)
+        unit = self._running.units.of(session)
         await self._running.databases.run(
             self._store.answer,
             pid=session.pid,
             step=step.key,
             questionnaire=step.questionnaire,
-            partner=step.partner,
+            partner=partner_met(step, len(unit.members) if unit else 0),
             item=request.item,
             value=request.value,
             text=request.text.replace(NUL, ""),

@@ -76,6 +76,10 @@ class ParticipantSession:
         """For how long no page of theirs was heard, since the last pause: a pause is no absence."""
         return now - max(self.last_seen_at, self.resumed_at)
 
+    def is_gone(self, now: float, after_s: float) -> bool:
+        """Whether they closed their page longer ago than a partner has to wait."""
+        return not self.present(now) and self.absent_s(now) > after_s
+
 
 def notify(sessions: Iterable[ParticipantSession]) -> None:
     """Tell their open pages to ask for the view again."""

@@ -5,6 +5,7 @@ import time
 from collections import deque
 from collections.abc import Iterator, Mapping
 
+from movingout.server.study.arrivals.arrival_link import CODE
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.transaction import Transaction
@@ -71,7 +72,8 @@ class Participants:
         pids = [session.pid for session in self._gone(now)[:MOST_AT_ONCE]]
         if pids:
             await tx.run(drop_undecided, self._store, pids)
-            await tx.run(self._identities.drop, pids)
+            # a code is the experimenter's, and stays good; whoever came with a link is known anew by it
+            await tx.run(self._identities.drop, [pid for pid in pids if self._sessions[pid].source != CODE])
             for pid in pids:
                 del self._sessions[pid]
 
@@ -88,9 +90,17 @@ class Participants:
         await tx.run(self._store.move, session.pid, key)
         await self.refresh(tx, session)
 
+    @property
+    def complete(self) -> int:
+        """How many have finished with data that stay: who wants theirs deleted, or played with them, is one too few."""
+        refused = {one.record.unit for one in self if one.record.keep is False}
+        return sum(one.record.outcome == "done" and one.record.unit not in refused for one in self)
+
     async def finish(self, tx: Transaction, session: ParticipantSession, outcome: Outcome) -> None:
-        """Give them their only completion code."""
-        await tx.run(self._store.finish, session.pid, outcome, self._code(outcome))
+        """Give them their only completion code; who is away ended when they were last seen."""
+        now = time.monotonic()
+        away_s = 0.0 if session.present(now) else session.absent_s(now)
+        await tx.run(self._store.finish, session.pid, outcome, self._code(outcome), away_s)
         await self.refresh(tx, session)
 
     def _code(self, outcome: Outcome) -> str:

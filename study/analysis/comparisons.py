@@ -16,6 +16,7 @@ from statsmodels.stats.meta_analysis import effectsize_smd
 from statsmodels.stats.multitest import multipletests
 
 CONFIDENCE = 0.95
+_DECIMALS = 10  # of differences that are ranked
 ROUNDING = 1e-12  # a smaller difference, as a share of the values, is none
 _Z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2))
 
@@ -79,8 +80,10 @@ def signed_rank(differences: Sequence[float]) -> float | None:
     """p of Wilcoxon's signed-rank test, two-sided; None where no difference is left to rank.
 
     Differences of none are left out (Wilcoxon's own rule). Exact where no two are equal in size, else by the normal
-    approximation corrected for ties, as R's wilcox.test does.
+    approximation corrected for ties, as R's wilcox.test does. Means of several values differ in their last digits
+    though they are equal, which would break ties: so differences are rounded first.
     """
+    differences = [round(value, _DECIMALS) for value in differences]
     ranked = [abs(value) for value in differences if value]
     if not ranked:
         return None

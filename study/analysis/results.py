@@ -9,7 +9,7 @@ from typing import Any
 from movingout.recordings.report.words import Phrase
 from movingout.study.analysis.pings import PingRound, ping_rounds
 from movingout.study.analysis.sessions import Sessions, sessions_of
-from movingout.study.design.definition import Study
+from movingout.study.design.definition import SUBSTITUTE, Study
 from movingout.study.design.localized_text import DEFAULT
 from movingout.study.questionnaire import NO_ANSWER, QuestionnaireItem
 from movingout.study.store.store import Store
@@ -49,7 +49,8 @@ class Results:
     def partners(self) -> tuple[str, ...]:
         """The partners played with, in the order of the study file; "" stands for another participant."""
         met = {row["partner"] for row in self.rounds}
-        return tuple(name for name in (*(one.id for one in self.study.partners), "") if name in met)
+        known = dict.fromkeys((*(one.id for one in self.study.partners), SUBSTITUTE, ""))
+        return tuple(name for name in known if name in met)
 
     @property
     def maps(self) -> tuple[str, ...]:

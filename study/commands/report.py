@@ -18,7 +18,7 @@ from movingout.study.analysis.tables import ENGLISH, LANGUAGE_FILES, Namer, Repo
 from movingout.study.commands.data import as_frozen
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import letters
-from movingout.study.design.definition import Study
+from movingout.study.design.definition import SUBSTITUTE, Study
 from movingout.study.errors import StudyError
 from movingout.study.store.frozen_study import FrozenStudy, frozen_study
 
@@ -47,6 +47,7 @@ def report(folder: StudyFolder, args: argparse.Namespace) -> int:
 
 def _namer(study: Study, words: Words, *, blinded: bool) -> Namer:
     shown = letters(study) if blinded else {one.id: _named(one.id, one.agent) for one in study.partners}
+    shown.setdefault(SUBSTITUTE, words.say("study.substitute"))
     return lambda partner: shown.get(partner, words.say("study.another_participant"))
 
 

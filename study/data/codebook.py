@@ -40,7 +40,7 @@ DERIVED: Mapping[str, Mapping[str, DerivedColumn]] = {
         "slot": DerivedColumn(int, "slot of the allocation, from 0"),
         "position": DerivedColumn(int, "which round of the unit this is, from 1"),
         "block": DerivedColumn(str, "block of the study"),
-        "partner": DerivedColumn(str, "id of the partner, empty in pairs"),
+        "partner": DerivedColumn(str, "id of the partner; in pairs empty"),
         "map": DerivedColumn(str, "name of the map"),
         "seat": DerivedColumn(int, "of the first of the unit: 0 blue, 1 red"),
         "variant_seed": DerivedColumn(int, "of a randomised map, empty for the map as designed"),

@@ -207,6 +207,7 @@ class MapText(StudyModel):
     description: LocalizedText
 
 
+SUBSTITUTE = "agent"  # the partner, in data, where an agent plays in the place of one who never came
 NOTICED_S = 25.0  # after which a page that says nothing counts as closed: it asks every 10 s
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from movingout.study.design.allocation import Assignment, Turn
-from movingout.study.design.definition import Block, Study
+from movingout.study.design.definition import SUBSTITUTE, Block, Study
 from movingout.study.questionnaire import QuestionnaireItem
 from movingout.world.constants import TICK_SECONDS
 
@@ -40,6 +40,11 @@ class Step:
 def steps(study: Study, assignment: Assignment) -> tuple[Step, ...]:
     """All steps of a slot in their order, from consent to completion code."""
     return tuple(_steps(study, assignment))
+
+
+def partner_met(step: Step, members: int) -> str:
+    """The partner of a step in data, with so many participants in the unit; "" for another participant, or nobody."""
+    return step.partner or (SUBSTITUTE if step.block and members == 1 else "")
 
 
 def planned_seconds(order: tuple[Step, ...]) -> float:

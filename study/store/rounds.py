@@ -5,11 +5,14 @@ from dataclasses import asdict, dataclass
 
 from sqlalchemy import func, insert, select, update
 
-from movingout.study.design.steps import Step
+from movingout.study.design.steps import CARD_S, Step, partner_met
 from movingout.study.errors import StudyError
 from movingout.study.store.audit import record
 from movingout.study.store.store import Store, Unit
 from movingout.study.store.tables import consents, players, rounds
+from movingout.world.constants import TICK_SECONDS
+
+LONGEST_PAUSE_S = 300.0  # of one pause, what counts as time in a block
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +56,8 @@ class Rounds:
                     raise StudyError("no tick is played before everybody has consented")
             mine = select(func.count()).select_from(rounds).where(rounds.c.unit == unit.id)
             attempt = connection.execute(mine.where(rounds.c.step == step.key)).scalar_one() + 1
-            row = {"unit": unit.id, "step": step.key, "attempt": attempt, "block": step.block, "partner": step.partner}
+            row = {"unit": unit.id, "step": step.key, "attempt": attempt, "block": step.block}
+            row["partner"] = partner_met(step, len(unit.pids))
             row |= {"map": step.turn.map, "variant_seed": step.turn.variant_seed, "limit_ticks": step.limit_ticks}
             row |= {"position": connection.execute(mine).scalar_one() + 1, "episode": episode, "valid": True}
             added = insert(rounds).values(**row, started_ms=self._store.now()).returning(rounds.c.id)
@@ -61,14 +65,20 @@ class Rounds:
             connection.execute(insert(players), [{"round": number, **asdict(one)} for one in seated])
             return int(attempt)
 
-    def end(self, episode: str, played: RoundOutcome, seated: Sequence[PlayerOutcome] = ()) -> None:
-        """Close a round with its outcome."""
+    def end(
+        self, episode: str, played: RoundOutcome, seated: Sequence[PlayerOutcome] = (), recovered: bool = False
+    ) -> None:
+        """Close a round with its outcome; one that is `recovered`, after its last tick, ended about then, not now."""
         with self._store.database.write() as connection:
-            number = connection.execute(select(rounds.c.id).where(rounds.c.episode == episode)).scalar()
-            if number is None:
+            find = select(rounds.c.id, rounds.c.started_ms).where(rounds.c.episode == episode)
+            opened = connection.execute(find).one_or_none()
+            if opened is None:
                 raise StudyError(f"there is no round with the recording {episode!r}")
+            number, ended = opened.id, self._store.now()
+            if recovered:
+                ended = min(ended, opened.started_ms + round(1e3 * (CARD_S + played.ticks * TICK_SECONDS)))
             change = update(rounds).where(rounds.c.id == number)
-            connection.execute(change.values(**asdict(played), ended_ms=self._store.now()))
+            connection.execute(change.values(**asdict(played), ended_ms=ended))
             for one in seated:
                 here = update(players).where(players.c.round == number, players.c.pid == one.pid)
                 known = {name: value for name, value in asdict(one).items() if value not in (None, "")}
@@ -90,11 +100,24 @@ class Rounds:
         return {unit: frozenset(steps) for unit, steps in found.items()}
 
     def block_seconds(self, unit: int) -> dict[str, float]:
-        """Seconds that each block has lasted: from the start of its first round to the end of its newest."""
-        lasted = func.max(rounds.c.ended_ms) - func.min(rounds.c.started_ms)
-        query = select(rounds.c.block, lasted.label("ms")).where(rounds.c.unit == unit, rounds.c.ended_ms.is_not(None))
+        """Seconds that each block has lasted, its rounds and what lay between them.
+
+        Of a pause or an absence only the first minutes count: the time of a block is for playing.
+        """
+        mine = rounds.c.unit == unit, rounds.c.ended_ms.is_not(None)
+        columns = rounds.c.block, rounds.c.started_ms, rounds.c.ended_ms, rounds.c.ticks
+        query = select(*columns).where(*mine).order_by(rounds.c.started_ms)
+        lasted: dict[str, float] = {}
+        ended: dict[str, int] = {}
         with self._store.database.read() as connection:
-            return {row.block: row.ms / 1e3 for row in connection.execute(query.group_by(rounds.c.block))}
+            for row in connection.execute(query):
+                between = (row.started_ms - ended.get(row.block, row.started_ms)) / 1e3
+                most = LONGEST_PAUSE_S + (row.ticks or 0) * TICK_SECONDS
+                played = min((row.ended_ms - row.started_ms) / 1e3, most)
+                spent = max(0.0, min(between, LONGEST_PAUSE_S)) + max(0.0, played)
+                lasted[row.block] = lasted.get(row.block, 0.0) + spent
+                ended[row.block] = row.ended_ms
+        return lasted
 
     def newest_episodes(self) -> Mapping[int, str]:
         """The recording of each unit's newest round."""

@@ -145,14 +145,18 @@ class Store:
             query = select(consents.c.id).where(consents.c.pid == pid, consents.c.version == version)
             return connection.execute(query).first() is not None
 
-    def finish(self, pid: str, outcome: Outcome, code: str) -> str:
-        """Finish a participant and return their code. The first outcome stands; asking again gives the same code."""
+    def finish(self, pid: str, outcome: Outcome, code: str, away_s: float = 0.0) -> str:
+        """Finish a participant and return their code. The first outcome stands; asking again gives the same code.
+
+        Their time ends now, or `away_s` seconds ago: pay for the minutes here does not grow while they are away.
+        """
         with self.database.write() as connection:
             known = _participant(connection, pid)
             if known.code is not None:
                 return known.code
             change = update(participants).where(participants.c.pid == pid)
-            connection.execute(change.values(finished_ms=self.now(), outcome=outcome, code=code, step="code"))
+            ended = max(known.arrived_ms, self.now() - round(1e3 * away_s))
+            connection.execute(change.values(finished_ms=ended, outcome=outcome, code=code, step="code"))
             record(connection, self.now(), "participant", "finish", pid, outcome=outcome)
             if known.unit is not None:
                 _settle(connection, known.unit)

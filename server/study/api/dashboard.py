@@ -102,7 +102,7 @@ class Dashboard:
             "paused": running.progress.paused,
             "counts": {
                 "planned": running.study.participants,
-                "finished": sum(session.record.outcome == "done" for session in sessions),
+                "finished": running.participants.complete,
                 "active": sum(not row["outcome"] and row["present"] for row in rows),
                 "waiting": running.units.waiting_count,
             },

@@ -106,8 +106,7 @@ class SessionService:
         raise ArrivalRefused("other_device", text)
 
     def _refuse_when_full(self) -> None:
-        done = sum(session.record.outcome == "done" for session in self._running.participants)
-        if done >= self._running.study.participants:
+        if self._running.participants.complete >= self._running.study.participants:
             raise ArrivalRefused("study_full", "This study has as many participants as it needs. Thank you for coming!")
 
     async def _admit(self, tx: Transaction, pid: str, source: str, language: str) -> ParticipantSession:

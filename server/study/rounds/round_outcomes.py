@@ -52,8 +52,8 @@ def recovered_players(recovered: RecoveredRound, unit: StudyUnit | None) -> list
         if session.step is not None:
             seat = unit.seat_of(session.step, session)
             rtt_ms, idle_share = recovered.rtt_ms[seat], recovered.idle_share[seat]
-            device = session.device or "keyboard"
-            players.append(PlayerOutcome(session.pid, seat, device, rtt_ms=rtt_ms, idle_share=idle_share))
+            # the device stays that of the round's start
+            players.append(PlayerOutcome(session.pid, seat, "", rtt_ms=rtt_ms, idle_share=idle_share))
     return players
 
 

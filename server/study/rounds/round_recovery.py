@@ -56,7 +56,7 @@ class RoundRecovery:
         if found is None:
             return NOT_RECORDED  # the row stays open, and the next start tries again
         try:
-            await tx.run(self._databases.rounds.end, episode, *found)
+            await tx.run(self._databases.rounds.end, episode, *found, recovered=True)
         except StudyError as error:
             text = f"The round {episode} stays open in the database."
             self._alerts.add("not_closed", text, str(error), episode=episode)
