@@ -83,6 +83,17 @@ def _matches(grid: Grid, agent: str, partner: str, seat: int, the_map: str, chal
     for seed in grid.seed_range:
         if grid.seats == "both" and agent != partner and seed % 2 != seat:
             continue
-        pair = (own[seed % len(own)], others[(seed + (agent == partner)) % len(others)])
+        both = grid.seats == "both" and agent != partner
+        pair = (own[_turn(seed, len(own), both)], others[_turn(seed + (agent == partner), len(others), both)])
         blue, red = pair if seat == 0 else pair[::-1]
         yield Match(the_map, blue.agent_id, red.agent_id, seed, challenge, grid.ticks, grid.split)
+
+
+def _turn(seed: int, members: int, both_seats: bool) -> int:
+    """Whose turn it is in a group with this seed.
+
+    Seats alternate with seeds, so in a group of even size everybody would be met in one seat only: each pass through it
+    begins one member later than the last, and after two everybody was met in both.
+    """
+    late = seed // members if both_seats and members % 2 == 0 else 0
+    return (seed + late) % members

@@ -96,18 +96,21 @@ def _no_room() -> ApiError:
 
 async def seat_of_token(host: PublicHost, room_id: str, request: Request) -> TokenHolder:
     """The seat whose token came with the request; wrong ones are counted. Raises ApiError."""
-    seat = await in_room(host, room_id, _token_holder, bearer(request))
+    seat, was_theirs = await in_room(host, room_id, _token_holder, bearer(request))
     if seat is None:
-        if await host.admission.guesses_too_often(address_of(request), "seat"):
+        # a page that has rejoined since may still send the token of before, which is no guess
+        if not was_theirs and await host.admission.guesses_too_often(address_of(request), "seat"):
             raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
         raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
     return seat
 
 
-def _token_holder(room: Room, token: str) -> TokenHolder | None:
+def _token_holder(room: Room, token: str) -> tuple[TokenHolder | None, bool]:
+    """Whose token it is, and whether it was one of the room's before."""
     seat = room.seating.seat_of_token(token)
     played = tuple(result.recording for result in room.series.results if result.recording)
-    return None if seat is None else TokenHolder(seat.index, bool(room.config.study), played)
+    holder = None if seat is None else TokenHolder(seat.index, bool(room.config.study), played)
+    return holder, room.seating.was_token(token)
 
 
 async def limit_answers(host: PublicHost, request: Request) -> None:

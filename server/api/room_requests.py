@@ -60,6 +60,7 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
     refusal = host.refusal(for_operator=not address)
     if refusal:
         raise ApiError(503, "full", refusal.message, refusal=refusal.code, **refusal.values)  # the page says which
+    _check_numbers(wanted)
     _check_named(wanted.seats)
     if wanted.tutorial:
         return await _open_tutorial(host, wanted, address)
@@ -73,6 +74,14 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
             if error.code not in _CANNOT_PLAY:
                 raise
     return await _open_seated(host, _with_partner(wanted, last), address)
+
+
+def _check_numbers(wanted: RoomRequest) -> None:
+    """Raises ApiError for more maps or seats than a room has, before any of them is made or looked for."""
+    if len(wanted.maps) > MAX_ROUNDS:
+        raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}", most=MAX_ROUNDS)
+    if len(wanted.seats) > 2:
+        raise ApiError(422, "seats", f"a room has two seats, blue and red, not {len(wanted.seats)}")
 
 
 def _check_named(seats: list[SeatRequest]) -> None:
@@ -99,7 +108,7 @@ async def _open_seated(host: PublicHost, wanted: RoomRequest, address: str) -> d
     ghosts = await _ghosts(host, wanted.seats)
     if ghosts and not wanted.maps:
         wanted.maps = [next(iter(ghosts.values())).map]
-    own_maps = await _own_maps(host, wanted, ghosts)
+    own_maps = await _own_maps(host, wanted, ghosts, address)
     for name in wanted.maps:
         if not is_shipped(name) and name not in own_maps:
             raise unknown_map(host, name)
@@ -182,15 +191,25 @@ async def _ghosts(host: PublicHost, seats: list[SeatRequest]) -> dict[int, Ghost
     return found
 
 
-async def _own_maps(host: PublicHost, wanted: RoomRequest, ghosts: dict[int, GhostSeat]) -> dict[str, MapSpec]:
-    """The wanted maps that are not shipped: drawn, generated, of the operator's folder as they are now, recorded."""
+async def _own_maps(
+    host: PublicHost, wanted: RoomRequest, ghosts: dict[int, GhostSeat], address: str
+) -> dict[str, MapSpec]:
+    """The wanted maps that are not shipped: drawn, generated, of the operator's folder as they are now, recorded.
+
+    To generate one takes time, so the address has as many as it may check. Raises ApiError.
+    """
     if wanted.map is not None:
         drawn = await playable(host, wanted.map)
         if wanted.maps:
             raise ApiError(422, "maps", "a drawn map is played alone; leave `maps` empty", most=MAX_ROUNDS)
         wanted.maps = [drawn.name]
         return {drawn.name: drawn}
-    found = {name: await own_map(host, name) for name in dict.fromkeys(wanted.maps) if not is_shipped(name)}
+    found = {}
+    for name in dict.fromkeys(wanted.maps):
+        if not is_shipped(name):
+            if address and not host.admission.may_check_map(address):
+                raise ApiError(429, "map_busy", "Too many maps were made for your address; wait a few seconds.")
+            found[name] = await own_map(host, name)
     recorded = {ghost.map: ghost.own for ghost in ghosts.values()}
     return {name: spec for name, spec in {**found, **recorded}.items() if spec is not None}
 

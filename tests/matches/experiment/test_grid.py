@@ -41,6 +41,20 @@ def test_people_of_a_population_take_turns_and_never_meet_themselves() -> None:
     assert all(entry.match.blue != entry.match.red for entry in plan)
 
 
+@pytest.mark.parametrize("members", [("people:C", 20), ("@list", 3), ("@list", 2)])
+def test_with_both_seats_everybody_of_a_group_is_met_in_both(members: tuple[str, int], tmp_path: Path) -> None:
+    name, size = members
+    if name == "@list":
+        (tmp_path / "list.txt").write_text("\n".join(f"scripted:seed={seed}" for seed in range(size)), encoding="utf-8")
+        name = f"@{tmp_path / 'list.txt'}"
+    grid = small_grid(agents=["idle"], partners=[name], seeds=2 * size, maps=["HandOff"])
+    plan = planned_matches(grid)
+    met = {(entry.match.seats[1 - entry.seat], entry.seat) for entry in plan}
+    assert len(met) == len(plan) == 2 * size
+    first = {entry.match.seats[1 - entry.seat] for entry in plan if entry.match.seed < size}
+    assert len(first) == size, "as many seeds as there are members meet everybody"
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

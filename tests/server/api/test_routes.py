@@ -15,7 +15,7 @@ from movingout.agents.checkpoint.checkpoint import SHIPPED, read_checkpoint
 from movingout.maps import map_from_json, shipped_map_names
 from movingout.server import messages as m
 from movingout.server import status as server_status
-from movingout.server.api import offered_agents
+from movingout.server.api import offered_agents, room_requests
 from movingout.server.api.offered_agents import OfferedAgents
 from movingout.server.api.pages import WEB
 from movingout.server.settings import Settings
@@ -207,6 +207,31 @@ def test_answers_need_the_token_of_a_seat(live: Live) -> None:
     path = f"/api/rooms/{room['room']}/answers"
     for token in ("", "wrong"):
         assert live.call(path, {"question": "teamwork", "value": 3}, token=token)[0] == 401
+
+
+def test_a_token_of_before_the_last_join_is_no_guess(live: Live) -> None:
+    """As a page that rejoins while somebody answers questions may still send."""
+    room = live.open_room("here", "idle")
+    person = live.person(room["room"], tokens=room["tokens"][:1])
+    old = person.tokens[0]
+    person.connection.close()
+    again = live.person(room["room"], tokens=[old])
+    again.say(type="ready", seat=0)
+    path, answer = f"/api/rooms/{room['room']}/answers", {"question": "teamwork", "value": 3}
+    assert again.tokens[0] != old
+    said = [live.call(path, answer, token=old)[0] for _ in range(30)]
+    assert set(said) <= {200, 401}, "429 would lock the address of the page itself"
+
+
+def test_maps_are_made_for_an_address_as_often_as_it_may_check_maps(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+    monkeypatch.setattr(room_requests, "own_map", lambda host, name: made.append(name))
+    seats = [{"kind": "here"}, {"kind": "link"}]
+    status, answer = live.call("/api/rooms", {"maps": [f"generated:test:{n}" for n in range(400)], "seats": seats})
+    assert (status, answer["error"]["code"]) == (422, "maps")
+    assert not made, "too many are refused before the first of them is made"
 
 
 def test_the_administrator_sees_rooms_and_closes_one(live: Live) -> None:

@@ -1,5 +1,6 @@
 """The experimenter's page: its state and its actions, which need the admin token."""
 
+import asyncio
 import csv
 import io
 import json
@@ -8,6 +9,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from movingout.server.study.notes import ExperimenterNotes
+from movingout.study.store.removal import remove_participant
 from movingout.study.store.tables import audit, notes, rounds
 from tests.server.live import ADMIN, WAIT_S
 from tests.server.study.support import SOLO, Served, Visitor, served
@@ -224,6 +227,27 @@ def test_who_is_kicked_gets_a_code(long: Served) -> None:
     assert visitor.pid not in str(long.running.databases.store.rows(audit))
     for action in ("kick", "restart-round", "pause"):
         assert long.live.call(f"/api/experimenter/{action}", {"pid": "PXXXXXX"}, ADMIN)[0] == 409
+
+
+def test_who_is_ended_while_away_did_not_come_back_and_is_paid_until_then(long: Served) -> None:
+    visitor = long.visitor().go_to("form")
+    long.later(86_400)
+    long.ask("kick", pid=visitor.pid)
+    row = long.row(visitor.pid)
+    assert (row["outcome"], row["minutes"] < 5) == ("dropped-out", True)
+
+
+def test_a_note_on_somebody_without_a_unit_says_so_after_a_restart_and_goes_with_their_data(solo: Served) -> None:
+    visitor = solo.visitor()
+    visitor.agree()
+    solo.ask("note", text="Fainted.", pid=visitor.pid)
+    databases = solo.running.databases
+    again = ExperimenterNotes(databases, solo.running.participants)
+    asyncio.run_coroutine_threadsafe(again.restore(), solo.live.loop).result(WAIT_S)
+    newest = again.to_json()[0]
+    assert (newest["text"], newest["pid"]) == ("Fainted.", visitor.pid)
+    remove_participant(databases.store, visitor.pid, 0)
+    assert "Fainted" not in str(databases.store.rows(notes))
 
 
 def test_notes_stay(solo: Served) -> None:

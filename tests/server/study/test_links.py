@@ -158,6 +158,12 @@ def test_who_leaves_without_a_word_about_the_consent_leaves_no_row(tmp_path: Pat
         assert gone.call("view")[0] == 401
         assert study.live.call("/api/experimenter/state", token=ADMIN)[1]["counts"]["planned"] == 400
         assert study.visitor(PROLIFIC_PID="gone").kind == "consent", "they may come again"
+        code = study.ask("open-next")["code"]
+        undecided = study.visitor(code=code)
+        study.later(UNDECIDED_S + 1)
+        study.look()
+        assert undecided.call("view")[0] == 401
+        assert study.visitor(code=code).kind == "consent", "a code that was given to somebody stays good"
         assert Visitor(study, stayed.token, stayed.view).look()["step"]["kind"] == stayed.kind
 
 

@@ -11,8 +11,9 @@ from movingout.recordings.storage.index import list_recordings
 from movingout.server import messages as m
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
+from movingout.study.design.definition import SUBSTITUTE
 from movingout.study.design.step_order import WAITING
-from movingout.study.store.tables import rounds
+from movingout.study.store.tables import answers, rounds
 from tests.server.live import Person
 from tests.server.study.support import PAIR, Served, Visitor, served
 
@@ -124,6 +125,10 @@ def test_who_waits_too_long_may_play_with_an_agent_instead(tmp_path: Path) -> No
         assert alone.step["partner_letter"] == "A", "nobody is told that it is a person"
         alone.go_to("code")
         assert alone.step["outcome"] == "done"
+        store = study.running.databases.store
+        assert {row["partner"] for row in store.rows(rounds)} == {SUBSTITUTE}, "not taken for a round of two people"
+        about = {row["partner"] for row in store.rows(answers) if row["step"].partition("/")[0] != "end"}
+        assert about <= {SUBSTITUTE}
     found, _ = list_recordings(tmp_path / "recordings")
     assert all("idle" in (one.blue + one.red) for one in found) and len(found) == 2
 

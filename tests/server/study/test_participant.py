@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.study.store.tables import answers, audit, consents, counts, identities, participants, rounds
-from tests.server.live import Person
+from tests.server.live import ADMIN, Person
 from tests.server.study.support import SOLO, Served, Visitor, events_of, served
 
 WAY = [
@@ -291,6 +291,17 @@ def test_a_study_that_has_everybody_it_needs_says_so(tmp_path: Path) -> None:
         assert (status, answer["error"]["code"]) == (403, "study_full")
         known = study.running.databases.identities.known
         assert known("prolific", "too-late") is None, "nothing is kept of who was turned away"
+
+
+@pytest.mark.slow
+def test_who_wants_their_data_deleted_leaves_their_place_to_another(tmp_path: Path) -> None:
+    with served(tmp_path, SOLO.replace("participants: 400", "participants: 1")) as study:
+        first = study.visitor().go_to("debrief")
+        first.next(keep=False)
+        assert first.look()["step"]["kind"] == "code"
+        assert study.arrive(PROLIFIC_PID="next")[0] == 200
+        _, state = study.live.call("/api/experimenter/state", token=ADMIN)
+        assert (state["counts"]["finished"], state["counts"]["planned"]) == (0, 1)
 
 
 # ---- on the way ---------------------------------------------------------------------------------------------------

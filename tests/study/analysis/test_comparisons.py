@@ -37,6 +37,18 @@ def test_ties_and_zeros_are_ranked_as_r_does_without_its_continuity_correction()
     assert signed_rank([1, -1, 2, 3, 3, 0]) == pytest.approx(0.10247, abs=1e-4)
 
 
+def test_equal_differences_of_means_are_ties_whatever_their_last_digits() -> None:
+    """Twelve people rate three rounds with each partner: +1/3 nine times and -1/3 three times; z = -39 / 22.5 …"""
+    ratings = [(1, 2, 2), (2, 3, 3), (3, 3, 4), (4, 4, 5), (5, 5, 6), (5, 6, 6), (2, 2, 3), (6, 6, 7), (1, 1, 2)]
+    means = [sum(map(float, one)) / 3 for one in ratings]
+    differences = [mean - (sum(one) - 1) / 3 for mean, one in zip(means, ratings, strict=True)]
+    differences += [(sum(one) - 1) / 3 - mean for mean, one in zip(means[:3], ratings[:3], strict=True)]
+    assert len({abs(one) for one in differences}) > 1, "in floats they differ"
+    assert signed_rank(differences) == pytest.approx(signed_rank([1.0] * 9 + [-1.0] * 3), abs=1e-12)
+    orders = [sum(values) / 3 - sum(reversed(values)) / 3 for values in [(0.1, 0.2, 0.3)] * 6]
+    assert any(orders) and signed_rank(orders) is None, "the same values in another order"
+
+
 def test_the_effect_size_is_that_of_borenstein() -> None:
     """Introduction to Meta-Analysis (2009), chapter 4: means 103 and 100, spreads 5.5 and 4.5, 50 each: g = 0.5924.
 

@@ -265,6 +265,37 @@ def test_a_block_lasts_from_its_first_round_to_the_end_of_the_newest(place: Path
     assert played.block_seconds(unit.id) == {first.block: pytest.approx(50, abs=0.1)}
 
 
+def test_a_pause_or_a_night_takes_five_minutes_of_a_block(place: Path | str) -> None:
+    clock = Clock()
+    store = open_store(place, clock)
+    agree(store, ["P1"])
+    unit, played = store.form_unit(["P1"]), Rounds(store)
+    first, second = rounds_of(unit.slot)[:2]
+    played.begin(unit, first, "e1", [PlayerOutcome("P1", 0, "keyboard")])
+    clock.ms += 3_600_000  # a pause within the round
+    played.end("e1", PLAYED)
+    clock.ms += 86_400_000  # a night
+    played.begin(unit, second, "e2", [PlayerOutcome("P1", 0, "keyboard")])
+    clock.ms += 3 * 86_400_000  # the server was killed, and started again after the weekend
+    played.end("e2", PLAYED, recovered=True)
+    rows = {row["episode"]: row for row in store.rows(rounds)}
+    ticks_s = PLAYED.ticks / 10
+    assert rows["e2"]["ended_ms"] - rows["e2"]["started_ms"] == pytest.approx(1e3 * (ticks_s + 10), abs=1)
+    lasted = (300 + ticks_s) + 300 + (ticks_s + 10)
+    assert played.block_seconds(unit.id) == {first.block: pytest.approx(lasted, abs=0.1)}
+
+
+def test_who_is_away_at_the_end_was_here_until_they_were_last_seen(place: Path | str) -> None:
+    clock = Clock()
+    store = open_store(place, clock)
+    agree(store, ["P1", "P2"])
+    clock.ms += 86_400_000
+    store.finish("P1", "dropped-out", "AB", away_s=86_000.0)
+    store.finish("P2", "dropped-out", "CD", away_s=1e9)
+    minutes = [(one.finished_ms - one.arrived_ms) / 60_000 for one in map(store.participant, ("P1", "P2"))]
+    assert minutes == [pytest.approx(400 / 60, abs=0.1), 0.0]
+
+
 def test_two_at_one_screen_read_on_in_their_language(place: Path | str) -> None:
     store = open_store(place)
     agree(store, ["P1", "P2"])
