@@ -14,7 +14,7 @@ from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import share
 from movingout.recordings.report.words import LANGUAGES
 from movingout.study.commands.place import add_place, folder_of
-from movingout.study.data.erasure import due_for_erasure, erase, purge
+from movingout.study.data.erasure import due_now, erase, purge
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.store import Store
@@ -124,7 +124,7 @@ def _forget(args: argparse.Namespace) -> int:
 def _purge(args: argparse.Namespace) -> int:
     folder = folder_of(args)
     with closing(folder.open_existing()) as store, folder.exclusive() if args.apply else nullcontext():
-        found = purge(folder, store) if args.apply else due_for_erasure(folder.study, store)
+        found = purge(folder, store) if args.apply else due_now(folder, store)
     document = {"applied": args.apply, "identities": list(found.identities), "participants": list(found.trials)}
     verb = "removed" if args.apply else "due"
     _say(args, document, [

@@ -38,7 +38,9 @@ DERIVED: Mapping[str, Mapping[str, DerivedColumn]] = {
     "allocation": {
         "unit": DerivedColumn(int, "number of the unit"),
         "slot": DerivedColumn(int, "slot of the allocation, from 0"),
-        "position": DerivedColumn(int, "which round of the unit this is, from 1"),
+        "position": DerivedColumn(
+            int, "which planned round of the unit this is, from 1; rounds.position counts repeated ones, too"
+        ),
         "block": DerivedColumn(str, "block of the study"),
         "partner": DerivedColumn(str, "id of the partner; in pairs empty"),
         "map": DerivedColumn(str, "name of the map"),

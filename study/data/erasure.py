@@ -58,8 +58,11 @@ def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
     return Erased(pid, remove_participant(store, pid, removed), removed, known)
 
 
-def due_for_erasure(study: Study, store: Store) -> DueForErasure:
-    """Who is past the retention period; it starts at arrival for participants who have not finished."""
+def _due(study: Study, store: Store, known: Collection[str]) -> DueForErasure:
+    """Who is past the retention period; it starts at arrival for participants who have not finished.
+
+    Identities are due of those who are still `known`.
+    """
     now = store.now()
     released = {row["pid"] for row in store.rows(consents) if '"release"' in row["boxes"]}
     identities, trials = [], []
@@ -67,15 +70,21 @@ def due_for_erasure(study: Study, store: Store) -> DueForErasure:
         keep = study.retention.released if one.pid in released else study.retention.trials
         if _expired(one, keep, now):
             trials.append(one.pid)
-        elif _expired(one, study.retention.identity, now):
+        elif one.pid in known and _expired(one, study.retention.identity, now):
             identities.append(one.pid)
     return DueForErasure(tuple(identities), tuple(trials))
 
 
+def due_now(folder: StudyFolder, store: Store) -> DueForErasure:
+    """What `purge` would remove."""
+    with closing(folder.open_identities()) as identities:
+        return _due(folder.study, store, identities.everybody())
+
+
 def purge(folder: StudyFolder, store: Store) -> DueForErasure:
     """Remove what is due; returns what was removed."""
-    found = due_for_erasure(folder.study, store)
     with closing(folder.open_identities()) as identities:
+        found = _due(folder.study, store, identities.everybody())
         gone = tuple(pid for pid in found.identities if identities.forget(pid))
     for pid in found.trials:
         erase(folder, store, pid)

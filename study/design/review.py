@@ -12,7 +12,7 @@ from movingout.maps import load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.consent_text import contradictions, unfilled
-from movingout.study.design.definition import NOTICED_S, Element, Study
+from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
 from movingout.study.design.partner_origin import origin_warnings
 from movingout.study.design.steps import Step, planned_seconds, steps
 from movingout.study.design.translations import missing_texts
@@ -177,6 +177,17 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
         yield "protocol is empty: the number assigned by the review board is part of every export"
     if study.codes != "unique" and len(set(study.codes.values())) < len(study.codes):
         yield "two outcomes have the same completion code and cannot be told apart when paying"
+    if without := _without_code(study):
+        yield f"codes has none for {', '.join(without)}: they get random ones, which a platform does not know"
+
+
+def _without_code(study: Study) -> list[str]:
+    """The outcomes that can occur and have no code in a file that fixes codes."""
+    if study.codes == "unique":
+        return []
+    never = ("no-partner", "partner-left") if study.group == 1 else ()
+    has = {*study.codes, *(["dropped-out"] if "withdrew" in study.codes else [])}  # which has that of `withdrew`
+    return [outcome for outcome in get_args(Outcome) if outcome not in has and outcome not in never]
 
 
 def _impatient_partners(study: Study) -> Iterator[str]:

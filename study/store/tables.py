@@ -131,7 +131,12 @@ rounds = Table(
     ),
     Column("map", Text, nullable=False, doc="name of the map"),
     Column("variant_seed", BigInteger, doc="of a randomised map, empty for the map as designed"),
-    Column("position", Integer, nullable=False, doc="which round of the unit this is, from 1"),
+    Column(
+        "position",
+        Integer,
+        nullable=False,
+        doc="which round of the unit this is, from 1, with those that were repeated",
+    ),
     Column("limit_ticks", Integer, nullable=False, doc=f"time limit, ticks of {TICK_MS} ms"),
     Column("episode", String(64), nullable=False, unique=True, doc="id of the recording"),
     Column(

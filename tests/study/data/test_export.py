@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from movingout.server.cli import main
-from movingout.study.data.erasure import DAY_MS, due_for_erasure, erase, purge
+from movingout.study.data.erasure import DAY_MS, due_now, erase, purge
 from movingout.study.data.export import Options, export_study
 from movingout.study.errors import StudyError
 from movingout.study.store import Unit
@@ -224,10 +224,11 @@ def test_purging_removes_identities_first_and_everything_later_unless_it_was_rel
     clock = Clock()
     place, store, (released, other) = fill(tmp_path, study, text, 2, clock=clock)
     store.consent(released, "2", "en", "again", ["release"])
-    assert due_for_erasure(study, store).identities == ()
+    assert due_now(place, store).identities == ()
     clock.ms += 31 * DAY_MS
+    assert set(due_now(place, store).identities) == {released, other}
     assert set(purge(place, store).identities) == {released, other}
-    assert purge(place, store).identities == ()  # nothing is left to remove
+    assert purge(place, store).identities == due_now(place, store).identities == ()  # nothing is left to remove
     with closing(place.open_identities()) as identities:
         assert identities.external(other) is None
     clock.ms += 5 * 365 * DAY_MS

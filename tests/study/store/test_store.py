@@ -15,6 +15,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from sqlalchemy import create_engine
 
+from movingout.server.study.earnings import minutes_here
 from movingout.study.errors import StoreError, StudyError
 from movingout.study.store import IdentityStore, Store, Unit
 from movingout.study.store.clock import now_ms
@@ -292,7 +293,7 @@ def test_who_is_away_at_the_end_was_here_until_they_were_last_seen(place: Path |
     clock.ms += 86_400_000
     store.finish("P1", "dropped-out", "AB", away_s=86_000.0)
     store.finish("P2", "dropped-out", "CD", away_s=1e9)
-    minutes = [(one.finished_ms - one.arrived_ms) / 60_000 for one in map(store.participant, ("P1", "P2"))]
+    minutes = [minutes_here(store.participant(pid)) for pid in ("P1", "P2")]
     assert minutes == [pytest.approx(400 / 60, abs=0.1), 0.0]
 
 
