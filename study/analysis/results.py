@@ -111,6 +111,10 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
     for row in sorted(people, key=lambda row: row["member"]):
         if row["unit"] is not None:
             groups[row["unit"]].append(row["pid"])
+    alone = {unit for unit, pids in groups.items() if study.group == 2 and len(pids) == 1}
+    for row in kept:
+        if row["unit"] in alone:  # rows of earlier versions say nothing
+            row["partner"] = row["partner"] or SUBSTITUTE
     counted = tuple(row for row in kept if row["valid"] and row["outcome"] in FINISHED)
     return Results(
         study=study,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
+from sqlalchemy import update
 
 from movingout.recordings.report.words import OWN, Words
 from movingout.server.cli import main
@@ -22,11 +23,12 @@ from movingout.study.analysis.tables import (
     pings,
     pings_by_participant,
 )
-from movingout.study.design.definition import Outcome
-from movingout.study.store.rounds import Rounds
+from movingout.study.design.definition import SUBSTITUTE, Outcome
+from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
+from movingout.study.store.tables import rounds
 from tests.recordings.report.support import english_left
 from tests.study.filled import fill, template
-from tests.study.support import TEXT, open_store, study
+from tests.study.support import TEXT, agree, open_store, rounds_of, study
 
 SHORT = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
 
@@ -165,6 +167,25 @@ def test_rounds_that_do_not_count_and_people_who_said_no_are_left_out(tmp_path: 
     assert pids[2] not in {row["pid"] for row in found.answers}
     assert [row[2] for row in flags(found).rows] == [f"unit {first['unit']}: marked invalid by the experimenter"]
     assert {("finished", "3"), ("wanted their data deleted (also counted above)", "1")} <= set(flow(found).rows)
+
+
+def test_who_played_with_an_agent_in_a_partners_place_is_apart_from_pairs(tmp_path: Path) -> None:
+    short = {"    maps: all": "    maps: [HandOff]", "    rounds: 3": "    rounds: 1"}
+    pairs, text = template("collect", **short)
+    _, store, _ = fill(tmp_path, pairs, text, 2)
+    agree(store, ["P3"])
+    alone = store.form_unit(["P3"])
+    step = rounds_of(alone.slot, pairs)[0]
+    Rounds(store).begin(alone, step, "alone", [PlayerOutcome("P3", 0, "keyboard")])
+    Rounds(store).end("alone", RoundOutcome("time", 500, 0.0, 0.0, 0.0, None))
+    assert [row["partner"] for row in store.rows(rounds) if row["unit"] == alone.id] == [SUBSTITUTE]
+    found = collect(pairs, store, tmp_path)
+    assert found.partners == (SUBSTITUTE, "")
+    assert found.values("tcr", SUBSTITUTE) == [0.0] and len(found.values("tcr", "")) == len(found.rounds) - 1
+    assert str(len(found.rounds) - 1) in [row[1] for row in performance(found, plain).rows]
+    with store.database.write() as connection:  # as an earlier version wrote it
+        connection.execute(update(rounds).values(partner=""))
+    assert collect(pairs, store, tmp_path).partners == (SUBSTITUTE, "")
 
 
 def test_pings_are_counted_by_partner_and_participant_where_they_are_on(tmp_path: Path) -> None:
