@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
-from tests.browser.support import PHONE, Server, robot, start, wait_for
+from tests.browser.support import PHONE, Server, robot, seat_tokens_script, start, wait_for
 
 OpenPage = Callable[..., Page]
+INPUT = b"\x03"  # the first byte of an input frame
 
 PAD_STUB = """
 window.__pad = { plugged: true, axes: [0, 0, 0, 0], down: [] };
@@ -188,6 +189,26 @@ def test_in_the_settings_the_keyboard_stays_where_something_was_changed(server: 
     expect(page.get_by_label("Stick dead zone")).to_be_focused()
     page.get_by_role("button", name="Reset to defaults").press("Enter")
     expect(page.get_by_role("button", name="Reset to defaults")).to_be_focused()
+
+
+@pytest.mark.slow
+def test_while_the_settings_are_open_the_page_goes_on_to_say_what_has_arrived(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.practice()
+    page = open_page("/healthz")
+    page.context.add_init_script(seat_tokens_script(room))
+    inputs: list[bool] = []
+    page.on("websocket", lambda line: line.on("framesent", lambda sent: inputs.append(sent[:1] == INPUT)))
+    page.goto(room["join_path"])
+    page.get_by_role("button", name="I am ready").click()
+    wait_for(page, "game.phase === 'countdown'")
+    page.get_by_role("button", name="Change…").click()
+    expect(page.locator("#settings")).to_be_visible()
+    inputs.clear()
+    page.wait_for_timeout(1000)
+    assert sum(inputs) >= 10
+    wait_for(page, "game.phase === 'paused'")  # and nobody plays on behind the dialog
 
 
 @pytest.mark.slow

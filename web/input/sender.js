@@ -2,7 +2,7 @@
 // (the server treats a stick without news for half a second as released). Only the newest is ever sent.
 
 import { DEVICES } from "../messages.js";
-import { driveFrom } from "./stick.js";
+import { CENTRED, driveFrom } from "./stick.js";
 
 /** @typedef {import("../messages.js").Input} Input */
 /** @typedef {import("./seats.js").SeatReading} SeatReading */
@@ -72,6 +72,12 @@ export class InputSender {
     return this.#last;
   }
 
+  /** What the device says when nothing is pressed. @returns {SeatReading} */
+  get released() {
+    const device = /** @type {SeatReading["device"]} */ (DEVICES[this.#last?.device ?? 0]);
+    return { stick: CENTRED, backward: false, grabs: 0, pings: 0, device };
+  }
+
   /** How long after the last frame this one may go out. @param {Input} input */
   #pauseAfter(input) {
     const last = this.#last;
@@ -110,7 +116,12 @@ export class InputSenders {
     if (input) this.#send(input);
   }
 
-  /** @param {number} nowMs */
+  /** Neutral input for as long as this is called, no more often than any other. @param {number} nowMs */
+  keepNeutral(nowMs) {
+    for (const [seat, sender] of this.#senders) this.send(seat, sender.released, nowMs);
+  }
+
+  /** Neutral input at once. @param {number} nowMs */
   sendNeutral(nowMs) {
     for (const sender of this.#senders.values()) this.#send(sender.neutral(nowMs, this.#seen()));
   }

@@ -142,6 +142,10 @@ class Play {
     return this.#settings.mapping;
   }
 
+  get #dialogIsOpen() {
+    return this.#settings.isOpen || this.#study?.isAsking === true;
+  }
+
   /** What follows a round: a tutorial of the lobby has an end of its own. */
   get #after() {
     return this.#game.tutorial !== null && this.#study === null ? this.#tutorial : this.#series;
@@ -279,21 +283,27 @@ class Play {
     // The button that was clicked to get here must not take the key that grabs.
     if (mode === "play" && ["countdown", "playing"].includes(this.#phase) && focused instanceof HTMLElement)
       focused.blur();
-    if (this.#phase === "playing") this.#panels.forgetStop();
+    if (this.#phase !== "playing") return;
+    this.#panels.forgetStop();
+    if (this.#settings.isOpen) this.#togglePause(false); // opened during the countdown
   }
 
   // ---- devices ----------------------------------------------------------------------------------------------
 
   /** @param {number} nowMs */
   #readDevices(nowMs) {
-    if (this.#settings.isOpen || this.#study?.isAsking) return; // presses belong to the dialog
+    const sends = this.#status === "open" && !document.hidden;
+    if (this.#dialogIsOpen) {
+      // Presses belong to it. Frames go on: the server knows from nothing else that the page keeps up.
+      if (sends) this.#inputs.keepNeutral(nowMs);
+      return;
+    }
     const playing = this.#game.phase === "playing";
     for (const [seat, reading] of this.#seats.read(this.#mapping)) {
       this.#intents[seat] = reading.stick;
       if (!playing && reading.grabs > 0) this.#pressedBetween(seat, nowMs);
       if (reading.pings > 0) this.#pings.ask(seat);
-      if (this.#status === "open" && !document.hidden)
-        this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
+      if (sends) this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
     }
     if (this.#seats.pauses > 0) this.#togglePause(true);
     const seat = this.#lostPads.update(this.#seats, this.#game.phase);
@@ -370,15 +380,8 @@ class Play {
   /** @param {KeyboardEvent} event */
   #pauseKey(event) {
     const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement;
-    if (
-      PAUSE_KEYS.includes(codeOf(event)) &&
-      !event.repeat &&
-      !typing &&
-      !this.#settings.isOpen &&
-      !this.#study?.isAsking &&
-      !this.#panels.refuseStop()
-    )
-      this.#togglePause(true);
+    if (!PAUSE_KEYS.includes(codeOf(event)) || event.repeat || typing || this.#dialogIsOpen) return;
+    if (!this.#panels.refuseStop()) this.#togglePause(true);
   }
 
   /** @param {boolean} asked by the button or key for it, which also lead to stopping @param {number} [seat] whose */

@@ -5,7 +5,7 @@ import { Gamepads } from "../input/gamepad.js";
 import { Keyboard } from "../input/keyboard.js";
 import { DEFAULTS } from "../input/mapping.js";
 import { LocalSeats } from "../input/seats.js";
-import { InputSender } from "../input/sender.js";
+import { InputSender, InputSenders } from "../input/sender.js";
 import { CENTRED, driveFrom, strongest, withDeadZone } from "../input/stick.js";
 
 const close = (/** @type {number} */ actual, /** @type {number} */ expected) =>
@@ -277,4 +277,23 @@ test("presses are counted, also those read while nothing was sent", () => {
   assert.equal(sender.next(1, reading({ grabs: 1 }), seen)?.grabs, 1);
   assert.equal(sender.next(2, reading({ grabs: 2 }), seen)?.grabs, 3);
   assert.equal(sender.neutral(3, seen).grabs, 3);
+});
+
+test("behind a dialog neutral input goes on twenty times a second, for it alone tells the server what has arrived", () => {
+  /** @type {import("../messages.js").Input[]} */
+  const sent = [];
+  const senders = new InputSenders(
+    (input) => sent.push(input),
+    () => seen,
+  );
+  senders.hold([0, 1]);
+  senders.send(1, reading({ stick: { x: 0, y: 1 }, grabs: 1, device: "gamepad" }), 0);
+  for (let now = 1; now <= 1000; now += 10) senders.keepNeutral(now);
+  const red = sent.filter(({ seat }) => seat === 1).slice(1);
+  assert.deepEqual([red[0].clientMs, red[0].ackTick, red[0].grabs], [1, 5, 1]);
+  assert.ok(red.every(({ move, device }) => move === 0 && device === 1));
+  for (const seat of [0, 1]) {
+    const count = sent.filter((input) => input.seat === seat).length;
+    assert.ok(count >= 18 && count <= 22, `${count}`);
+  }
 });
