@@ -9,7 +9,14 @@ import { QuestionForm } from "../questionnaire/form.js";
 import { givenAnswers } from "../questionnaire/pages.js";
 import { currentLanguage, say, sayError } from "../text/catalogue.js";
 
-/** @typedef {{room: string, token: string, partnerName: string, onDone: () => void, onSkip: () => void}} Options */
+/**
+ * @typedef {object} Options
+ * @property {string} room
+ * @property {() => string} token  of the seat; asked for each request, since every new connection brings another one
+ * @property {string} partnerName
+ * @property {() => void} onDone
+ * @property {() => void} onSkip
+ */
 
 /**
  * Shows the questionnaire in `container` and calls `onDone` when the last answer has reached the server.
@@ -21,7 +28,7 @@ export async function showQuestionnaire(container, options) {
   const path = `/api/rooms/${encodeURIComponent(room)}/answers`;
   try {
     const asked = `/api/questionnaire?language=${currentLanguage()}`;
-    const [questionnaire, kept] = await Promise.all([requestJson(asked), requestJson(path, { token })]);
+    const [questionnaire, kept] = await Promise.all([requestJson(asked), requestJson(path, { token: token() })]);
     showForm(container, options, path, questionnaire, givenAnswers(kept.answers));
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
@@ -51,7 +58,7 @@ function showForm(container, { token, partnerName, onDone, onSkip }, path, { tit
     answers,
     showsProgress: true,
     send: async ({ question, value, text, elapsed_ms }) =>
-      void (await requestJson(path, { token, body: { question, value, text, elapsed_ms } })),
+      void (await requestJson(path, { token: token(), body: { question, value, text, elapsed_ms } })),
     onDone: () => leave(onDone),
   });
   const skip = el("button", { type: "button", class: "button-link", onclick: () => leave(onSkip) }, say("form.skip"));

@@ -107,13 +107,14 @@ export class Series {
   }
 
   /** @param {Game} game @param {string} recording */
-  #sharing({ welcome }, recording) {
+  #sharing(game, recording) {
+    const { welcome } = game;
     if (!recording || !welcome) return [];
     const replay = { class: "button button-small", href: `/replay/${recording}`, target: "_blank", rel: "noopener" };
-    const [grant] = welcome.seats;
+    const [seat] = game.own;
     return [
       el("a", replay, say("play.result.replay")),
-      ...(grant ? [shareButtons({ room: welcome.room, token: grant.token, recording })] : []),
+      ...(seat === undefined ? [] : [shareButtons({ room: welcome.room, token: () => game.tokenOf(seat), recording })]),
     ];
   }
 
@@ -123,7 +124,7 @@ export class Series {
     ask.addEventListener("click", () => {
       this.#play.hidden = true;
       this.#after.hidden = false;
-      this.#ask(game, [...(game.welcome?.seats ?? [])], ask);
+      this.#ask(game, [...game.own], ask);
     });
     return ask;
   }
@@ -156,33 +157,27 @@ export class Series {
 
   /**
    * One person after the other, then back to the result.
-   * @param {Game} game @param {import("../messages.js").SeatGrant[]} grants @param {HTMLElement} from what led here
+   * @param {Game} game @param {number[]} seats of those still to be asked @param {HTMLElement} from what led here
    */
-  #ask(game, grants, from) {
-    const grant = grants.shift();
-    const seats = game.room?.seats;
-    if (grant === undefined || seats === undefined) {
+  #ask(game, seats, from) {
+    const seat = seats.shift();
+    const states = game.room?.seats;
+    if (seat === undefined || states === undefined) {
       this.#thank(from);
       return;
     }
     const box = el("div");
-    const several = (game.welcome?.seats.length ?? 0) > 1;
+    const several = game.own.length > 1;
     const who = several
-      ? [
-          el(
-            "p",
-            { class: "agent lead" },
-            badge(grant.seat),
-            say("play.over.questionsFor", { colour: colourName(grant.seat) }),
-          ),
-        ]
+      ? [el("p", { class: "agent lead" }, badge(seat), say("play.over.questionsFor", { colour: colourName(seat) }))]
       : [];
     this.#after.replaceChildren(...who, box);
     scrollTo(0, 0);
-    const partnerName = several ? colourName(1 - grant.seat) : seatName(seats[1 - grant.seat], false);
-    const onDone = () => this.#ask(game, grants, from);
+    const partnerName = several ? colourName(1 - seat) : seatName(states[1 - seat], false);
+    const onDone = () => this.#ask(game, seats, from);
     const onSkip = () => this.#backToResult(from);
-    void showQuestionnaire(box, { room: game.welcome?.room ?? "", token: grant.token, partnerName, onDone, onSkip });
+    const token = () => game.tokenOf(seat);
+    void showQuestionnaire(box, { room: game.welcome?.room ?? "", token, partnerName, onDone, onSkip });
   }
 
   /** @param {HTMLElement} from what led to the questions */

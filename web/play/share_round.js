@@ -8,7 +8,7 @@ import { request } from "../core/api.js";
 import { el } from "../core/dom.js";
 import { currentLanguage, say, sayError } from "../text/catalogue.js";
 
-/** @typedef {{room: string, token: string, recording: string}} Shared */
+/** @typedef {{room: string, token: () => string, recording: string}} Shared  token: as it is at the press */
 
 /** The two buttons, and what became of the last press. @param {Shared} shared */
 export function shareButtons(shared) {
@@ -43,9 +43,8 @@ function button(what, kind, shared, said) {
  * @returns {Promise<string>} what to say; ApiError when the server refuses
  */
 async function hand(kind, { room, token, recording }) {
-  const answer = await request(`/api/rooms/${room}/rounds/${recording}.${kind}?language=${currentLanguage()}`, {
-    token,
-  });
+  const path = `/api/rooms/${room}/rounds/${recording}.${kind}?language=${currentLanguage()}`;
+  const answer = await request(path, { token: token() });
   const file = new File([await answer.blob()], `${say("play.result.fileName")}.${kind}`, { type: `image/${kind}` });
   if (canShare() && navigator.canShare?.({ files: [file] })) {
     const sent = await navigator.share({ files: [file] }).then(

@@ -5,7 +5,12 @@
  */
 
 /** @typedef {{question: string, value: number, text: string, elapsed_ms: number, hidden_ms?: number}} Answer */
-/** @typedef {{waiting: number, offline: boolean, refused: string}} SaveState */
+/**
+ * @typedef {object} SaveState
+ * @property {number} waiting  answers that have not arrived
+ * @property {unknown} failure  why the last try failed that will be repeated, else null
+ * @property {unknown} refused  why the server did not take the last answer, else null
+ */
 
 const RETRY_MS = [1000, 2000, 4000, 8000];
 
@@ -15,7 +20,10 @@ export class AnswerQueue {
   /** @type {Promise<void> | null} */
   #sending = null;
   #failures = 0;
-  #refused = "";
+  /** @type {unknown} */
+  #failure = null;
+  /** @type {unknown} */
+  #refused = null;
   /** @type {() => void} ends a wait early */
   #wake = () => {};
 
@@ -33,7 +41,7 @@ export class AnswerQueue {
 
   /** @param {Answer} answer */
   add(answer) {
-    this.#refused = "";
+    this.#refused = null;
     this.#waiting.set(answer.question, answer);
     this.#tell();
     this.#sending ??= this.#run().finally(() => (this.#sending = null));
@@ -49,26 +57,33 @@ export class AnswerQueue {
     while (this.#sending) await this.#sending;
   }
 
+  /** @returns {SaveState} */
   get state() {
-    return { waiting: this.#waiting.size, offline: this.#failures > 0, refused: this.#refused };
+    return { waiting: this.#waiting.size, failure: this.#failure, refused: this.#refused };
   }
 
   async #run() {
     for (let next = this.#first(); next; next = this.#first()) {
       try {
         await this.send(next);
-        this.#failures = 0;
+        this.#arrived();
         this.#forget(next);
       } catch (error) {
         if (!canRetry(error)) {
-          this.#refused = error instanceof Error ? error.message : String(error);
+          this.#refused = error;
           this.#forget(next);
         } else {
+          this.#failure = error;
           await this.#pause();
         }
       }
       this.#tell();
     }
+  }
+
+  #arrived() {
+    this.#failures = 0;
+    this.#failure = null;
   }
 
   #first() {

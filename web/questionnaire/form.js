@@ -5,8 +5,9 @@
  */
 
 import { heading, problemBox, runAction, showProblem } from "../components/action.js";
+import { ApiError } from "../core/api.js";
 import { el } from "../core/dom.js";
-import { say } from "../text/catalogue.js";
+import { say, sayError } from "../text/catalogue.js";
 import { AnswerQueue } from "./answer_queue.js";
 import { PageTimer } from "./page_timer.js";
 import { missing, paginate, positionOf, resumePage } from "./pages.js";
@@ -125,9 +126,9 @@ export class QuestionForm {
   }
 
   #showSaving() {
-    const { waiting, offline, refused } = this.#queue.state;
-    this.#status.textContent = refused || say(offline && waiting ? "form.unsaved" : "form.saved");
-    this.#status.dataset.waiting = String(waiting);
+    const { state } = this.#queue;
+    this.#status.textContent = savingWords(state);
+    this.#status.dataset.waiting = String(state.waiting);
     if (this.#bar) this.#bar.value = this.answers.size;
   }
 
@@ -176,6 +177,17 @@ export class QuestionForm {
     const input = this.root.querySelector(`#${CSS.escape(idOf(item))} :is(input, textarea)`);
     if (input instanceof HTMLElement) input.focus();
   }
+}
+
+/**
+ * What becomes of the answers.
+ * @param {import("./answer_queue.js").SaveState} state
+ */
+export function savingWords({ waiting, failure, refused }) {
+  if (refused instanceof ApiError) return sayError(refused);
+  if (refused !== null) return say("error.fault"); // of this page; no sentence of a browser is for people
+  if (waiting === 0 || failure === null) return say("form.saved");
+  return say(failure instanceof ApiError && failure.status > 0 ? "form.waiting" : "form.unsaved");
 }
 
 /** @param {number} most */
