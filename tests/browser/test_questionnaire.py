@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, WebSocketRoute, expect
 
 from movingout.study.questionnaire import PAPER
 from tests.browser.pages import complaining_page, overflow, violations
@@ -133,6 +133,41 @@ def test_answers_given_without_a_connection_arrive_when_it_is_back(server: Serve
         page.context.set_offline(False)
         all_saved(page)
         assert saved_answers(server, room) == {"teamwork": (4, "")}
+
+
+@pytest.mark.slow
+def test_after_a_reconnection_what_was_open_is_still_open_and_answers_are_saved_with_the_new_token(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = short_room(server)
+    page = open_page("/healthz")
+    page.context.add_init_script(seat_tokens_script(room))
+    lines: list[WebSocketRoute] = []
+
+    def between(line: WebSocketRoute) -> None:
+        line.connect_to_server()
+        lines.append(line)
+
+    def reconnect() -> None:
+        token = page.evaluate("Object.values(sessionStorage).join()")
+        lines[-1].close(code=4008)
+        wait_for(page, f"Object.values(sessionStorage).join() !== {json.dumps(token)} && game.status === 'open'")
+        page.wait_for_timeout(300)  # the result comes after the welcome
+
+    page.route_web_socket("**/ws/*", between)
+    page.goto(room["join_path"])
+    play_to_the_questions(page)
+    answer(page, "teamwork", 3)
+    reconnect()
+    answer(page, "humanlike", 4)
+    all_saved(page)
+    expect(page.locator(".questionnaire-status")).to_have_text("Every answer is saved at once")
+    assert saved_answers(server, room) == {"teamwork": (3, ""), "humanlike": (4, "")}
+    page.get_by_role("button", name="Skip the questions").click()
+    page.get_by_text("Details").click()
+    reconnect()
+    expect(page.locator("[data-measure=tcr]")).to_be_visible()
+    expect(page.locator("details summary")).to_be_focused()
 
 
 @pytest.mark.slow

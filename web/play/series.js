@@ -52,18 +52,28 @@ export class Series {
   /** @param {Game} game @param {View} view */
   update(game, view) {
     const over = isOver(game.phase);
-    if (over && game.result !== null && game.result !== this.#shown) this.#showResult(game, view);
+    if (over && game.result !== null && this.#isNew(game.result)) this.#showResult(game, view);
     if (!over && this.showsResult) this.#hideResult();
     const told = over && game.own.length > 0 && COMPLETE.includes(game.result?.outcome ?? "");
     const company = told ? companyText(game.room, game.own) : ""; // why a round was cut short is in its result
     if (company !== this.#company.textContent) this.#company.textContent = company;
   }
 
+  /**
+   * A connection that is back brings the result once more: what is shown of it stays as its reader left it.
+   * @param {import("./game.js").RoundResult} result
+   */
+  #isNew(result) {
+    if (result === this.#shown) return false;
+    const isRepeated = this.showsResult && JSON.stringify(result) === JSON.stringify(this.#shown);
+    this.#shown = result;
+    return !isRepeated;
+  }
+
   /** @param {Game} game @param {View} view */
   #showResult(game, view) {
     const { result, round, own } = game;
     if (result === null || round === null) return;
-    this.#shown = result;
     this.#arena.hidden = true;
     this.#box.hidden = false;
     this.#play.toggleAttribute("data-result", true);
