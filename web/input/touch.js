@@ -21,6 +21,8 @@ export class Touch {
   #onChange;
   /** @type {HTMLElement} */
   #knob;
+  /** @type {HTMLElement} */
+  #backwardButton;
 
   /**
    * @param {{zone: HTMLElement, knob: HTMLElement, grab: HTMLElement, backward: HTMLElement}} parts
@@ -29,6 +31,7 @@ export class Touch {
   constructor(parts, onChange) {
     this.#onChange = onChange;
     this.#knob = parts.knob;
+    this.#backwardButton = parts.backward;
     this.#followThumb(parts.zone);
     onPress(parts.grab, {
       press: () => {
@@ -37,9 +40,9 @@ export class Touch {
       },
     });
     onPress(parts.backward, {
-      press: () => this.#setBackward(parts.backward, true),
-      release: () => this.#setBackward(parts.backward, false),
-      click: () => this.#setBackward(parts.backward, !this.#backward), // held until the next one
+      press: () => this.#setBackward(true),
+      release: () => this.#setBackward(false),
+      click: () => this.#setBackward(!this.#backward), // held until the next one
     });
   }
 
@@ -87,10 +90,10 @@ export class Touch {
     this.#move(CENTRED);
   }
 
-  /** @param {HTMLElement} button @param {boolean} held */
-  #setBackward(button, held) {
+  /** @param {boolean} held */
+  #setBackward(held) {
     this.#backward = held;
-    button.setAttribute("aria-pressed", String(held));
+    this.#backwardButton.setAttribute("aria-pressed", String(held));
     this.#touched();
   }
 
@@ -107,7 +110,7 @@ export class Touch {
   /** The page lost the focus: releases everything. */
   release() {
     this.#grabs = 0;
-    this.#backward = false;
+    if (this.#backward) this.#setBackward(false);
     if (this.#finger !== -1) this.#letGo();
   }
 

@@ -105,3 +105,12 @@ test("a finger holds Backward while it is down, a screen reader turns it on and 
     assert.equal(backward.attributes["aria-pressed"], String(on));
   }
 });
+
+test("a page that loses the focus lets go of Backward, and its button says so", () => {
+  const { touch, backward } = controls();
+  backward.hear("click", 1000, { pointerId: -1, detail: 0 });
+  touch.release();
+  assert.deepEqual([touch.read().backward, backward.attributes["aria-pressed"]], [false, "false"]);
+  touch.release(); // nothing to let go of: nobody has touched anything
+  assert.equal(touch.used, false);
+});
