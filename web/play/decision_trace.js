@@ -2,7 +2,7 @@
 // scores of its candidates, their paths with ranks. Offered once an agent has weighed anything; asks for decisions only
 // while it is on.
 
-import { requestJson } from "../core/api.js";
+import { ApiError, requestJson } from "../core/api.js";
 import { currentTheme } from "../core/colours.js";
 import { el } from "../core/dom.js";
 import { say } from "../text/catalogue.js";
@@ -60,9 +60,9 @@ export class DecisionPanel {
 
   /** Offers to look into the agents as soon as one of them has weighed candidates. */
   async offerWhenWeighing() {
-    const { weighs } = await requestJson(this.room).catch(() => ({ weighs: false }));
-    if (weighs) this.#offer();
-    else setTimeout(() => void this.offerWhenWeighing(), ASK_MS);
+    const answer = document.hidden ? "no" : await askWhetherWeighing(this.room);
+    if (answer === "yes") this.#offer();
+    if (answer === "no") setTimeout(() => void this.offerWhenWeighing(), ASK_MS);
   }
 
   /** Shows the switch, above the scores, so that a change of them does not move it under the pointer. */
@@ -153,6 +153,15 @@ export class DecisionPanel {
   #fresh() {
     const since = performance.now() - STALE_MS;
     return [...this.#newest.values()].filter(({ atMs }) => atMs > since).map(({ decision }) => decision);
+  }
+}
+
+/** @param {string} room  its API @returns {Promise<"yes" | "no" | "gone">} no: not yet, or nobody answers */
+async function askWhetherWeighing(room) {
+  try {
+    return (await requestJson(room)).weighs ? "yes" : "no";
+  } catch (error) {
+    return error instanceof ApiError && error.status === 404 ? "gone" : "no";
   }
 }
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
-import { test } from "node:test";
+import { mock, test } from "node:test";
 
-import { expectedRobots, movedItems, wayOf } from "../../play/decision_trace.js";
+import { DecisionPanel, expectedRobots, movedItems, wayOf } from "../../play/decision_trace.js";
 
 test("a candidate's way goes a step per tick where its heading points, backward when the distance is negative", () => {
   const way = wayOf(
@@ -71,4 +71,37 @@ test("the robots are shown where the chosen candidate will probably bring them, 
   ]);
   assert.deepEqual(expectedRobots({ ...decision, pairs, robots: [1, 2, 3, 4].map(rollout) }), [rollout(3), rollout(4)]);
   assert.deepEqual(expectedRobots(decision), []); // an agent, or a recording, that does not tell
+});
+
+test("whether an agent weighs is asked until the room is gone, and not while nobody sees the page", async () => {
+  mock.timers.enable({ apis: ["setTimeout"] });
+  const page = {
+    hidden: false,
+    createElement: () => ({ setAttribute: () => {}, addEventListener: () => {}, append: () => {} }),
+  };
+  let asked = 0;
+  let status = 200;
+  Object.assign(globalThis, {
+    document: page,
+    fetch: async () => Response.json({ weighs: false }, { status: (asked += 1) && status }),
+  });
+  const wait = async () => {
+    mock.timers.tick(2000);
+    await new Promise((done) => setImmediate(done));
+  };
+  await new DecisionPanel(/** @type {any} */ ({}), "/api/rooms/abc").offerWhenWeighing();
+  await wait();
+  assert.equal(asked, 2);
+  page.hidden = true;
+  await wait();
+  await wait();
+  assert.equal(asked, 2);
+  page.hidden = false;
+  status = 404;
+  await wait();
+  assert.equal(asked, 3);
+  await wait();
+  await wait();
+  assert.equal(asked, 3);
+  mock.timers.reset();
 });
