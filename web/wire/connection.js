@@ -22,6 +22,7 @@ const PING_MS = 1000;
 const FIRST_PINGS = 5; // in quick succession, to know the clock at once
 const FIRST_PING_MS = 60;
 const SILENT_MS = 5000; // the server says something every second; so long without a word and the line is dead
+const HANDSHAKE_MS = 2 * SILENT_MS; // a slow line opens within this; an unanswered handshake would last for minutes
 const REFUSED_TRIES = 3; // handshakes refused in a row before the page asks why
 const REFUSED_ANSWERS = 3; // and this often the server knew the room: this page is too old
 /** The codes with which the server closes for good. @type {Readonly<Record<number, string>>} */
@@ -50,7 +51,7 @@ export class Connection {
   #over = false;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #retry;
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  /** @type {ReturnType<typeof setTimeout> | undefined} of the next ping, or until a handshake is given up */
   #ping;
 
   /** @param {string} room @param {wire.Mode} mode @param {Listener} listener */
@@ -66,15 +67,18 @@ export class Connection {
 
   open() {
     clearTimeout(this.#retry);
+    clearTimeout(this.#ping);
+    this.#socket?.close(); // perhaps still connecting, before the network changed
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/ws/${this.room}`, wire.SUBPROTOCOL);
     socket.binaryType = "arraybuffer";
     this.#socket = socket;
     this.#goodbye = null;
     this.#heardAtMs = performance.now();
-    socket.onopen = () => this.#join();
-    socket.onmessage = (event) => this.#hear(event.data);
-    socket.onclose = (event) => this.#closed(socket, event);
+    socket.onopen = () => socket === this.#socket && this.#join();
+    socket.onmessage = (event) => socket === this.#socket && this.#hear(event.data);
+    socket.onclose = (event) => socket === this.#socket && this.#closed(event);
+    this.#ping = setTimeout(() => this.#giveUp(), HANDSHAKE_MS);
   }
 
   /** @param {wire.ClientMessage} message @returns {boolean} whether it could be sent */
@@ -161,9 +165,9 @@ export class Connection {
     this.listener.onMessage(message, atMs);
   }
 
-  /** @param {WebSocket} socket @param {CloseEvent} event */
-  #closed(socket, event) {
-    if (socket !== this.#socket || this.#over) return;
+  /** @param {CloseEvent} event */
+  #closed(event) {
+    if (this.#over) return;
     clearTimeout(this.#ping);
     if (event.code === wire.CLOSE_UNAUTHORISED && this.mode === "play" && loadTokens(this.room).length > 0) {
       saveTokens(this.room, []); // an old key: perhaps the seat is open again
@@ -178,13 +182,25 @@ export class Connection {
       this.#again(0); // the room is in another process of the server, which expects this page now
       return;
     }
+    this.#refused += 1;
+    if (this.#refused >= REFUSED_TRIES) this.#askWhy();
+    this.#retryLater();
+  }
+
+  /** A handshake that nobody answers, neither with yes nor with no. */
+  #giveUp() {
+    const socket = this.#socket;
+    this.#socket = null;
+    socket?.close();
+    this.#retryLater();
+  }
+
+  #retryLater() {
     const away = AWAY.find((code) => code === this.#goodbye?.error);
     const last = away === "moving" ? MOVING_MS : BACK_OFF_MS.last;
     const waitMs = Math.min(last, BACK_OFF_MS.first * 2 ** this.#tries);
     this.#tries += 1;
-    this.#refused += 1;
     this.listener.onStatus("reconnecting", undefined, away);
-    if (this.#refused >= REFUSED_TRIES) this.#askWhy();
     this.#again(waitMs * (0.8 + 0.4 * Math.random())); // not everybody in the same instant
   }
 

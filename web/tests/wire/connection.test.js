@@ -62,6 +62,8 @@ const storage = new Map();
 const shared = new Map(); // what the next tab sees too
 /** @type {(() => void)[]} */
 let hides = [];
+/** @type {(() => void)[]} */
+let onlines = [];
 /** @type {string[]} */
 let statuses = [];
 
@@ -100,6 +102,7 @@ beforeEach(() => {
   storage.clear();
   shared.clear();
   hides = [];
+  onlines = [];
   mock.timers.reset();
   mock.timers.enable({ apis: ["setTimeout"] });
   Object.assign(globalThis, {
@@ -107,6 +110,7 @@ beforeEach(() => {
     location: { protocol: "http:", host: "host:1" },
     addEventListener: (/** @type {string} */ kind, /** @type {() => void} */ act) => {
       if (kind === "pagehide") hides.push(act);
+      if (kind === "online") onlines.push(act);
     },
     localStorage: {
       getItem: (/** @type {string} */ key) => shared.get(key) ?? null,
@@ -268,4 +272,37 @@ test("nothing is sent into a socket that is not open", () => {
   assert.equal(connection.send({ type: "keyframe" }), false);
   newest().opens();
   assert.equal(connection.send({ type: "keyframe" }), true);
+});
+
+test("a handshake that nobody answers is given up and tried again, ever later", () => {
+  connect();
+  mock.timers.tick(9999);
+  assert.deepEqual([FakeSocket.all.length, statuses], [1, []]);
+  mock.timers.tick(1);
+  mock.timers.tick(120);
+  assert.deepEqual([FakeSocket.all.length, FakeSocket.all[0].readyState, statuses], [2, 3, ["reconnecting"]]);
+  FakeSocket.all[0].closes(1006); // at last, and nobody waits for it any more
+  mock.timers.tick(9000);
+  assert.equal(FakeSocket.all.length, 2);
+  newest().opens();
+  newest().says(welcome());
+  mock.timers.tick(60);
+  assert.equal(statuses.at(-1), "open");
+  assert.equal(FakeSocket.all.length, 2);
+});
+
+test("a network that is back while a socket connects replaces it: only one joins", () => {
+  storage.set(KEY, '["first"]');
+  connect();
+  onlines.forEach((online) => online());
+  mock.timers.tick(0);
+  const [before, after] = FakeSocket.all;
+  assert.equal(before.readyState, 3);
+  after.opens();
+  before.opens();
+  after.says(welcome());
+  before.says(welcome({ seats: [{ seat: 0, token: "of the other" }] }));
+  before.closes(1006);
+  assert.deepEqual([before.sent, after.joined.tokens], [[], ["first"]]);
+  assert.deepEqual([statuses, storage.get(KEY)], [["open"], '["second"]']);
 });
