@@ -50,7 +50,7 @@ export class Game {
     return this.welcome?.seats.map((grant) => grant.seat) ?? [];
   }
 
-  /** What proves to the server that a seat is this page's; another one after each new connection. @param {number} seat */
+  /** What proves that a seat is this page's: another one after each new connection. @param {number} seat */
   tokenOf(seat) {
     return this.welcome?.seats.find((grant) => grant.seat === seat)?.token ?? "";
   }

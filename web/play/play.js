@@ -112,7 +112,7 @@ class Play {
   #intents = [null, null];
   /** @type {Status} */
   #status = "connecting";
-  #away = "";
+  #lossText = ""; // what the server said before it closed
   #statusSinceMs = 0;
   #phase = "";
   #phaseSinceMs = 0;
@@ -188,10 +188,10 @@ class Play {
   }
 
   /** @param {Status} status @param {import("../wire/connection.js").Ending} [ending] why the connection ended */
-  onStatus(status, ending, away = "") {
+  onStatus(status, ending, why = "") {
     if (status !== this.#status) this.#statusSinceMs = performance.now();
     this.#status = status;
-    this.#away = away;
+    this.#lossText = why;
     if (status === "over" && this.#study && ending?.kind !== "replaced") return this.#study.leave();
     if (ending === undefined) return;
     this.#root.toggleAttribute("data-refused", this.#game.round === null);
@@ -260,7 +260,7 @@ class Play {
       nowMs,
       {
         busy: this.#after.showsResult,
-        lost: lostText(this.#status, nowMs - this.#statusSinceMs, this.#away),
+        lost: lostText(this.#status, nowMs - this.#statusSinceMs, this.#lossText),
         deaf: this.#isDeaf(nowMs),
         hint: this.#lostPads.hint(this.#game.own),
       },

@@ -164,11 +164,10 @@ function withNames(values) {
  * What to say about a lost connection; empty during a short interruption.
  * @param {Status} status
  * @param {number} forMs how long it has had this status
- * @param {string} [away] what the server said of the room: the code of an error
+ * @param {string} [why] what the server said, a sentence
  */
-export function lostText(status, forMs, away = "") {
+export function lostText(status, forMs, why = "") {
   if (forMs < PATIENCE_MS) return "";
-  if (status === "reconnecting" && away) return say(`error.${away}`);
   if (status === "connecting") return say("play.connecting");
-  return status === "reconnecting" ? say("play.reconnecting") : "";
+  return status === "reconnecting" ? why || say("play.reconnecting") : "";
 }

@@ -279,7 +279,7 @@ test("presses are counted, also those read while nothing was sent", () => {
   assert.equal(sender.neutral(3, seen).grabs, 3);
 });
 
-test("behind a dialog neutral input goes on twenty times a second, for it alone tells the server what has arrived", () => {
+test("behind a dialog neutral input goes on twenty times a second, and says what has arrived", () => {
   /** @type {import("../messages.js").Input[]} */
   const sent = [];
   const senders = new InputSenders(

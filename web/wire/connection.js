@@ -12,8 +12,9 @@ import { has, say } from "../text/catalogue.js";
  * @property {(message: wire.ServerMessage, atMs: number) => void} onMessage
  * @property {(bundle: wire.Bundle, atMs: number) => void} onBundle
  * @property {(sentMs: number, serverMs: number, atMs: number) => void} onPong
- * @property {(status: Status, ending?: Ending, away?: string) => void} onStatus
- *   ending: why it is over, unless this page hung up; away: where the room is meanwhile, a code of AWAY
+ * @property {(status: Status, ending?: Ending, why?: string) => void} onStatus
+ *   ending: why it is over, unless this page hung up; why: what the server said before it closed a connection that is
+ *   tried again, a sentence for people
  */
 /** @typedef {{kind: string, sentence: string}} Ending kind: a value of ENDINGS; the sentence is for people */
 
@@ -35,8 +36,6 @@ const ENDINGS = Object.freeze({
   [wire.CLOSE_NOT_FOUND]: "notFound",
 });
 
-/** Codes of a room that comes back by itself: it goes on at another machine, or waits for its own. */
-const AWAY = Object.freeze(["moving", "room_waits"]);
 const MOVING_MS = 1000; // a room that moves is back within seconds
 
 export class Connection {
@@ -196,11 +195,10 @@ export class Connection {
   }
 
   #retryLater() {
-    const away = AWAY.find((code) => code === this.#goodbye?.error);
-    const last = away === "moving" ? MOVING_MS : BACK_OFF_MS.last;
+    const last = this.#goodbye?.error === "moving" ? MOVING_MS : BACK_OFF_MS.last;
     const waitMs = Math.min(last, BACK_OFF_MS.first * 2 ** this.#tries);
     this.#tries += 1;
-    this.listener.onStatus("reconnecting", undefined, away);
+    this.listener.onStatus("reconnecting", undefined, lossText(this.#goodbye));
     this.#again(waitMs * (0.8 + 0.4 * Math.random())); // not everybody in the same instant
   }
 
@@ -250,4 +248,14 @@ export class Connection {
 function endingText(kind, goodbye) {
   const key = `error.${goodbye?.error}`;
   return goodbye && has(key) ? say(key, goodbye.values) : say(`play.closed.${kind}`);
+}
+
+/**
+ * What the server said before it closed a connection that is tried again; empty where that helps nobody.
+ * @param {wire.Bye | null} bye
+ */
+function lossText(bye) {
+  const key = `error.${bye?.error}`;
+  // "bad_request" is here a join that came late, and asks for a reload, which makes nothing quicker.
+  return bye && bye.error !== "bad_request" && has(key) ? say(key, bye.values) : "";
 }

@@ -196,8 +196,9 @@ test("who paused alone is told that it was they, everybody else who it was", () 
 });
 
 test("a lost connection: nothing at first, then why, where the server said so", () => {
-  assert.equal(lostText("reconnecting", 100, "moving"), "");
+  const why = "Too many people are already watching.";
+  assert.equal(lostText("reconnecting", 100, why), "");
   assert.equal(lostText("reconnecting", 60_000), "Connection lost. Trying again…");
-  assert.match(lostText("reconnecting", 60_000, "moving"), /continues in a few seconds/);
-  assert.match(lostText("reconnecting", 60_000, "room_waits"), /The game waits/);
+  assert.equal(lostText("reconnecting", 60_000, why), why);
+  assert.equal(lostText("open", 60_000, why), "");
 });

@@ -74,8 +74,8 @@ function connect(mode = "play") {
     onMessage: () => {},
     onBundle: () => {},
     onPong: () => {},
-    onStatus: (status, ending, away) =>
-      statuses.push([status, ...(ending ? [ending.sentence] : []), ...(away ? [away] : [])].join(": ")),
+    onStatus: (status, ending, why) =>
+      statuses.push([status, ...(ending ? [ending.sentence] : []), ...(why ? [why] : [])].join(": ")),
   });
   connection.open();
   return connection;
@@ -212,7 +212,7 @@ test("while a room is at another machine, its page says so and keeps trying, at 
     newest().says({ type: "bye", code: wire.CLOSE_SHUTDOWN, message: "", error: "moving", values: {} });
     const sockets = FakeSocket.all.length;
     newest().closes(wire.CLOSE_SHUTDOWN);
-    assert.equal(statuses.at(-1), "reconnecting: moving");
+    assert.match(String(statuses.at(-1)), /^reconnecting: This game is moving to another machine/);
     mock.timers.tick(1200);
     assert.equal(FakeSocket.all.length, sockets + 1);
   }
@@ -305,4 +305,20 @@ test("a network that is back while a socket connects replaces it: only one joins
   before.closes(1006);
   assert.deepEqual([before.sent, after.joined.tokens], [[], ["first"]]);
   assert.deepEqual([statuses, storage.get(KEY)], [["open"], '["second"]']);
+});
+
+test("why the server closes a connection that is tried again is what people read, if it helps them", () => {
+  connect("watch");
+  for (const [error, words] of /** @type {const} */ ([
+    ["watchers_full", "reconnecting: Too many people are already watching. Try again later."],
+    ["too_slow", "reconnecting: Your connection is too slow for the game. Check your network."],
+    ["bad_request", "reconnecting"],
+    ["of_a_newer_server", "reconnecting"],
+  ])) {
+    newest().opens();
+    newest().says({ type: "bye", code: wire.CLOSE_RETRY_LATER, message: "", error, values: {} });
+    newest().closes(wire.CLOSE_RETRY_LATER);
+    assert.equal(statuses.at(-1), words);
+    mock.timers.tick(6001);
+  }
 });
