@@ -1,14 +1,10 @@
 """Agents that are files: `onnx:path=…`, `torchscript:path=…`, `sb3:path=…`, `lerobot:path=…`; imports none of them."""
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 from movingout.agents.errors import AgentError
-
-_BLOCK = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,26 +71,3 @@ def policy_file(agent_id: str) -> Path | None:
     named = [part.partition("=") for part in options.split(",")]
     paths = [value.strip() for key, _, value in named if key.strip() == "path"]
     return Path(paths[0]).expanduser() if paths else None
-
-
-def file_fingerprint(agent_id: str) -> str:
-    """The SHA-256 of the file, or of all files of the folder with their names; empty where there is none."""
-    path = policy_file(agent_id)
-    if path is None or not path.exists():
-        return ""
-    files = [path] if path.is_file() else sorted(one for one in path.rglob("*") if one.is_file())
-    facts = tuple((str(one), one.stat().st_size, one.stat().st_mtime_ns) for one in files)
-    return _sha256(str(path), facts)
-
-
-@lru_cache(maxsize=32)
-def _sha256(root: str, facts: tuple[tuple[str, int, int], ...]) -> str:
-    """Computed once for files of the same sizes and times."""
-    whole = hashlib.sha256()
-    for name, _, _ in facts:
-        if name != root:
-            whole.update(str(Path(name).relative_to(root)).encode() + b"\0")
-        with open(name, "rb") as file:
-            while block := file.read(_BLOCK):
-                whole.update(block)
-    return whole.hexdigest()

@@ -22,7 +22,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from movingout.agents.adapters.policy_file import file_fingerprint
+from movingout.agents.adapters.option_files import file_fingerprint
 from movingout.agents.checkpoint.card import ID_WORD, MAX_NAME, MAX_POPULATION, Card, FileEntry, FileName, Score
 from movingout.agents.checkpoint.onnx_interface import Shapes, onnx_interface
 from movingout.agents.checkpoint.onnx_validation import check_onnx
@@ -170,7 +170,7 @@ def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
 
 
 def fingerprint(agent_id: str) -> str:
-    """The SHA-256 of an agent's card, and thereby of its weights, or of its file; empty where it has neither."""
+    """The SHA-256 of an agent's card, and thereby of its weights, or of the files that its options name; else empty."""
     card = card_bytes(agent_id)
     return hashlib.sha256(card).hexdigest() if card else file_fingerprint(agent_id)
 

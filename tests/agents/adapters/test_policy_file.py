@@ -12,7 +12,7 @@ import torch
 from onnx import TensorProto, helper, numpy_helper
 
 from movingout.agents.adapters.layout_choice import LAYOUT_KEY
-from movingout.agents.adapters.policy_file import file_fingerprint
+from movingout.agents.adapters.option_files import file_fingerprint
 from movingout.agents.base import Agent, EpisodeInfo
 from movingout.agents.catalogue import agent_card, load_agent, open_to_all
 from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, SHIPPED

@@ -54,6 +54,34 @@ def test_results_of_earlier_code_are_not_added_to(
     del sys.modules["own_driver"]
 
 
+WEIGHTED = """
+import numpy as np
+
+class Weighted:
+    def __init__(self, path): pass
+    def reset(self, episode): pass
+    def act(self, observation): return np.array([[0.0, 1.0, 0.0, 0.0]])
+"""
+
+
+@pytest.mark.parametrize("agent_id", ["weighted:Weighted:path={}", "late:agent=weighted:Weighted:path={},delay=1"])
+def test_results_of_earlier_weights_that_an_option_names_are_not_added_to(
+    agent_id: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A grid mixed the results of two sets of weights, since only the code of an own agent counted."""
+    (tmp_path / "weighted.py").write_text(WEIGHTED)
+    monkeypatch.syspath_prepend(tmp_path)
+    file = tmp_path / "policy.pkl"
+    file.write_bytes(b"old")
+    grid = small_grid(agents=[agent_id.format(file)], partners=["idle"], maps=["HandOff"], seeds=1, ticks=2)
+    run_grid(grid, tmp_path / "out", workers=1)
+    run_grid(grid, tmp_path / "out", workers=1)
+    file.write_bytes(b"trained again")
+    with pytest.raises(MatchError, match=r"started with other weights of .*weighted:Weighted:path=\S*policy.pkl"):
+        run_grid(grid, tmp_path / "out", workers=1)
+    del sys.modules["weighted"]
+
+
 @pytest.mark.parametrize("where", ["partners", "maps"])
 def test_results_with_an_earlier_version_of_a_list_are_not_added_to(where: str, tmp_path: Path) -> None:
     said, more = {"partners": ("idle", "greedy"), "maps": ("Simple", "HandOff")}[where]
