@@ -7,6 +7,7 @@ Tables, grids, reports and exports show them behind our own; recordings do not c
 again.
 """
 
+import math
 import traceback
 import warnings
 from collections.abc import Callable, Sequence
@@ -19,6 +20,18 @@ from movingout.maps.extras import METRICS as GROUP
 from movingout.maps.extras import installed, package_of
 from movingout.world.metrics import METRICS, Metric
 from movingout.world.state import Floats, WorldState
+
+COLUMNS = frozenset(
+    (
+        *("agent", "blue", "blue_checkpoint", "blue_device", "blue_kind", "blue_name", "challenge", "complete"),
+        *("condition", "cpu_s", "delivered", "distinct", "ending", "episode_id", "episodes", "failed", "failed_seat"),
+        *("failure", "full_deliveries", "id", "items", "limit_ticks", "map", "map_variant", "mean_ticks", "outcome"),
+        *("own_metrics", "partner", "play_hash", "pymunk", "recording", "red", "red_checkpoint", "red_device"),
+        *("red_kind", "red_name", "seconds", "seed", "source", "split", "started_utc", "study", "success", "ticks"),
+        *("waiting_share",),
+    )
+)
+"""What tables of matches and recordings have beside metrics: a metric of that key would write over it."""
 
 Compute = Callable[[MapSpec, Sequence[WorldState], Floats], float | None]
 """From the map as played, T + 1 states and the world actions (T, 2, 3) between them; None where it has no value."""
@@ -36,7 +49,7 @@ class OwnMetric(Metric):
 def own_metrics() -> tuple[OwnMetric, ...]:
     """Those that can be loaded; a warning says why one cannot."""
     found: dict[str, OwnMetric] = {}
-    taken = {metric.key for metric in METRICS}
+    taken = COLUMNS | {metric.key for metric in METRICS}
     for entry in installed(GROUP).values():
         metric = _loaded(entry)
         if metric is not None and metric.key in (taken | found.keys()):
@@ -47,20 +60,22 @@ def own_metrics() -> tuple[OwnMetric, ...]:
 
 
 def own_values(map_spec: MapSpec, states: Sequence[WorldState], actions: Floats) -> dict[str, float | None]:
-    """The values of an episode by key; None, with a warning, where a computation failed."""
+    """The values of an episode by key; None, with a warning, where a computation failed or gave no finite number."""
     return {metric.key: _value(metric, map_spec, states, actions) for metric in own_metrics()}
 
 
 def _value(metric: OwnMetric, map_spec: MapSpec, states: Sequence[WorldState], actions: Floats) -> float | None:
     try:
         value = metric.compute(map_spec, states, actions)
-        return None if value is None else float(value)
+        number = None if value is None else float(value)
+        if number is None or math.isfinite(number):
+            return number
+        why = f"its value is {number}, no finite number"  # which JSON cannot say
     except Exception as error:  # noqa: BLE001 - somebody else's code
         place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{place.filename}, line {place.lineno}"
-        sentence = f"the metric {metric.key} failed, its cells stay empty: {type(error).__name__}: {error} ({where})"
-        warnings.warn(sentence, RuntimeWarning, stacklevel=2)
-        return None
+        why = f"{type(error).__name__}: {error} ({place.filename}, line {place.lineno})"
+    warnings.warn(f"the metric {metric.key} failed, its cells stay empty: {why}", RuntimeWarning, stacklevel=3)
+    return None
 
 
 def _loaded(entry: EntryPoint) -> OwnMetric | None:

@@ -1,0 +1,65 @@
+"""Metrics of installed packages: which keys they may have, and which values count."""
+
+import math
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from movingout.maps import load_map
+from movingout.matches.match import Match, failed_result
+from movingout.matches.results.table import WAITING, ResultRow
+from movingout.recordings.exports.tables import EPISODES
+from movingout.recordings.report.measures import MEASURES
+from movingout.world import own_metrics as module
+from movingout.world.metrics import METRICS
+from movingout.world.own_metrics import COLUMNS, Compute, OwnMetric, own_metrics, own_values
+
+Install = Callable[[str, Compute], None]
+
+
+@pytest.fixture
+def install(monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
+    """Makes a metric one of an installed package."""
+
+    def put(key: str, compute: Compute) -> None:
+        common: dict[str, Any] = {"symbol": "X", "title": "X", "meaning": "x", "unit": "", "low": None, "high": None}
+        metric = OwnMetric(key=key, compute=compute, higher_is_better=True, digits=1, **common)
+        entry = SimpleNamespace(name=key, value="plugged:X", load=lambda: metric)
+        monkeypatch.setattr(module, "installed", lambda group: {key: entry})
+        monkeypatch.setattr(module, "package_of", lambda entry: "plugged 1.0")
+        own_metrics.cache_clear()
+
+    yield put
+    own_metrics.cache_clear()
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, np.float32("-inf")])
+def test_a_value_that_is_no_finite_number_is_none_with_a_warning(install: Install, value: float) -> None:
+    """A grid ended in `ValueError: Out of range float values are not JSON compliant`."""
+    install("walked", lambda the_map, states, actions: value)
+    with pytest.warns(RuntimeWarning, match="the metric walked failed, its cells stay empty: its value is .*(nan|inf)"):
+        assert own_values(load_map("HandOff"), [], np.zeros((0, 2, 3))) == {"walked": None}
+
+
+def test_finite_values_and_none_stay(install: Install) -> None:
+    for value in (2, None):
+        install("walked", lambda the_map, states, actions, value=value: value)
+        assert own_values(load_map("HandOff"), [], np.zeros((0, 2, 3))) == {"walked": value}
+
+
+@pytest.mark.parametrize("key", ["ticks", "agent", "tcr", "waiting_share", "episode_id"])
+def test_a_key_that_is_a_column_already_is_refused(install: Install, key: str) -> None:
+    """`ticks` wrote over the ticks of every match."""
+    install(key, lambda the_map, states, actions: 1.0)
+    with pytest.warns(RuntimeWarning, match=f"left out: its key '{key}' is taken"):
+        assert own_metrics() == ()
+
+
+def test_the_list_has_every_column_of_matches_results_and_recordings() -> None:
+    result = failed_result(Match("HandOff", "idle", "idle", 0), "")
+    row = ResultRow("one", 1, "idle", "idle", "HandOff", (result,))
+    tables = (result.to_json(), row.to_json(), [column.name for column in EPISODES], MEASURES, [WAITING.key])
+    assert {name for table in tables for name in table} - {metric.key for metric in METRICS} == COLUMNS
