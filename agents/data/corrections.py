@@ -6,9 +6,10 @@ They are made by `agents.data.dagger`.
 import io
 import json
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile, ZipFile
 
 import numpy as np
@@ -76,10 +77,11 @@ def expert_stretches(one: Correction) -> Iterator[tuple[int, int]]:
             yield begin, end
 
 
-def save_correction(path: Path, correction: Correction) -> None:
-    """Write one file, atomically. Raises RecordingError when it cannot be written."""
+def save_correction(path: Path, correction: Correction, recipe: Mapping[str, object] | None = None) -> None:
+    """Write one file, atomically, with what it was made by. Raises RecordingError when it cannot be written."""
     trajectory = correction.trajectory
-    about = {"map": map_to_json(trajectory.map), "participants": trajectory.participants, "seat": correction.seat}
+    about: dict[str, Any] = {"map": map_to_json(trajectory.map), "participants": trajectory.participants}
+    about |= {"seat": correction.seat} | ({"recipe": dict(recipe)} if recipe else {})
     data = io.BytesIO()
     arrays = {name: getattr(trajectory, name) for name in _ARRAYS}
     arrays |= {"labels": correction.labels, "taught": correction.taught, "about": np.array(json.dumps(about))}
@@ -89,6 +91,16 @@ def save_correction(path: Path, correction: Correction) -> None:
             draft.write_bytes(data.getvalue())
     except OSError as error:
         raise cannot("write", path, error) from error
+
+
+def read_about(path: Path) -> dict[str, Any]:
+    """What a file says beside its arrays: map, participants, seat, recipe. Raises DataError for anything else."""
+    try:
+        _check_size(path)
+        with np.load(path, allow_pickle=False) as file:
+            return dict(json.loads(str(file["about"])))
+    except (OSError, *_UNREADABLE) as error:
+        raise DataError(f"{path} is not a file of corrections: {error}") from error
 
 
 def load_correction(path: Path) -> Correction:

@@ -14,6 +14,7 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.calls import results_of
 from movingout.agents.data.corrections import SUFFIX, save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
+from movingout.agents.data.recipes import check_labels, check_recording, labelling_recipe, weights_of
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
@@ -132,7 +133,7 @@ def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:
     """Play and write one episode."""
     (folder / f"{job.episode_id}.mcap.journal").unlink(missing_ok=True)  # of one that was stopped, or lost with a node
     agents = (load_agent(job.seats[0].agent_id), load_agent(job.seats[1].agent_id))
-    blue, red = (SeatInfo("agent", person.name, person.sha256) for person in job.seats)
+    blue, red = (SeatInfo("agent", one.name, _weights(one.agent_id) or one.sha256) for one in job.seats)
     header = EpisodeHeader(
         job.episode_id, job.map, job.seed, job.ticks, (blue, red), time.time_ns(), "scripted",
         {"blue": job.seats[0].agent_id, "red": job.seats[1].agent_id},
@@ -152,22 +153,38 @@ def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:
     return WrittenEpisode(path, job.map.name, played, tcr)
 
 
+def _weights(agent_id: str) -> str:
+    """The hash of a trained agent; empty for others, whose habits a player's own hash names."""
+    return weights_of([agent_id]).get(agent_id, "")
+
+
 def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str = "") -> Iterator[WrittenEpisode]:
     """Play and write episodes in `workers` processes, or on the Ray cluster at an address.
 
-    Yields them as they finish and skips those that exist.
+    Yields them as they finish and skips those that exist. Raises DataError, before anything is played, where one that
+    exists is of another map, of other agents or of other ticks.
     """
     _make(folder)
-    missing = [job for job in todo if not (folder / f"{job.episode_id}.mcap").exists()]
+    missing = []
+    for job in todo:
+        if (path := folder / f"{job.episode_id}.mcap").exists():
+            check_recording(path, job.map, job.agent_ids, job.ticks)
+        else:
+            missing.append(job)
     calls = [partial(_answered, job, partial(write_episode, job, folder.resolve())) for job in missing]
     yield from results_of(calls, workers, ray)
 
 
 def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int, ray: str = "") -> Iterator[WrittenEpisode]:
-    """Play and label episodes likewise."""
+    """Play and label episodes likewise; neither may the learner or the expert be another."""
     _make(folder)
     paths = {job: folder.resolve() / f"{_file_name(job)}{SUFFIX}" for job in todo}
-    missing = [(job, path) for job, path in paths.items() if not path.exists()]
+    missing = []
+    for job, path in paths.items():
+        if path.exists():
+            check_labels(path, job)
+        else:
+            missing.append((job, path))
     calls = [partial(_answered, job, partial(_label_and_save, job, path)) for job, path in missing]
     yield from results_of(calls, workers, ray)
 
@@ -188,7 +205,7 @@ def _file_name(job: LabellingJob) -> str:
 
 def _label_and_save(job: LabellingJob, path: Path) -> WrittenEpisode:
     correction = label_episode(job)
-    save_correction(path, correction)
+    save_correction(path, correction, labelling_recipe(job))
     trajectory = correction.trajectory
     rate = task_completion_rate(trajectory.map, delivered_items(trajectory.map, trajectory.item_poses[-1]))
     return WrittenEpisode(path, trajectory.map.name, trajectory.ticks, rate)
