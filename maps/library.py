@@ -110,10 +110,10 @@ def _designed(text: str) -> MapSpec:
     path = Path(text)
     if os.path.isdir(text):
         raise MapError(f"{text} is a folder; name the files in it, as {path / 'NAME.json'}")
-    if path.suffix == ".json" or len(path.parts) > 1 or path.is_file():
+    if path.suffix == ".json" or len(path.parts) > 1 or os.path.isfile(text):
         return _read(path)
     before, _, word = text.rpartition(SEPARATOR)
-    if before and Path(before).is_file():
+    if before and os.path.isfile(before):
         raise MapError(f"unknown symmetry {word!r} of {before}; {known_names(word, SYMMETRY_NAMES)}")
     raise MapError(_unknown(text))
 

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -90,7 +91,7 @@ def _files(named: list[str]) -> Iterator[str]:
 
 
 def _is_folder(name: str) -> bool:
-    return name != "" and Path(name).is_dir() and not is_generated_or_shipped(name)
+    return name != "" and os.path.isdir(name) and not is_generated_or_shipped(name)
 
 
 def _checked(name_or_path: str) -> _Checked:

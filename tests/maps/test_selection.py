@@ -22,6 +22,18 @@ def test_a_path_is_a_map(tmp_path: Path) -> None:
     assert selected_maps(file) == [str(file)]
 
 
+def test_a_list_longer_than_any_name_of_a_file_is_a_list() -> None:
+    """A dozen generated maps ended in `OSError: File name too long`."""
+    names = [f"generated:coordination:{seed}:hard:mirror" for seed in range(12)]
+    assert selected_maps(",".join(names)) == names
+
+
+@pytest.mark.parametrize("named", ["x" * 300, f"{'x' * 300}:mirro", f"{'x' * 300}.json", "a\0b", "a\0b:mirro"])
+def test_a_name_that_no_file_can_have_is_refused_in_a_sentence(named: str) -> None:
+    with pytest.raises(MapError):
+        load_map(*selected_maps(named))
+
+
 @pytest.mark.parametrize("named", [None, ["HandOff"], load_map("HandOff")])
 def test_what_is_no_name_is_refused_in_a_sentence(named: Any) -> None:
     with pytest.raises(MapError, match="a map is named by its name or the path of its file, not by "):
