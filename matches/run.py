@@ -211,7 +211,8 @@ def run_grid(
     `pool`: makes the workers (default: processes of this machine; `ray_worker_pool` for a cluster).
 
     Raises MatchError when the grid is invalid, an agent is missing, or the folder holds another grid, or this
-    one as played with other weights, code of agents or map files; AgentError for a map with more than an agent sees.
+    one as played with other weights, code of agents or map files; AgentError for a map with more than an agent sees;
+    MapError for one without a variant that challenge 2 asks for.
     """
     if not isinstance(grid, Grid | str | os.PathLike):
         raise MatchError(f"a grid is a Grid or the path of a YAML file, not {grid!r:.80}")
@@ -223,10 +224,11 @@ def run_grid(
     if not 0 <= index < count:
         raise MatchError(f"shard {index}/{count}: the first number counts from 0 to {count - 1}")
     plan = planned_matches(grid)
+    matches = matches_of(plan)[index::count]
     check_own_maps(matches_of(plan))
+    check_variants(to_play(matches, read_results(folder)))
     make_folder(folder)
     open_folder(folder, grid, provenance_of(grid))
-    matches = matches_of(plan)[index::count]
     with Shard(folder, index, count) as file:
         finished = read_results(folder)
         todo = to_play(matches, finished)
@@ -253,6 +255,13 @@ def check_own_maps(matches: Sequence[Match]) -> None:
     for agent_id, name in seated_on:
         if not is_generated_or_shipped(name):
             check_map_seen(agent_id, load_map(name), name)
+
+
+def check_variants(matches: Sequence[Match]) -> None:
+    """Raises MapError for a map without a playable variant for a seed, which would count as the agents' failure."""
+    varied = {(match.map, match.seed, match.split): match for match in matches if match.challenge == 2}
+    for match in varied.values():
+        match.world_map()
 
 
 def finish(folder: Path, grid: Grid, plan: list[PlannedMatch]) -> GridRun:

@@ -23,7 +23,7 @@ from movingout.matches.report.parquet import write_parquet
 from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import GRID, open_folder, read_results, to_play
 from movingout.matches.results.table import ALL_MAPS, markdown
-from movingout.matches.run import GridRun, check_own_maps, played_again, run_grid
+from movingout.matches.run import GridRun, check_own_maps, check_variants, played_again, run_grid
 from movingout.recordings.report.words import DEFAULT, LANGUAGES
 from movingout.world.exactness import inexact_engine
 
@@ -107,6 +107,7 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
         check_own_maps(matches)
     finished = read_results(folder) if (folder / GRID).exists() else {}
     todo = to_play(matches, finished)
+    check_variants(todo)
     failed = sum(match.id in finished for match in todo)
     seconds = None if missing else _seconds_per_match(grid) * len(todo) / workers if todo else 0.0
     document: dict[str, Any] = {

@@ -193,6 +193,21 @@ def test_a_worker_that_hangs_where_no_alarm_reaches_is_replaced(tmp_path: Path) 
     assert "gave no sign of life" in failure.failure
 
 
+def test_a_map_without_a_variant_for_a_seed_stops_a_grid_before_it_is_played(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its matches counted as TCR 0 of the agents."""
+    pit = map_to_json(load_map("Simple")) | {"name": "Pit", "goals": [{"x0": 0.0, "y0": 0.05, "x1": 0.05, "y1": 0.0}]}
+    (tmp_path / "pit.json").write_text(json.dumps(pit))
+    grid = tmp_path / "grid.yaml"
+    grid.write_text(f"name: pit\nagents: [idle]\nmaps: [{tmp_path / 'pit.json'}]\nchallenge: 2\nseeds: 1\nticks: 2\n")
+    command = ["match", "grid", str(grid), "--out", str(tmp_path / "out"), "--workers", "1"]
+    for more in ([], ["--dry-run"]):
+        assert main([*command, *more]) == 2
+        assert "no playable evaluation variant of Pit for seed 0" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_folder_of_another_grid_is_refused(tmp_path: Path) -> None:
     open_folder(tmp_path, small_grid(), Provenance({}, {}, {}))
     with pytest.raises(MatchError, match=r"holds results of another grid \('small'\); choose another folder"):
