@@ -126,7 +126,7 @@ def play(
     """
     check_numbers(episodes, seed, ticks, challenge)
     seed, ticks = int(seed), int(ticks)  # numpy's integers are no JSON
-    maps, objects = selected_maps(map), AgentObjects()
+    maps, objects = selected_maps(map), AgentObjects(blue, red)
     one, other = objects.name(blue), objects.name(red)
     matches = [
         Match(name, agent_for_seed(one, each), agent_for_seed(other, each, one == other), each, challenge, ticks)

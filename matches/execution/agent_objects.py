@@ -8,6 +8,7 @@ from movingout.agents.base import Agent
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.factories import check_methods
+from movingout.agents.partners.families import group
 from movingout.matches.errors import MatchError
 
 AgentLike = str | Agent | Callable[[], Agent]
@@ -17,8 +18,13 @@ AgentLike = str | Agent | Callable[[], Agent]
 class AgentObjects:
     """Gives objects ids, by which matches and recordings name them, and finds them again."""
 
-    def __init__(self) -> None:
+    def __init__(self, *agents: AgentLike) -> None:
+        """`agents` are those that will be named: no object gets an id that is among them, or of a member of a group.
+
+        Raises AgentError for an unknown group.
+        """
         self._objects: dict[str, object] = {}
+        self._ids = {member.agent_id for agent in agents if isinstance(agent, str) for member in group(agent)}
 
     def __bool__(self) -> bool:
         return bool(self._objects)
@@ -36,8 +42,8 @@ class AgentObjects:
 
     def _registered(self, name: str, agent: object) -> str:
         number, found = 1, name
-        while found in self._objects:
-            if self._objects[found] is agent:
+        while found in self._objects or found in self._ids:
+            if self._objects.get(found) is agent:
                 if _is_instance(agent):
                     raise MatchError(f"one {name} cannot play both seats; give its class, or two instances")
                 return found

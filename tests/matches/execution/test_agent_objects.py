@@ -46,6 +46,18 @@ def test_a_class_plays_both_seats_and_two_instances_too() -> None:
         play(one, one, ticks=3)
 
 
+@pytest.mark.parametrize("first", ["object", "id", "list"])
+def test_an_object_does_not_play_for_the_agent_that_has_the_id_of_its_class(first: str, tmp_path: Path) -> None:
+    """It took both seats."""
+    agent, name, file = Counting(), f"{__name__}:Counting", tmp_path / "list.txt"
+    file.write_text(name)
+    pairs = {"object": (agent, name), "id": (name, agent), "list": (f"@{file}", agent)}
+    (result,) = play(*pairs[first], ticks=3)
+    assert agent.episodes == 1 and result.ending == "time"
+    other = f"{name}:instance=2"
+    assert result.match.seats == ((other, name) if first == "object" else (name, other))
+
+
 def test_objects_give_the_result_that_ids_give() -> None:
     assert (
         play("scripted", Counting, ticks=40)[0].play_hash
