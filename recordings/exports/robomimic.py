@@ -1,13 +1,14 @@
 """HDF5 in the layout of robomimic: data/demo_k with actions, rewards, dones, obs, next_obs; mask/train, mask/valid."""
 
 import json
+import warnings
 from collections import Counter
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from movingout.maps import is_shipped
+from movingout.maps.library import is_generated_or_shipped
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.hdf5_file import hdf5_file
 from movingout.recordings.exports.plan import ExportPlan
@@ -75,6 +76,15 @@ def _environment(plan: ExportPlan) -> dict[str, Any]:
 
 
 def _most_played(plan: ExportPlan) -> str:
-    """The map of most recordings that is known by its name."""
-    played = Counter(players.map for players in plan.players if is_shipped(players.map))
-    return played.most_common(1)[0][0] if played else "HandOff"
+    """The map of most recordings that comes with the project; else that of most, with a warning.
+
+    A map of one's own is not found by its name.
+    """
+    played = Counter(players.map for players in plan.players)
+    known = [name for name, _ in played.most_common() if is_generated_or_shipped(name)]
+    if known:
+        return known[0]
+    own: str = played.most_common(1)[0][0]
+    sentence = f"env_args name {own}, which is a map of your own: put the path of its file there before rollouts"
+    warnings.warn(sentence, RuntimeWarning, stacklevel=2)
+    return own
