@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 import time
+from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -136,7 +137,8 @@ def _seconds_per_match(grid: Grid) -> float:
     for match in probes:
         ticks = min(match.ticks, _PROBE_TICKS)
         begun = time.process_time()
-        list(lockstep.play([replace(match, ticks=ticks)]))
+        with redirect_stdout(sys.stderr):  # what agents print is no part of the answer, as from worker processes
+            list(lockstep.play([replace(match, ticks=ticks)]))
         spent += (time.process_time() - begun) * match.ticks / ticks
     return spent / len(probes)
 

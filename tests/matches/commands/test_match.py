@@ -127,6 +127,18 @@ def test_a_dry_run_counts_and_estimates_and_plays_nothing(capsys: pytest.Capture
     assert not (tmp_path / "out").exists()
 
 
+def test_what_an_agent_prints_is_no_part_of_the_document_of_a_dry_run(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = "class Loud:\n    def reset(self, episode): print('hello')\n    def act(self, seen): return [[0.0, 1.0, 0.0, 0.0]]\n"
+    (tmp_path / "loud_agent.py").write_text(code)
+    monkeypatch.syspath_prepend(tmp_path)
+    grid = written(tmp_path, GRID.replace(f"{HERE}:Wanderer", "loud_agent:Loud"))
+    assert main(["match", "grid", str(grid), "--out", str(tmp_path / "out"), "--dry-run", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["to_play"] == 2 and "hello" in captured.err
+
+
 def test_a_grid_leaves_tables_a_page_and_a_report(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     out = tmp_path / "out"
     arguments = ["match", "grid", str(written(tmp_path, GRID)), "--out", str(out), "--html", "--record"]
