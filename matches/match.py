@@ -12,14 +12,13 @@ from movingout.maps import MapSpec, load_map
 from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.randomize import Split, randomize
 from movingout.matches.errors import MatchError
-from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
+from movingout.world.constants import LIMIT_TICKS, MAX_SEED, MAX_TICKS
 from movingout.world.metrics import Metrics
 
 Challenge = Literal[1, 2]
 _LATER = ("play_hash", "own_metrics")  # fields of results that earlier versions did not write
 Ending = Literal["delivered", "time", "failed"]
 MAX_EPISODES = 1_000_000
-MAX_SEED = 2**53 - 1  # the largest that every program reads from JSON as it is
 
 
 @dataclass(frozen=True, slots=True)

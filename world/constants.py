@@ -18,6 +18,7 @@ POSE_SECONDS = TICK_SECONDS / POSES_PER_TICK
 LIMIT_TICKS = 500  # default length of an episode, as in the paper's evaluation
 TUTORIAL_TICKS = 6000  # longest tutorial, for somebody who went away; most need a minute
 MAX_TICKS = 3600 * TICKS_PER_SECOND  # longest episode: an hour
+MAX_SEED = 2**53 - 1  # of an episode: the largest that every program reads from JSON as it is
 
 # Engine
 SOLVER_ITERATIONS = 10

@@ -277,10 +277,11 @@ def _both(actions: Mapping[str, npt.ArrayLike]) -> list[npt.NDArray[np.float64]]
         raise ActionError(f"an action for {' and '.join(missing)} is missing; both agents act in every tick")
     if unknown := [agent for agent in actions if agent not in SEAT_COLOURS]:
         raise ActionError(f"there is no agent {unknown[0]!r}; known: {', '.join(SEAT_COLOURS)}")
-    return [_row(agent, actions[agent]) for agent in SEAT_COLOURS]
+    return [checked_row(agent, actions[agent]) for agent in SEAT_COLOURS]
 
 
-def _row(agent: str, action: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def checked_row(agent: str, action: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """The action (4,) of an agent. Raises ActionError, which names the agent, for a wrong one."""
     try:
         row = np.asarray(action, np.float64)
     except (TypeError, ValueError):

@@ -48,7 +48,7 @@ from movingout.maps.suggestion import counted, known_names
 from movingout.maps.symmetry import SEPARATOR, split_name
 from movingout.recordings.commands import imports
 from movingout.recordings.ray_cluster import connect, processors
-from movingout.world.constants import LIMIT_TICKS
+from movingout.world.constants import LIMIT_TICKS, MAX_SEED, MAX_TICKS
 
 _GROUPS_HELP = "a family as family:greedy, families, families:without-greedy, or @FILE (agent ids, one per line)"
 
@@ -281,6 +281,8 @@ def _prove(args: argparse.Namespace) -> int:
 def _check_counts(args: argparse.Namespace) -> None:
     if args.episodes < 1 or args.ticks < 1 or args.workers < 1:
         raise DataError("--episodes, --ticks and --workers must be at least 1")
+    if args.ticks > MAX_TICKS or not 0 <= args.seed <= MAX_SEED:
+        raise DataError(f"--ticks is at most {MAX_TICKS}, and --seed is a whole number from 0 to {MAX_SEED}")
 
 
 def _caution(maps: Iterable[str], asked: Iterable[str] = ()) -> None:

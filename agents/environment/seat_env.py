@@ -19,8 +19,9 @@ from movingout.maps.extras import needs_extra
 from movingout.maps.randomize import Split
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import known_names
+from movingout.world.action import to_world
 from movingout.world.constants import LIMIT_TICKS
-from movingout.world.env import Info, MovingOutEnv, Observation, RenderMode, RewardName
+from movingout.world.env import Info, MovingOutEnv, Observation, RenderMode, RewardName, checked_row
 from movingout.world.errors import WorldError
 
 with needs_extra("env", "the environment for reinforcement learning"):
@@ -104,6 +105,7 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         """Advance by one tick. Raises ActionError for an action of a wrong shape, AgentError for the partner's."""
         actions: dict[str, Any] = {self._colour: action}
         if self._env.agents and self._partner is not None:
+            to_world(checked_row(self._colour, action))  # a partner who is asked for a step that is refused moves on
             actions[self._other] = self._partner.action(self._env.world_state)
         observations, rewards, terminated, truncated, infos = self._env.step(actions)
         over = terminated[self._colour] or truncated[self._colour]

@@ -21,8 +21,8 @@ from movingout.maps.selection import selected_maps
 from movingout.maps.suggestion import known_names
 from movingout.matches.experiment.grid_file import read_grid_file
 from movingout.matches.experiment.paper_reference import paper_tables
-from movingout.matches.match import MAX_SEED, Challenge
-from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
+from movingout.matches.match import Challenge
+from movingout.world.constants import LIMIT_TICKS, MAX_SEED, MAX_TICKS
 
 AgentId = Annotated[str, Field(min_length=1, max_length=300)]
 SeatName = Literal["both", "blue", "red"]

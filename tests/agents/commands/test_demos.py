@@ -33,3 +33,17 @@ def test_labels_with_people_who_are_for_tests_are_told_of(
     few = ["--map", "HandOff", "--episodes", "1", "--ticks", "4", "--workers", "1", "-o", str(tmp_path)]
     assert main(["demos", "label", "--learner", "idle", "--expert", "idle", "--population", who, *few]) == 0
     assert capsys.readouterr().err.count("people of C are for tests") == said
+
+
+@pytest.mark.parametrize("action", ["generate", "label"])
+@pytest.mark.parametrize("number", [["--seed", "-1"], ["--seed", str(2**53)], ["--ticks", "36001"]])
+def test_numbers_that_cannot_be_are_answered_in_a_sentence(
+    action: str, number: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A seed below 0 ended in a traceback."""
+    few = ["--map", "Simple", "--challenge", "2", "--episodes", "1", "--workers", "1", "-o", str(tmp_path / "out")]
+    assert main(["demos", action, *few, *number]) == 2
+    assert (
+        "--ticks is at most 36000, and --seed is a whole number from 0 to 9007199254740991" in capsys.readouterr().err
+    )
+    assert not (tmp_path / "out").exists()

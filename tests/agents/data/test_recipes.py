@@ -86,7 +86,10 @@ def test_files_of_before_there_were_recipes_are_of_the_default_expert(tmp_path: 
 @pytest.mark.parametrize(
     ("other", "sentence"),
     [
-        ({"seats": (Somebody("A", "idle"), Somebody("B", "novice"))}, "with the agents greedy and idle, not idle and novice"),
+        (
+            {"seats": (Somebody("A", "idle"), Somebody("B", "novice"))},
+            "with the agents greedy and idle, not idle and novice",
+        ),
         ({"ticks": 5}, "with the ticks 4, not 5"),
         ({"map": _changed(HANDOFF)}, "with another version of the map HandOff"),
     ],

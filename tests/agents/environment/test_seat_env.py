@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 pytest.importorskip("pettingzoo", reason="the extra `env` is not installed")
@@ -13,10 +14,13 @@ pytest.importorskip("pettingzoo", reason="the extra `env` is not installed")
 import gymnasium
 from gymnasium.utils.env_checker import check_env
 
+from movingout.agents.base import ActionChunk, EpisodeInfo
+from movingout.agents.base import Observation as AgentObservation
 from movingout.agents.environment import ENV_ID
 from movingout.agents.environment.seat_env import SeatEnv
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
+from movingout.world import ActionError
 from movingout.world.env import MovingOutEnv
 from movingout.world.errors import WorldError
 from movingout.world.metrics import METRICS
@@ -197,3 +201,26 @@ def test_the_partner_is_known_once_an_episode_has_begun() -> None:
     assert env.partner == "idle"
     with pytest.raises(WorldError, match=r"call reset\(\) first"):
         _ = copy.deepcopy(env).partner
+
+
+class Counting:
+    """Counts how often it is asked."""
+
+    asked = 0
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        Counting.asked = 0
+
+    def act(self, observation: AgentObservation) -> ActionChunk:
+        Counting.asked += 1
+        return np.array([[0.0, 1.0, 0.0, 0.0]])
+
+
+@pytest.mark.parametrize("action", [np.zeros(3), np.full(4, np.nan)])
+def test_a_step_that_is_refused_does_not_ask_the_partner(action: npt.NDArray[np.float32]) -> None:
+    """It had moved on by a tick when the next step came."""
+    env = SeatEnv("HandOff", partner=f"{__name__}:Counting", seat="red")
+    env.reset(seed=1)
+    with pytest.raises(ActionError):
+        env.step(action)
+    assert Counting.asked == 0
