@@ -37,7 +37,7 @@ def _named_paths(agent_id: str) -> Iterator[Path]:
         return
     for value in options.values():
         path = os.path.expanduser(str(value))
-        if isinstance(value, str) and (os.path.isfile(path) or os.path.isdir(path) and not _grows(path)):
+        if isinstance(value, str) and (os.path.isfile(path) or (os.path.isdir(path) and not _grows(path))):
             yield Path(path)
 
 

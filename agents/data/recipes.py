@@ -1,4 +1,4 @@
-"""What an episode that lies in a folder was made by: one of another recipe is not taken for the one that is asked for."""
+"""What an episode in a folder was made by: one of another recipe is not taken for the one that is asked for."""
 
 from collections.abc import Iterable, Mapping
 from hashlib import sha256

@@ -13,6 +13,7 @@ from movingout.matches.match import Match, failed_result
 from movingout.matches.results.table import WAITING, ResultRow
 from movingout.recordings.exports.tables import EPISODES
 from movingout.recordings.report.measures import MEASURES
+from movingout.world import World
 from movingout.world import own_metrics as module
 from movingout.world.metrics import METRICS
 from movingout.world.own_metrics import COLUMNS, Compute, OwnMetric, own_metrics, own_values
@@ -45,9 +46,10 @@ def test_a_value_that_is_no_finite_number_is_none_with_a_warning(install: Instal
 
 
 def test_finite_values_and_none_stay(install: Install) -> None:
-    for value in (2, None):
-        install("walked", lambda the_map, states, actions, value=value: value)
-        assert own_values(load_map("HandOff"), [], np.zeros((0, 2, 3))) == {"walked": value}
+    install("walked", lambda the_map, states, actions: states[0].tick if states else None)
+    states = [World(load_map("HandOff")).state()]
+    for some, value in ((states, 0.0), ([], None)):
+        assert own_values(load_map("HandOff"), some, np.zeros((0, 2, 3))) == {"walked": value}
 
 
 @pytest.mark.parametrize("key", ["ticks", "agent", "tcr", "waiting_share", "episode_id"])

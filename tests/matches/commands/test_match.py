@@ -130,7 +130,8 @@ def test_a_dry_run_counts_and_estimates_and_plays_nothing(capsys: pytest.Capture
 def test_what_an_agent_prints_is_no_part_of_the_document_of_a_dry_run(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    code = "class Loud:\n    def reset(self, episode): print('hello')\n    def act(self, seen): return [[0.0, 1.0, 0.0, 0.0]]\n"
+    reset, act = "def reset(self, episode): print('hello')", "def act(self, seen): return [[0.0, 1.0, 0.0, 0.0]]"
+    code = f"class Loud:\n    {reset}\n    {act}\n"
     (tmp_path / "loud_agent.py").write_text(code)
     monkeypatch.syspath_prepend(tmp_path)
     grid = written(tmp_path, GRID.replace(f"{HERE}:Wanderer", "loud_agent:Loud"))

@@ -8,6 +8,7 @@ import pytest
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.matches import play
 from movingout.matches.errors import MatchError
+from movingout.matches.execution.agent_objects import AgentLike
 from movingout.recordings import read_episode
 from movingout.world.state import Floats
 
@@ -51,7 +52,11 @@ def test_an_object_does_not_play_for_the_agent_that_has_the_id_of_its_class(firs
     """It took both seats."""
     agent, name, file = Counting(), f"{__name__}:Counting", tmp_path / "list.txt"
     file.write_text(name)
-    pairs = {"object": (agent, name), "id": (name, agent), "list": (f"@{file}", agent)}
+    pairs: dict[str, tuple[AgentLike, AgentLike]] = {
+        "object": (agent, name),
+        "id": (name, agent),
+        "list": (f"@{file}", agent),
+    }
     (result,) = play(*pairs[first], ticks=3)
     assert agent.episodes == 1 and result.ending == "time"
     other = f"{name}:instance=2"
