@@ -22,9 +22,7 @@ def selected_maps(text: str | os.PathLike[str]) -> list[str]:
     if not isinstance(text, str | os.PathLike):
         raise MapError(f"a map is named by its name or the path of its file, not by {text!r:.80}")
     text = os.fspath(text)
-    if os.path.isfile(
-        text
-    ):  # its name may have a comma; a long list can be no name of a file, which `Path` would raise
+    if os.path.isfile(text):  # whose name may have a comma; unlike `Path`, this takes a list too long to be a name
         return [text]
     return list(dict.fromkeys(name for word in text.split(",") for name in _meant(word)))
 
