@@ -1,12 +1,13 @@
 """The code of agents of one's own, by its hash: results of other code are not comparable."""
 
+import contextlib
 import hashlib
 import inspect
 import os
 import sys
-from importlib.machinery import PathFinder
 from pathlib import Path
 
+from movingout.agents.adapters.policy_file import POLICY_FILES
 from movingout.agents.catalogue import factory_of
 from movingout.maps.extras import AGENTS, installed
 
@@ -37,21 +38,12 @@ def module_sha256(agent_id: str) -> str:
     reference = agent_id.partition(":")[0]
     if entry := installed(AGENTS).get(reference):
         reference = entry.value.partition(":")[0]
-    elif ":" not in agent_id:
+    elif ":" not in agent_id or reference in POLICY_FILES or reference.partition(".")[0] == _OURS:
         return ""
-    source = _source_of(reference)
-    return hashlib.sha256(source.read_bytes()).hexdigest() if source else ""
-
-
-def _source_of(module: str) -> Path | None:
-    """The source file of `package.module`, looked for where Python would, and in the current folder."""
-    places: list[str] | None = [*sys.path, os.getcwd()]
-    origin: str | None = None
-    name = ""
-    for part in module.split("."):
-        name = f"{name}.{part}" if name else part
-        spec = PathFinder.find_spec(name, places)
-        if spec is None or spec.name.partition(".")[0] == _OURS:
-            return None
-        origin, places = spec.origin, list(spec.submodule_search_locations or [])
-    return Path(origin) if origin and Path(origin).is_file() else None
+    parts = reference.split(".")
+    for place in (*sys.path, os.getcwd()):  # where Python looks, and where the catalogue does
+        whole = Path(place, *parts)
+        for source in (whole.with_name(f"{parts[-1]}.py"), whole / "__init__.py"):
+            with contextlib.suppress(OSError, ValueError):
+                return hashlib.sha256(source.read_bytes()).hexdigest()
+    return ""

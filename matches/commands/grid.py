@@ -22,7 +22,7 @@ from movingout.matches.experiment.shipped_grids import grid_path, shipped_grids
 from movingout.matches.report.html_page import write_page
 from movingout.matches.report.parquet import write_parquet
 from movingout.matches.results.provenance import provenance_of
-from movingout.matches.results.results_folder import GRID, open_folder, read_results, to_play
+from movingout.matches.results.results_folder import GRID, open_folder, order_of, read_results, to_play
 from movingout.matches.results.table import ALL_MAPS, markdown
 from movingout.matches.run import GridRun, check_own_maps, check_variants, played_again, run_grid
 from movingout.recordings.report.words import DEFAULT, LANGUAGES
@@ -103,7 +103,7 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
     missing = missing_agents(grid)
     if not missing and (folder / GRID).exists():
         open_folder(folder, grid, provenance_of(grid))  # refused as by the run itself
-    matches = matches_of(planned_matches(grid))
+    matches = matches_of(planned_matches(grid, order_of(folder)))
     if not missing:
         check_own_maps(matches)
     finished = read_results(folder) if (folder / GRID).exists() else {}

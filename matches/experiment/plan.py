@@ -21,8 +21,14 @@ class PlannedMatch:
     match: Match
 
 
-def planned_matches(grid: Grid) -> list[PlannedMatch]:
-    """All matches in an order that depends on the grid alone; maps are outermost, so that neighbours share a map."""
+ORDER = 2  # of the members of groups; in 1, with both seats, members of even groups kept to one seat
+
+
+def planned_matches(grid: Grid, order: int = ORDER) -> list[PlannedMatch]:
+    """All matches in an order that depends on the grid alone; maps are outermost, so that neighbours share a map.
+
+    `order`: that of the folder, for one that was begun by an earlier version.
+    """
     return [
         PlannedMatch(condition.name, one.name, partner, seat, match)
         for challenge in grid.challenges
@@ -31,7 +37,7 @@ def planned_matches(grid: Grid) -> list[PlannedMatch]:
         for one in condition.contestants
         for partner in condition.partners_of(one)
         for seat in _seats(grid, one.agent, partner)
-        for match in _matches(grid, one.agent, partner, seat, the_map, challenge)
+        for match in _matches(grid, order, one.agent, partner, seat, the_map, challenge)
     ]
 
 
@@ -77,13 +83,15 @@ def _seats(grid: Grid, agent: str, partner: str) -> tuple[int, ...]:
     return {"both": (0, 1), "blue": (0,), "red": (1,)}[grid.seats]
 
 
-def _matches(grid: Grid, agent: str, partner: str, seat: int, the_map: str, challenge: Challenge) -> Iterator[Match]:
+def _matches(
+    grid: Grid, order: int, agent: str, partner: str, seat: int, the_map: str, challenge: Challenge
+) -> Iterator[Match]:
     """One match per seed; where the agent plays both seats, even seeds are in blue and odd ones in red."""
     own, others = group(agent), group(partner)
     for seed in grid.seed_range:
         if grid.seats == "both" and agent != partner and seed % 2 != seat:
             continue
-        both = grid.seats == "both" and agent != partner
+        both = grid.seats == "both" and agent != partner and order > 1
         pair = (own[_turn(seed, len(own), both)], others[_turn(seed + (agent == partner), len(others), both)])
         blue, red = pair if seat == 0 else pair[::-1]
         yield Match(the_map, blue.agent_id, red.agent_id, seed, challenge, grid.ticks, grid.split)

@@ -17,6 +17,7 @@ from filelock import lock_descriptor
 from movingout.maps.files.output_file import draft_of
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import Grid
+from movingout.matches.experiment.plan import ORDER
 from movingout.matches.match import Match, MatchResult, result_from_json
 from movingout.matches.results.provenance import Provenance
 from movingout.recordings.versions import versions
@@ -46,6 +47,7 @@ def open_folder(folder: Path, grid: Grid, provenance: Provenance) -> None:
     """Write the grid into a new folder, or check that the folder is this grid's. Raises MatchError when it is not."""
     mine = {
         "format": FORMAT,
+        "order": ORDER,
         "sha256": grid.sha256,
         "grid": grid.model_dump(mode="json"),
         "versions": versions(),
@@ -71,6 +73,11 @@ def open_folder(folder: Path, grid: Grid, provenance: Provenance) -> None:
         before: dict[str, str] = theirs.get(key, {})  # a folder of an earlier version may lack some
         if changed := [name for name, sha in mine[key].items() if before.get(name, sha) != sha]:
             raise MatchError(f"{folder} was started with {what} {', '.join(changed)}; choose another folder with --out")
+
+
+def order_of(folder: Path) -> int:
+    """In which order members of groups take turns in a folder. Raises MatchError where it cannot be read."""
+    return int(read_head(folder).get("order", 1)) if (folder / GRID).exists() else ORDER
 
 
 def check_lists(folder: Path, head: dict[str, Any], now: dict[str, str]) -> None:

@@ -33,6 +33,7 @@ class ParticipantSession:
     resumed_at: float = 0.0  # when the experimenter's last pause ended for them, on the same clock
     any_device: bool = False  # whether they may come back in another browser, once
     absence_told: bool = True  # whether the experimenter knows that they are away; who has not come back yet is no news
+    ended_at: float = 0.0  # when they were given their code, on the same clock; 0 before a restart
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 
     @property

@@ -101,6 +101,7 @@ class Participants:
         now = time.monotonic()
         away_s = 0.0 if session.present(now) else session.absent_s(now)
         await tx.run(self._store.finish, session.pid, outcome, self._code(outcome), away_s)
+        session.ended_at = now
         await self.refresh(tx, session)
 
     def _code(self, outcome: Outcome) -> str:

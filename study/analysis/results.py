@@ -111,10 +111,7 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
     for row in sorted(people, key=lambda row: row["member"]):
         if row["unit"] is not None:
             groups[row["unit"]].append(row["pid"])
-    alone = {unit for unit, pids in groups.items() if study.group == 2 and len(pids) == 1}
-    for row in kept:
-        if row["unit"] in alone:  # rows of earlier versions say nothing
-            row["partner"] = row["partner"] or SUBSTITUTE
+    _name_substitutes(study, kept, newest.values(), groups)
     counted = tuple(row for row in kept if row["valid"] and row["outcome"] in FINISHED)
     return Results(
         study=study,
@@ -126,6 +123,20 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
         pings=ping_rounds(study, counted, store.rows(players), recordings),
         sessions=sessions_of(counted, store.rows(players), recordings, annotations),
     )
+
+
+def _name_substitutes(study: Study, kept: list[Row], said: Iterable[Row], groups: dict[int, list[str]]) -> None:
+    """Where earlier versions did not: the partner of a round, and of what is asked about it, in a unit of one."""
+    played = {row["unit"] for row in kept}  # with a member who was deleted, the rounds of a pair went, too
+    alone = {pids[0] for unit, pids in groups.items() if study.group == 2 and len(pids) == 1 and unit in played}
+    units_alone = {unit for unit, pids in groups.items() if pids[0] in alone}
+    blocks = {block.id for block in study.blocks}
+    for row in kept:
+        if row["unit"] in units_alone:
+            row["partner"] = row["partner"] or SUBSTITUTE
+    for row in said:
+        if row["pid"] in alone and row["step"].partition("/")[0] in blocks:
+            row["partner"] = row["partner"] or SUBSTITUTE
 
 
 def _flow(store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, int]]:

@@ -17,6 +17,7 @@ from movingout.maps import load_map, map_to_json
 from movingout.matches import MatchError, MatchResult, open_run, play, run_grid
 from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.experiment.grid import Grid
+from movingout.matches.experiment.plan import planned_matches
 from movingout.matches.match import Match, failed_result
 from movingout.matches.results.provenance import Provenance
 from movingout.matches.results.results_folder import Shard, open_folder
@@ -137,6 +138,22 @@ def test_a_finished_grid_is_read_not_played(tmp_path: Path) -> None:
 
     assert _numbers(run_grid(small_grid(), tmp_path, pool=nobody).results) == _numbers(first.results)
     assert _numbers(open_run(tmp_path).results) == _numbers(first.results)
+
+
+def test_a_folder_of_an_earlier_version_keeps_its_order_of_partners(tmp_path: Path) -> None:
+    """Members of an even group kept to one seat then; what was played stays part of its grid."""
+    (tmp_path / "two.txt").write_text("greedy:order=near\ngreedy:order=far\n", encoding="utf-8")
+    group = f"@{tmp_path / 'two.txt'}"
+    grid = small_grid(agents=["scripted"], partners=[group], seeds=4, maps=["HandOff"], ticks=3)
+    folder = tmp_path / "results"
+    run_grid(grid, folder, workers=1)
+    head = json.loads((folder / "grid.json").read_text(encoding="utf-8"))
+    (folder / "grid.json").write_text(json.dumps({name: value for name, value in head.items() if name != "order"}))
+    early = planned_matches(grid, 1)
+    assert open_run(folder).plan == early != planned_matches(grid)
+    assert len(run_grid(grid, folder, workers=1).results) == len(early)
+    (folder / "grid.json").write_text(json.dumps(head))
+    assert open_run(folder).plan == planned_matches(grid)
 
 
 def test_a_grid_plays_again_what_failed_and_keeps_the_rest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

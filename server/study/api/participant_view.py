@@ -150,13 +150,21 @@ class ParticipantViews:
             "key": "code",
             "kind": "code",
             "code": record.code,
-            "long_ago": record.finished_ms is not None and time.time() - record.finished_ms / 1e3 > LONG_AGO_S,
+            "long_ago": _long_ago(session),
             "outcome": outcome,
             "completion_url": f"{PROLIFIC_ADDRESS}{record.code}" if from_prolific else None,
             "from_platform": session.source in PLATFORMS,
             "earned": earnings(self._running.study, session.record),
             "kept": record.keep,
         }
+
+
+def _long_ago(session: ParticipantSession) -> bool:
+    """Whether the page may be opened by the next person; who was ended while away has their code before them."""
+    finished_ms = session.record.finished_ms
+    if finished_ms is None or (session.ended_at and time.monotonic() - session.ended_at <= LONG_AGO_S):
+        return False
+    return time.time() - finished_ms / 1e3 > LONG_AGO_S
 
 
 def _shown_answer(given: GivenAnswer, since_ms: int) -> View:

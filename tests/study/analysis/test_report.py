@@ -25,11 +25,12 @@ from movingout.study.analysis.tables import (
 )
 from movingout.study.design.definition import SUBSTITUTE, Outcome
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
-from movingout.study.store.tables import rounds
+from movingout.study.store.tables import answers, rounds
 from tests.recordings.report.support import english_left
 from tests.study.filled import fill, template
 from tests.study.support import TEXT, agree, open_store, rounds_of, study
 
+FORM = "movingout-paper-nine"
 SHORT = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
 
 
@@ -178,6 +179,8 @@ def test_who_played_with_an_agent_in_a_partners_place_is_apart_from_pairs(tmp_pa
     step = rounds_of(alone.slot, pairs)[0]
     Rounds(store).begin(alone, step, "alone", [PlayerOutcome("P3", 0, "keyboard")])
     Rounds(store).end("alone", RoundOutcome("time", 500, 0.0, 0.0, 0.0, None))
+    store.answer("P3", f"{step.block}/1/{FORM}", FORM, SUBSTITUTE, "teamwork", 2, "", 1.0)
+    store.answer("P3", f"end/{FORM}", FORM, "", "teamwork", 7, "", 1.0)
     assert [row["partner"] for row in store.rows(rounds) if row["unit"] == alone.id] == [SUBSTITUTE]
     found = collect(pairs, store, tmp_path)
     assert found.partners == (SUBSTITUTE, "")
@@ -185,7 +188,11 @@ def test_who_played_with_an_agent_in_a_partners_place_is_apart_from_pairs(tmp_pa
     assert str(len(found.rounds) - 1) in [row[1] for row in performance(found, plain).rows]
     with store.database.write() as connection:  # as an earlier version wrote it
         connection.execute(update(rounds).values(partner=""))
-    assert collect(pairs, store, tmp_path).partners == (SUBSTITUTE, "")
+        connection.execute(update(answers).values(partner=""))
+    earlier = collect(pairs, store, tmp_path)
+    assert earlier.partners == (SUBSTITUTE, "")
+    assert earlier.ratings(FORM, "teamwork", SUBSTITUTE) == {"P3": 2.0}
+    assert earlier.ratings(FORM, "teamwork", "") == {"P3": 7.0}
 
 
 def test_pings_are_counted_by_partner_and_participant_where_they_are_on(tmp_path: Path) -> None:

@@ -56,19 +56,25 @@ def test_trained_agents_have_a_hash_with_options_and_inside_others_too(tmp_path:
     assert [id for id in ids if after[id] != before[id]] == [ids[3]]
 
 
-def test_code_of_ones_own_has_a_hash_and_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    package = tmp_path / "their_agents"
-    package.mkdir()
-    for name in ("__init__", "quick"):
+@pytest.mark.parametrize("package_file", ["__init__", "notes"])
+def test_code_of_ones_own_has_a_hash_and_is_not_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, package_file: str
+) -> None:
+    """Also in folders that are packages without an `__init__.py`."""
+    package = tmp_path / "their" / "agents"
+    package.mkdir(parents=True)
+    for name in (package_file, "quick"):
         (package / f"{name}.py").write_text("raise SystemExit", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    own = study().partners[0].model_copy(update={"agent": "their_agents.quick:Quick:speed=1"})
+    own = study().partners[0].model_copy(update={"agent": "their.agents.quick:Quick:speed=1"})
     with_own = study().model_copy(update={"partners": (own, *study().partners)})
     before = agent_code(with_own)
-    assert list(before) == ["agent:their_agents.quick:Quick:speed=1"]
+    assert list(before) == ["agent:their.agents.quick:Quick:speed=1"]
     (package / "quick.py").write_text("raise SystemExit  # mended", encoding="utf-8")
     assert agent_code(with_own) != before
     assert model_hashes(with_own)[own.agent] == ""
+    files = study().partners[0].model_copy(update={"agent": "onnx:path=mine.onnx"})
+    assert agent_code(study().model_copy(update={"partners": (files,)})) == {}
 
 
 def test_what_simulated_participants_did_is_never_mixed_with_what_people_did(place: Path | str) -> None:
