@@ -28,6 +28,7 @@ FENCED_S = 3  # after which the database gives up a transaction of a server that
 UPGRADE = 7_306_412  # a lock of PostgreSQL, while tables are made: any number that nobody else uses
 SERVED = 7_306_413  # another one: fenced servers share it, who deletes or serves alone has it for itself
 NUL = "\0"  # the one character that PostgreSQL keeps in no text
+_TRIES, _BETWEEN_TRIES_S = 8, 0.25  # for the lock of servers that have just ended
 _MIGRATIONS = Path(__file__).parent / "migrations"
 
 
@@ -231,13 +232,20 @@ def _hurry(connection: Any, record: Any) -> None:
 
 @contextlib.contextmanager
 def alone(address: str) -> Iterator[None]:
-    """Keep fenced servers out of a PostgreSQL database. Raises StoreError while one serves from it."""
+    """Keep fenced servers out of a PostgreSQL database. Raises StoreError while one serves from it.
+
+    One that has just ended has a moment: PostgreSQL lets go when it has noticed.
+    """
     engine = postgres_engine(address)
     try:
         with _sentences(address), engine.connect() as connection:
-            free = connection.execute(text("SELECT pg_try_advisory_lock(:lock)"), {"lock": SERVED}).scalar_one()
-            connection.commit()
-            if not free:
+            for _ in range(_TRIES):
+                free = connection.execute(text("SELECT pg_try_advisory_lock(:lock)"), {"lock": SERVED}).scalar_one()
+                connection.commit()
+                if free:
+                    break
+                time.sleep(_BETWEEN_TRIES_S)
+            else:
                 raise StoreError(f"a study is being served from {shown(address)}; stop its servers first")
             yield
     finally:

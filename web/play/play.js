@@ -293,11 +293,8 @@ class Play {
   /** @param {number} nowMs */
   #readDevices(nowMs) {
     const sends = this.#status === "open" && !document.hidden;
-    if (this.#dialogIsOpen) {
-      // Presses belong to it. Frames go on: the server knows from nothing else that the page keeps up.
-      if (sends) this.#inputs.keepNeutral(nowMs);
-      return;
-    }
+    // Presses belong to a dialog. Frames go on: the server knows from nothing else that the page keeps up.
+    if (this.#dialogIsOpen) return sends ? this.#inputs.keepNeutral(nowMs) : undefined;
     const playing = this.#game.phase === "playing";
     for (const [seat, reading] of this.#seats.read(this.#mapping)) {
       this.#intents[seat] = reading.stick;
