@@ -106,6 +106,11 @@ def test_in_a_round_figures_and_buttons_stay_in_their_places(server: Server, ope
     wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
     page.get_by_role("button", name="Ich bin bereit").click()
     wait_for(page, "game.phase === 'playing'")
+    for width in (360, 375, 390):  # letters of the usual size: every word is whole
+        page.set_viewport_size({"width": width, "height": 640})
+        cut = "all => all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent)"
+        assert page.locator(".meter .label").evaluate_all(cut) == [], width
+    page.set_viewport_size(PHONE["viewport"])
     assert faults(page) == []
     for part in ("#time", "#done", "#touch-grab", "#touch-backward"):
         assert page.locator(part).evaluate("one => one.scrollWidth <= one.clientWidth"), part
