@@ -35,13 +35,13 @@ class _Sizes(NamedTuple):
     minutes: float  # on one core for each training, measured for `smoke` and `small`
 
 
-_SMALL = _Sizes(8000, 3000, 256, 256, 60, 13.0)
+_SMALL = _Sizes(8000, 3000, 256, 256, 60, 16.0)
 _SIZES = {
     "smoke": _Sizes(3, 3, 16, 16, 2, 0.6),
     "small": _SMALL,
-    "medium": _SMALL._replace(updates=20_000, simulator_updates=6000, games=120, minutes=30.0),
+    "medium": _SMALL._replace(updates=20_000, simulator_updates=6000, games=120, minutes=40.0),
     "paper-size": _SMALL,
-    "full": _Sizes(20_000, 20_000, 256, 1024, 400, 280.0),
+    "full": _Sizes(20_000, 20_000, 256, 1024, 400, 300.0),
 }
 
 
