@@ -53,6 +53,12 @@ class Kitchen:
             self._rules: Any = OvercookedGridworld.from_layout_name(LAYOUT)
         self._rules.soup_to_be_cooked_at_location = _no_cook_starts_a_pot
         self.state: Any = self._rules.get_standard_start_state()
+        """Of the package. May be set to a state kept earlier: a step makes a new one and leaves it as it is."""
+
+    @property
+    def tiles(self) -> list[tuple[int, int]]:
+        """Where a cook can stand."""
+        return list(self._rules.get_valid_player_positions())
 
     def step(self, rows: Singles) -> float:
         """Play a tick of both cooks' rows (2, 5) and return the points made in it, 20 per soup."""
@@ -90,7 +96,7 @@ def features(state: Mapping[str, Any], cook: int) -> Singles:
         if one["name"] == "soup" and ticks is not None:
             pot[min(onions, 3)] = 1.0
             pot[4:] = min(max(ticks, 0) / COOKING_TICKS, 1.0), float(ticks >= COOKING_TICKS)
-        lying[_tile(one["position"]), CARRIED.index(one["name"])] = 1.0
+        lying[tile_of(one["position"]), CARRIED.index(one["name"])] = 1.0
     if not pot[:4].any():
         pot[0] = 1.0
     return np.concatenate((*cooks, lying.ravel(), pot))
@@ -98,7 +104,7 @@ def features(state: Mapping[str, Any], cook: int) -> Singles:
 
 def _cook(player: Mapping[str, Any]) -> Singles:
     row = np.zeros(_COOK, np.float32)
-    row[_tile(player["position"])] = 1.0
+    row[tile_of(player["position"])] = 1.0
     if tuple(player["orientation"]) in HEADINGS:
         row[_TILES + HEADINGS.index(tuple(player["orientation"]))] = 1.0
     if held := player.get("held_object"):
@@ -115,7 +121,8 @@ def _soup(thing: Mapping[str, Any]) -> tuple[int, int | None]:
     return len(thing["_ingredients"]), int(thing["_cooking_tick"])
 
 
-def _tile(position: tuple[int, int]) -> int:
+def tile_of(position: tuple[int, int]) -> int:
+    """The number of a tile, row by row."""
     x, y = position
     return WIDTH * int(y) + int(x)
 

@@ -4,6 +4,7 @@ The files are pickles: they are read from the installed package alone, whose cod
 """
 
 import ast
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,10 @@ class KitchenEpisode:
     observations: Singles  # (T, 2, 120) of both cooks
     rows: Singles  # (T, 2, 5) what both did
     soups: Singles  # (T,) delivered in each tick
+
+    def participant(self, cook: int) -> str:
+        """Who a cook is."""
+        return f"{self.pair}, cook {cook}"
 
 
 def kitchen_episodes(ticks: int | None = None) -> list[KitchenEpisode]:
@@ -59,10 +64,11 @@ def _plain(text: str) -> Any:
     return ast.literal_eval(text)
 
 
-def kitchen_windows(episodes: list[KitchenEpisode]) -> Windows:
-    """Training windows of both cooks."""
-    return windows_of(
-        SeatSamples(f"{one.pair}, cook {cook}", one.observations[:, cook], one.rows[:, cook])
+def kitchen_windows(episodes: Sequence[KitchenEpisode], more: Sequence[SeatSamples] = ()) -> Windows:
+    """Training windows of both cooks, and of more samples."""
+    recorded = [
+        SeatSamples(one.participant(cook), one.observations[:, cook], one.rows[:, cook])
         for one in episodes
         for cook in (0, 1)
-    )
+    ]
+    return windows_of([*recorded, *more])

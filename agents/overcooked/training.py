@@ -19,7 +19,7 @@ from movingout.agents.bass.latent.dynamics import LatentDynamics
 from movingout.agents.bass.value_training import discounted
 from movingout.agents.checkpoint.card import SelectionSpec
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.data.dataset import Indices
+from movingout.agents.data.dataset import Indices, Windows
 from movingout.agents.overcooked.kitchen import KITCHEN_SIZE, Singles
 from movingout.agents.overcooked.recordings import KitchenEpisode, kitchen_windows
 from movingout.agents.policies.config import PolicyConfig
@@ -74,21 +74,25 @@ class KitchenParts:
     value: nn.Module  # from what a cook sees (B, 120) to its progress (B, 1)
 
 
-def train_kitchen(episodes: list[KitchenEpisode], sizes: KitchenSizes, seed: int, folder: Path) -> KitchenParts:
-    """Train all three on games of people; curves go to `folder`, from where a stopped training continues."""
-    width, updates, simulated = sizes.width, sizes.updates, sizes.simulator_updates
-    policy_config = PolicyConfig(
+def train_cook(windows: Windows, sizes: KitchenSizes, seed: int, folder: Path) -> Policy:
+    """Train a policy on windows of the kitchen; as below, a stopped training continues."""
+    config = PolicyConfig(
         denoiser="resmlp",
-        width=width,
+        width=sizes.width,
         batch=sizes.batch,
-        updates=updates,
+        updates=sizes.updates,
         seed=seed,
         event_weight=1,
-        warmup=min(200, updates),
+        warmup=min(200, sizes.updates),
     )
-    shape = policy_config.spec("dp").model_dump(exclude={"layout"})
-    windows = kitchen_windows(episodes)
-    policy = train_policy(DiffusionPolicy, KitchenSpec(**shape), policy_config, windows, folder / "policy").network
+    shape = config.spec("dp").model_dump(exclude={"layout"})
+    return train_policy(DiffusionPolicy, KitchenSpec(**shape), config, windows, folder).network.eval()
+
+
+def train_kitchen(episodes: list[KitchenEpisode], sizes: KitchenSizes, seed: int, folder: Path) -> KitchenParts:
+    """Train all three on games of people; curves go to `folder`, from where a stopped training continues."""
+    width, simulated = sizes.width, sizes.simulator_updates
+    policy = train_cook(kitchen_windows(episodes), sizes, seed, folder / "policy")
     config = BassConfig(width=width, batch=sizes.batch, updates=simulated, seed=seed, warmup=min(200, simulated))
     torch.manual_seed(seed)
     dynamics = LatentDynamics(
@@ -98,7 +102,7 @@ def train_kitchen(episodes: list[KitchenEpisode], sizes: KitchenSizes, seed: int
     moves = _Moves.of(episodes, SELECTION.depth)
     value = _layers(KITCHEN_SIZE, width, 1)
     return KitchenParts(
-        policy.eval(),
+        policy,
         _fitted(
             dynamics, lambda network, rows: _dynamics_losses(network, moves, rows), moves, config, folder / "dynamics"
         ),

@@ -26,6 +26,7 @@ HEADINGS = {
     "map_11_first_grasp_s": "map 11: first grasp [s]", "map_11_first_shared_s": "map 11: first shared item [s]",
     "pose_shift": "pose shift", "value": "value", "participants": "participants", "p_value": "p",
     "decision_ms": "decision [ms]", "change": "change",
+    "score": "score (↑)", "score_gain": "score above DP's",
     "no_handover": "no handover", "no_help": "no help", "no_grasp": "no grasp",
 }  # fmt: skip
 NOT_REPRODUCED = (

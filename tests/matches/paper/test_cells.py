@@ -10,8 +10,9 @@ from movingout.matches.paper import workspace
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell, Measurement, Play, PlayedCell
 from movingout.matches.paper.methods import trained_id
-from movingout.matches.paper.other_games.overcooked import overcooked_change
+from movingout.matches.paper.other_games.overcooked import overcooked_row
 from movingout.matches.paper.presentation.layout import _change, laid_out, number_text
+from movingout.matches.paper.published import PublishedColumn
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.workspace import Workspace
@@ -86,11 +87,13 @@ def test_a_measurement_of_other_weights_is_made_again(tmp_path: Path, monkeypatc
 def test_overcooked_changes_by_the_mean_over_trainings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("movingout.matches.paper.other_games.overcooked.is_installed", lambda: True)
-    cell = overcooked_change()
+    cell = overcooked_row("bass")(PublishedColumn(0, "change"))
     space = Workspace(budget=TWICE)
-    space.keep("overcooked", {"dp_score": Estimate(50.0, 3.0, 20), "bass_score": Estimate(60.0, 3.0, 20)})
-    assert cell.found(space) is None, "the second training is missing"
-    space.keep("overcooked-1", {"dp_score": Estimate(100.0, 3.0, 20), "bass_score": Estimate(105.0, 3.0, 20)})
+    space.keep("overcooked", {"dp_score": Estimate(50.0, 3.0, 20), "bass_score": Estimate(90.0, 3.0, 20)})
+    for training, before, after in ((0, 50.0, 60.0), (1, 100.0, 105.0)):
+        assert cell.found(space) is None, "of a training that is missing, or of before"
+        scores = {"dp_score": Estimate(before, 3.0, 20), "bass_score": Estimate(after, 3.0, 20)}
+        space.keep("overcooked-ablation" + f"-{training}" * training, scores)
     found = cell.found(space)
     assert found is not None and found.estimate is not None and found.between is not None
     assert found.estimate.mean == pytest.approx(0.1) and found.estimate.n == 80
