@@ -58,7 +58,7 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
         }
     )
     about = f"{base.card.name}, steered by reinforcement learning beside {partners} on {len(company.maps)} maps."
-    maps = sorted({*base.card.maps, *company.maps})
+    maps = {*base.card.maps, *(load_map(name).name for name in company.maps)}  # by name, also own ones
     return Trained(save_policy(run.model_folder, run.agent_id, policy, maps, training, run.name, about), training)
 
 
