@@ -7,6 +7,7 @@ import argparse
 import datetime
 from typing import TYPE_CHECKING
 
+from movingout.agents.checkpoint.card import MAX_LINE
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
@@ -16,6 +17,7 @@ from movingout.agents.reinforcement.config import ResponseConfig
 from movingout.agents.training.run import TrainingRun
 from movingout.maps import load_map
 from movingout.maps.selection import HELP, selected_maps
+from movingout.maps.suggestion import shortened
 from movingout.world.constants import LIMIT_TICKS
 
 if TYPE_CHECKING:
@@ -51,7 +53,7 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
     training = base.card.training.model_copy(
         update={
             "preset": options.preset,
-            "population": options.population or f"{base.card.training.population}; then a best response to {partners}",
+            "population": options.population or _population(base.card.training.population, partners),
             "updates": response.round,
             "seed": config.seed,
             "created": datetime.datetime.now(datetime.UTC).date().isoformat(),
@@ -60,6 +62,11 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
     about = f"{base.card.name}, steered by reinforcement learning beside {partners} on {len(company.maps)} maps."
     maps = {*base.card.maps, *(load_map(name).name for name in company.maps)}  # by name, also own ones
     return Trained(save_policy(run.model_folder, run.agent_id, policy, maps, training, run.name, about), training)
+
+
+def _population(before: str, partners: str) -> str:
+    """Who is behind the weights, no longer than a card holds; a long beginning leaves room for what was learned here."""
+    return shortened(f"{shortened(before, MAX_LINE // 2)}; then a best response to {partners}", MAX_LINE)
 
 
 def _company(run: TrainingRun[ResponseConfig]) -> "Company":

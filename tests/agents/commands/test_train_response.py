@@ -17,7 +17,7 @@ from movingout.server.cli import main
 from tests.agents.learning import tiny_spec
 
 TINY = ["--updates", "1", "--rooms", "1", "--decisions", "2", "--batch", "2", "--passes", "1", "--ticks", "5"]
-COMMAND = ["train", "response", "--base", "dp@base", "--id", "dp@answer", "--partners", "idle", *TINY]
+COMMAND = ["train", "response", "--base", "dp@base", "--id", "dp@answer", *TINY]
 
 
 def save_base(folder: Path, agent_id: str = "dp@base", population: str = "A") -> None:
@@ -41,6 +41,15 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_card_names_a_map_of_ones_own_by_its_name(here: Path) -> None:
-    assert main([*COMMAND, "--map", str(here / "own.json")]) == 0
+    assert main([*COMMAND, "--partners", "idle", "--map", str(here / "own.json")]) == 0
     assert find_checkpoint("dp@answer", here / "data" / "models").card.maps == ("Garage", "HandOff")
     assert not unseen_map("dp@answer", "Garage")
+
+
+def test_the_card_shortens_a_long_list_of_partners(here: Path) -> None:
+    save_base(here / "data" / "models", population="p" * 400)
+    partners = [f"greedy:seed={number},order=near,patience=40" for number in range(12)]
+    assert main([*COMMAND, "--map", "HandOff", "--partners", *partners]) == 0
+    card = find_checkpoint("dp@answer", here / "data" / "models").card
+    assert "…; then a best response to greedy:seed=0" in card.training.population
+    assert card.training.population.endswith("…") and card.description.endswith("…")
