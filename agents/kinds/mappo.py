@@ -14,7 +14,7 @@ from movingout.agents.checkpoint.card import Card, Training
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ComediConfig, MappoConfig
-from movingout.agents.training.run import TrainingRun
+from movingout.agents.training.run import Progress, TrainingRun
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.json_format import map_to_json
@@ -61,10 +61,12 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     run.caution(maps)
     for sentence in map_cautions(maps):
         run.tell(f"movingout: {sentence}")
-    run.begin()
+    before = run.begin(_fingerprint(specs))
     if config.whole_frames != config.frames:
         run.tell(f"{config.frames:,} frames become {config.whole_frames:,}: {counted(config.rounds, 'whole round')}")
     learned = learn(run, config, maps, options.split)
+    progress = Progress(sum(one.round for one in learned), sum(one.made for one in learned))
+    run.check_learned(before, progress, "--frames")
     return _exported(run, config, specs, learned)
 
 

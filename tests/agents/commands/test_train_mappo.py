@@ -64,6 +64,22 @@ def test_the_card_names_a_map_of_ones_own_by_its_name(here: Path) -> None:
     assert not unseen_map("mappo@tiny", "Garage")
 
 
+def test_other_maps_are_gone_on_with_on_purpose_and_only_if_they_are_played(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mappo", "--id", "mappo@tiny", *TINY, *SMALL_NET]
+    assert main([*command, "--map", "HandOff"]) == 0
+    assert main([*command, "--map", "LeftRight"]) == 2
+    assert "map HandOff, not LeftRight; data of SHA-256" in capsys.readouterr().err
+    assert main([*command, "--map", "LeftRight", "--go-on"]) == 2
+    assert "mappo@tiny has made all of its 2 updates; to train on, give a larger --frames" in capsys.readouterr().err
+    models = here / "data" / "models"
+    assert find_checkpoint("mappo@tiny", models).card.maps == ("HandOff",)
+    assert main([*command, "--map", "HandOff"]) == 0, "as if the other map had never been named"
+    assert main([*command, "--map", "LeftRight", "--go-on", "--frames", "36", "--ticks", "2"]) == 0
+    assert find_checkpoint("mappo@tiny", models).card.maps == ("LeftRight",)
+
+
 def test_it_draws_as_in_training_or_plays_the_middle(here: Path) -> None:
     assert main(["train", "mappo", "--id", "mappo@tiny", "--split", "official", *TINY, *SMALL_NET]) == 0
     checkpoint = find_checkpoint("mappo@tiny", here / "data" / "models")

@@ -53,3 +53,19 @@ def test_the_card_shortens_a_long_list_of_partners(here: Path) -> None:
     card = find_checkpoint("dp@answer", here / "data" / "models").card
     assert "…; then a best response to greedy:seed=0" in card.training.population
     assert card.training.population.endswith("…") and card.description.endswith("…")
+
+
+def test_another_base_or_another_list_of_partners_is_no_silent_continuation(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save_base(here / "data" / "models", "dp@other")
+    (here / "list.txt").write_text("idle\n")
+    command = [*COMMAND, "--map", "HandOff", "--partners", "@list.txt"]
+    assert main(command) == 0
+    assert main([*command, "--base", "dp@other", "--go-on"]) == 2
+    assert "base dp@base, not dp@other; train that under another --id" in capsys.readouterr().err
+    (here / "list.txt").write_text("greedy:seed=1\n")
+    assert main(command) == 2
+    assert "this run was started with data of SHA-256" in capsys.readouterr().err
+    assert main([*command, "--go-on"]) == 2
+    assert "dp@answer has made all of its 1 updates; to train on, give a larger --updates" in capsys.readouterr().err
