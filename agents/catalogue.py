@@ -19,7 +19,7 @@ from movingout.agents.adapters.policy_file import POLICY_FILES, existing, id_of_
 from movingout.agents.agent_options import OptionValue, check_options, parse_options
 from movingout.agents.base import Agent
 from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN, AgentCard
-from movingout.agents.checkpoint.card import Card
+from movingout.agents.checkpoint.card import OTHER_MAPS, Card
 from movingout.agents.checkpoint.checkpoint import (
     checkpoint_folders,
     damage,
@@ -155,7 +155,8 @@ def unseen_map(agent_id: str, map_name: str) -> str:
 def unseen_maps(agent_id: str, names: Sequence[str]) -> str:
     """Likewise of several maps; those that it was trained on are left out.
 
-    Who learned on generated maps learned for maps that it has never seen: nothing is said of any.
+    Who learned on generated maps learned for maps that it has never seen, and a card may have no room for all maps:
+    nothing is then said of any.
     Variants of a map (Challenge 2) share its name and count as known.
     """
     reference = agent_id.strip().partition(":")[0]
@@ -163,7 +164,7 @@ def unseen_maps(agent_id: str, names: Sequence[str]) -> str:
         return ""
     maps = find_checkpoint(reference, *model_roots()).card.maps
     unseen = [name for name in names if name not in maps]
-    if not unseen or PREFIX in maps:
+    if not unseen or PREFIX in maps or OTHER_MAPS in maps:
         return ""
     others = ", ".join(maps) if len(maps) <= 3 else f"{len(maps)} others"
     which = f"map{'s' * (len(unseen) > 1)} {', '.join(unseen)}"

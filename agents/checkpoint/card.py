@@ -13,7 +13,10 @@ MAX_FILE_BYTES = 256 << 20
 FileName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}\.(onnx|safetensors|json)$")]
 """The name of a file beside the card; each agent kind has its own files."""
 
-_Line = Annotated[str, Field(max_length=400)]
+MAX_LINE = 400
+OTHER_MAPS = "and others"
+"""Among the maps of a card: it has no room for all; no map has such a name."""
+_Line = Annotated[str, Field(max_length=MAX_LINE)]
 _Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 _Length = Annotated[int, Field(ge=0)] | Annotated[str, Field(max_length=60)]  # a word where it is left open
 _Values = Annotated[dict[Annotated[str, Field(max_length=60)], tuple[_Length, ...]], Field(max_length=16)]

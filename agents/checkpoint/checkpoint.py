@@ -118,16 +118,20 @@ def check_labels(agent_id: str, name: str, population: str) -> None:
 def read_checkpoint(folder: Path) -> Checkpoint:
     """Read a folder's card. Raises CheckpointError when it is missing or invalid."""
     data = _read_capped(folder / CARD, MAX_CARD_BYTES)
+    card = _card(data, folder)
+    if folder.name != folder_name(card.id):
+        raise CheckpointError(f"checkpoint {card.id} lies in folder {folder.name}, not in {folder_name(card.id)}")
+    return Checkpoint(folder, card, hashlib.sha256(data).hexdigest())
+
+
+def _card(data: bytes | str, folder: Path) -> Card:
     try:
-        card = Card.model_validate_json(data)
+        return Card.model_validate_json(data)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"]) or "the file"
         given = f", not {first['input']!r:.40}" if first["type"] == "literal_error" else ""
         raise CheckpointError(f"{folder.name}/{CARD}: {where}: {first['msg']}{given}") from error
-    if folder.name != folder_name(card.id):
-        raise CheckpointError(f"checkpoint {card.id} lies in folder {folder.name}, not in {folder_name(card.id)}")
-    return Checkpoint(folder, card, hashlib.sha256(data).hexdigest())
 
 
 def named_instead(path: Path) -> str:
@@ -210,12 +214,12 @@ def write_checkpoint(
     """Write a folder atomically. `card` is a Card as a mapping, without `files`.
 
     With `share`, a file that an agent beside it has already is named and not written.
-    Raises CheckpointError when the folder belongs to another agent, or cannot be written.
+    Raises CheckpointError when the card is invalid, the folder belongs to another agent, or cannot be written.
     """
     entries = [_entry(name, data) for name, data in files.items()]
     if share:
         entries = [{**entry, "of": _owner(entry, folder)} for entry in entries]
-    whole = Card.model_validate_json(json.dumps({**card, "files": entries}))
+    whole = _card(json.dumps({**card, "files": entries}), folder)
     check_room(folder, whole.id)
     draft, before = (folder.with_name(f".{folder.name}.{word}") for word in ("draft", "before"))
     try:

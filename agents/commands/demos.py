@@ -39,6 +39,7 @@ from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.commands.parser import add_out
 from movingout.maps.files.list_file import LIST
+from movingout.maps.files.output_file import write_output
 from movingout.maps.generated.names import PREFIX, SPLITS, is_generated, test_maps_caution
 from movingout.maps.randomize import SPLITS as VARIANT_SPLITS
 from movingout.maps.randomize import Split, randomize
@@ -224,7 +225,7 @@ def _generate(args: argparse.Namespace) -> int:
         todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
     _caution((job.map.name for job in todo), selected_maps(args.map))
     made = _with_progress(len(todo), write_all(todo, args.out, args.workers, args.ray))
-    (args.out / "people.json").write_text(json.dumps(manifest(), indent=1))
+    write_output(args.out / "people.json", json.dumps(manifest(), indent=1).encode())
     rates = [one.tcr for one in made]
     mean = sum(rates) / len(rates) if rates else 0.0
     if args.json:

@@ -9,7 +9,7 @@ from movingout.agents.data.calls import results_of
 from movingout.agents.data.rollout import rollout
 from movingout.maps import MapSpec, load_map
 from movingout.maps.errors import MapError
-from movingout.maps.files.output_file import draft_of
+from movingout.maps.files.output_file import check_output, write_output
 from movingout.maps.generated.names import MODE_WORDS, SPLITS, Split, generated_name, read_name
 from movingout.maps.generated.proved import read_table
 from movingout.maps.spec import Mode
@@ -37,12 +37,13 @@ def prove(split: Split, path: Path, count: int, workers: int, ray: str = "") -> 
 
     It is played by `workers` processes, or on the Ray cluster at an address, which has so many processors. What the
     file has is kept, the search goes on behind it, and the file is written after every few seeds, so that the command
-    can be stopped and repeated. Raises MapError for a file with maps of another split.
+    can be stopped and repeated. Raises MapError for a file with maps of another split, and before anything is played for
+    one that cannot be written.
     """
     table = read_table(path)
     if strangers := [name for name in table if read_name(name)[1] not in SPLITS[split]]:
         raise MapError(f"{path} has {strangers[0]}, which is not of generated:{split}; choose another file")
-    path.parent.mkdir(parents=True, exist_ok=True)
+    check_output(path)  # now rather than after the first maps
     behind = {mode: _first_untried(split, mode, table) for mode in MODE_WORDS}
     while modes := [mode for mode in MODE_WORDS if _count(mode, table) < count]:
         names = []
@@ -79,5 +80,4 @@ def _ticks(name: str) -> tuple[str, int | None]:
 
 
 def _write(path: Path, table: dict[str, int]) -> None:
-    with draft_of(path) as draft:
-        draft.write_text("".join(f"{name} {ticks}\n" for name, ticks in table.items()), encoding="utf-8")
+    write_output(path, "".join(f"{name} {ticks}\n" for name, ticks in table.items()).encode())

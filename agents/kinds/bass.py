@@ -10,7 +10,7 @@ from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.bass_on_pictures import train_on_pictures
 from movingout.agents.kinds.kind import AgentKind, Trained
-from movingout.agents.training.run import TrainingRun
+from movingout.agents.training.run import Begun, TrainingRun
 from movingout.agents.training.training_data import TrainingData
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def _train(run: TrainingRun[BassConfig]) -> Trained:
     trained = []
     if learns_simulator or learns_value or config.score == "tcl":
         data = run.read_data()
-        before = run.begin(data)
+        before = run.begin(data.sha256)
         if learns_simulator:
             simulator = _train_simulator(run, config, data, base, before)
             trained.append(simulator.training)
@@ -114,7 +114,7 @@ def _description(base: Checkpoint, config: BassConfig) -> str:
 
 
 def _train_simulator(
-    run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, base: Checkpoint, before: str
+    run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, base: Checkpoint, before: Begun
 ) -> "TrainedSimulator":
     from movingout.agents.bass.checkpoint_parts import packed_simulator
     from movingout.agents.bass.dynamics_training import train_dynamics, transitions_of
@@ -122,25 +122,25 @@ def _train_simulator(
     transitions = transitions_of(data.episodes)
     run.tell("training the simulator")
     fitted = train_dynamics(config, transitions, run.folder)
-    run.check_learned(data, before, fitted, "--updates")
+    run.check_learned(before, fitted, "--updates")
     training = run.training(data, data.people, len(transitions), fitted.updates)
     return packed_simulator(fitted.network, config.depth, base.card.network.grasp, training)
 
 
-def _train_value(run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: str) -> "TrainedValue":
+def _train_value(run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: Begun) -> "TrainedValue":
     from movingout.agents.bass.checkpoint_parts import packed_value
     from movingout.agents.bass.value_training import returns_of, train_value
 
     returns = returns_of(data.episodes, config.discount, config.value_layout)
     run.tell("training the value network")
     fitted = train_value(config, returns, run.folder / "value")
-    run.check_learned(data, before, fitted, "--value-updates")
+    run.check_learned(before, fitted, "--value-updates")
     training = run.training(data, data.people, len(returns.returns), fitted.updates)
     return packed_value(fitted.network, training)
 
 
 def _train_progress(
-    run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: str
+    run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: Begun
 ) -> "TrainedProgress":
     from movingout.agents.bass.checkpoint_parts import packed_progress
     from movingout.agents.bass.progress_training import moments_of, train_progress
@@ -148,7 +148,7 @@ def _train_progress(
     moments = moments_of(data.episodes)
     run.tell("training the progress estimator")
     fitted = train_progress(config, moments, run.folder / "progress")
-    run.check_learned(data, before, fitted, "--progress-updates")
+    run.check_learned(before, fitted, "--progress-updates")
     training = run.training(data, data.people, len(moments.rows), fitted.updates)
     return packed_progress(fitted.network, training)
 

@@ -13,15 +13,15 @@ def train_on_pictures(run: TrainingRun[BassConfig], base: Checkpoint, descriptio
 
     config, data = run.config, run.read_data()
     films = films_of(data.episodes, base.card.network)
-    before = run.begin(data)
+    before = run.begin(data.sha256)
     run.tell("training the simulator on pictures")
     simulated = train_picture_dynamics(config, films, run.folder)
-    run.check_learned(data, before, simulated, "--updates")
+    run.check_learned(before, simulated, "--updates")
     training = run.training(data, data.people, len(films), simulated.updates)
     simulator = packed_picture_simulator(simulated.network, config.depth, training)
     run.tell("training the progress estimator on pictures")
     embedded = train_picture_progress(config, films, run.folder / "progress")
-    run.check_learned(data, before, embedded, "--progress-updates")
+    run.check_learned(before, embedded, "--progress-updates")
     progress = packed_picture_progress(embedded.network, run.training(data, data.people, len(films), embedded.updates))
     checkpoint = save_bass(
         run.model_folder, run.agent_id, base, simulator, None, config, run.name, description, progress

@@ -52,10 +52,10 @@ def _train(run: TrainingRun[LatentConfig]) -> Trained:
     config, seats = run.config, run.options.seats
     config.check()
     spec, data = config.spec(run.kind), run.read_data()
-    before = run.begin(data)
+    before = run.begin(data.sha256)
     windows = windows_of(data.partners(spec, seats))
     fitted = train_latent(spec, config, windows, run.folder)
-    run.check_learned(data, before, fitted, "--updates")
+    run.check_learned(before, fitted, "--updates")
     training = run.training(data, windows.names, len(windows), fitted.updates)
     learned = counted(training.episodes, "episode")
     about = f"Partners drawn from a model of {training.population}, trained on {learned}. Options: seed, z."

@@ -14,8 +14,8 @@ from movingout.agents.checkpoint.card import Card, Training
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ComediConfig, MappoConfig
-from movingout.agents.training.run import TrainingRun
-from movingout.maps import load_map
+from movingout.agents.training.run import Progress, TrainingRun
+from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.json_format import map_to_json
 from movingout.maps.randomize import Split, pair_text, pairs_on, variant_pairs
@@ -56,37 +56,51 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     """Play and learn in turns, then export the actor."""
     options = run.options
     maps = selected_maps(options.map)
-    documents = [map_to_json(load_map(name)) for name in maps]
+    specs = [load_map(name) for name in maps]
     config = _for_maps(run, maps)
     run.caution(maps)
     for sentence in map_cautions(maps):
         run.tell(f"movingout: {sentence}")
-    from movingout.agents.policies.export import save_policy
-
-    run.begin()
+    before = run.begin(_fingerprint(specs))
     if config.whole_frames != config.frames:
         run.tell(f"{config.frames:,} frames become {config.whole_frames:,}: {counted(config.rounds, 'whole round')}")
     learned = learn(run, config, maps, options.split)
+    progress = Progress(sum(one.round for one in learned), sum(one.made for one in learned))
+    run.check_learned(before, progress, "--frames")
+    return _exported(run, config, specs, learned)
+
+
+def _exported(
+    run: TrainingRun[ConfigT], config: ConfigT, specs: Sequence[MapSpec], learned: "Sequence[Mappo]"
+) -> Trained:
+    """The checkpoint of the last one."""
+    from movingout.agents.policies.export import save_policy
+
     last, frames = learned[-1], sum(one.frames for one in learned)
+    maps = [one.name for one in specs]  # not the paths of own maps: matches are asked by name
     where = f"{len(maps)} maps" if len(maps) > 1 else maps[0]
     training = Training(
-        preset=options.preset,
-        data_sha256=hashlib.sha256(json.dumps(documents).encode()).hexdigest(),
-        population=options.population or "its own play",
+        preset=run.options.preset,
+        data_sha256=_fingerprint(specs),
+        population=run.options.population or "its own play",
         episodes=sum(one.episodes for one in learned),
         windows=frames,
         updates=sum(one.round for one in learned),
         seed=config.seed,
         created=datetime.datetime.now(datetime.UTC).date().isoformat(),
-        items=_items(maps, options.split),
+        items=_items(specs, run.options.split),
     )
     about = f"{_TITLES[run.kind]} on {where}: {frames:,} ticks of its own play, reward {config.reward}."
     return Trained(save_policy(run.model_folder, run.agent_id, last.actor, maps, training, run.name, about), training)
 
 
-def _items(maps: Sequence[str], split: Split | None) -> tuple[str, ...]:
+def _fingerprint(specs: Sequence[MapSpec]) -> str:
+    """The SHA-256 of the maps that are played."""
+    return hashlib.sha256(json.dumps([map_to_json(one) for one in specs]).encode()).hexdigest()
+
+
+def _items(specs: Sequence[MapSpec], split: Split | None) -> tuple[str, ...]:
     """Sizes and shapes that lie on the maps that are played."""
-    specs = [load_map(name) for name in maps]
     return tuple(
         sorted({pair_text(pair) for one in specs for pair in (variant_pairs(one, split) if split else pairs_on(one))})
     )

@@ -91,10 +91,10 @@ def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: Traini
     if left_out := data.left_out(seats):
         count = 2 * len(data.trajectories)
         run.tell(f"--seats {seats}: {left_out} of {count} seats are not learned from")
-    before = run.begin(data)
+    before = run.begin(data.sha256)
     windows = windows_of(chain(pieces, _recombined(run, data, spec)))
     fitted = train_policy(build, spec, config, windows, run.folder, first)
-    run.check_learned(data, before, fitted, "--updates")
+    run.check_learned(before, fitted, "--updates")
     training = run.training(data, windows.names, len(windows), fitted.updates, base.card if base else None)
     beginning = f", starting from {base.card.id}" if base else ""
     learned = counted(training.episodes, "episode")

@@ -5,17 +5,21 @@ What it makes is a checkpoint of the policy's own kind, which is loaded and play
 
 import argparse
 import datetime
+import hashlib
+import json
 from typing import TYPE_CHECKING
 
+from movingout.agents.checkpoint.card import MAX_LINE
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.kinds.policy import check_policy, load_policy, weighted_policy
 from movingout.agents.partners.families import group, test_people_caution, to_try
 from movingout.agents.reinforcement.config import ResponseConfig
-from movingout.agents.training.run import TrainingRun
-from movingout.maps import load_map
+from movingout.agents.training.run import Progress, TrainingRun
+from movingout.maps import load_map, map_to_json
 from movingout.maps.selection import HELP, selected_maps
+from movingout.maps.suggestion import shortened
 from movingout.world.constants import LIMIT_TICKS
 
 if TYPE_CHECKING:
@@ -44,22 +48,28 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
     options, config = run.options, run.config
     base, company = run.find(options.base), _company(run)
     policy = SteeredPolicy(_network(base))
-    run.begin()
+    before = run.begin(_fingerprint(company), {"base": "never"})  # the steering is that of its weights
     response = BestResponse(policy, company, config)
-    learn_response(response, run.folder, lambda told: run.tell(_line(told)))
+    made = learn_response(response, run.folder, lambda told: run.tell(_line(told)))
+    run.check_learned(before, Progress(response.round, made), "--updates")
     partners = ", ".join(options.partners)
     training = base.card.training.model_copy(
         update={
             "preset": options.preset,
-            "population": options.population or f"{base.card.training.population}; then a best response to {partners}",
+            "population": options.population or _population(base.card.training.population, partners),
             "updates": response.round,
             "seed": config.seed,
             "created": datetime.datetime.now(datetime.UTC).date().isoformat(),
         }
     )
     about = f"{base.card.name}, steered by reinforcement learning beside {partners} on {len(company.maps)} maps."
-    maps = sorted({*base.card.maps, *company.maps})
+    maps = {*base.card.maps, *(load_map(name).name for name in company.maps)}  # by name, also own ones
     return Trained(save_policy(run.model_folder, run.agent_id, policy, maps, training, run.name, about), training)
+
+
+def _population(before: str, partners: str) -> str:
+    """Who is behind the weights, no longer than a card holds; a long beginning leaves room for what was learned here."""
+    return shortened(f"{shortened(before, MAX_LINE // 2)}; then a best response to {partners}", MAX_LINE)
 
 
 def _company(run: TrainingRun[ResponseConfig]) -> "Company":
@@ -79,6 +89,12 @@ def _company(run: TrainingRun[ResponseConfig]) -> "Company":
     if options.ticks < 1:
         raise DataError("--ticks must be at least 1")
     return Company(tuple(maps), groups, options.ticks, run.load_agent)
+
+
+def _fingerprint(company: "Company") -> str:
+    """The SHA-256 of the maps and the partners that are played: a list may have changed under the same name."""
+    maps = [map_to_json(load_map(name)) for name in company.maps]
+    return hashlib.sha256(json.dumps([maps, company.partners]).encode()).hexdigest()
 
 
 def _network(base: Checkpoint) -> "DiffusionPolicy":

@@ -16,17 +16,18 @@ from onnx import helper, numpy_helper
 from safetensors.torch import save
 from torch import Tensor, nn
 
-from movingout.agents.checkpoint.card import Training
+from movingout.agents.checkpoint.card import MAX_LINE, OTHER_MAPS, Training
 from movingout.agents.checkpoint.checkpoint import Checkpoint, write_checkpoint
 from movingout.agents.checkpoint.onnx_interface import NETWORK_KEY
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH
 from movingout.agents.policies.policy import Policy
 from movingout.maps.generated.names import PREFIX, is_generated
+from movingout.maps.suggestion import shortened
 from movingout.maps.symmetry import split_name
 
 OPSET = 17
-MOST_MAPS = 60  # on a card by their own names
+MOST_MAPS = 60  # on a card by their own names; of more, the first
 LARGE = 1024  # numbers; smaller tensors (biases, normalisation) keep full precision
 
 
@@ -102,7 +103,7 @@ def save_policy(
         "schema_version": 1,
         "id": agent_id,
         "name": name,
-        "description": description,
+        "description": shortened(description, MAX_LINE),  # partners, maps and populations may have many names
         "kind": policy.spec.kind,
         "maps": card_maps(maps),
         "policy": policy.spec.model_dump(),
@@ -114,9 +115,16 @@ def save_policy(
 
 
 def card_maps(names: Iterable[str]) -> list[str]:
-    """The maps of a card: thousands of generated ones are one word, and many symmetries of a map are its name."""
+    """The maps of a card: thousands of generated ones are one word, and many symmetries of a map are its name.
+
+    Of more maps than a card has room for, a word stands for those after the first.
+    """
     maps = {PREFIX if is_generated(name) else name for name in names}
-    return sorted(maps if len(maps) <= MOST_MAPS else {split_name(name)[0] for name in maps})
+    if len(maps) > MOST_MAPS:
+        maps = {split_name(name)[0] for name in maps}
+    named = sorted(maps - {PREFIX, OTHER_MAPS})
+    others = [OTHER_MAPS] if OTHER_MAPS in maps or len(named) > MOST_MAPS else []
+    return [*sorted([*named[:MOST_MAPS], *(maps & {PREFIX})]), *others]
 
 
 def _is_halved(single: bool, numbers: int) -> bool:

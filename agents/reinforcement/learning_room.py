@@ -86,10 +86,12 @@ class LearningRoom:
         return Kept(self.episode, np.array(self._actions, np.float32).reshape(-1, 2, 4))
 
     def put_back(self, kept: Kept) -> None:
-        """Play what `kept` told again, which gives the same floats."""
+        """Play what `kept` told again, which gives the same floats; on other maps, it may end before."""
         self._open(kept.episode)
         for one in kept.actions:
-            self._advance(one)
+            if self._advance(one).over:
+                self._open(kept.episode + 1)
+                break
 
     def _open(self, episode: int) -> None:
         self.episode = episode

@@ -56,6 +56,7 @@ class Mappo:
         """
         torch.set_num_threads(config.threads)
         self.config, self.frozen, self.round, self.episodes = config, frozen, 0, 0
+        self.made = 0  # rounds of this run
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(config.seed)
             self.actor, self.critic = TanhActor(spec), CentralCritic(spec, len(MODES))
@@ -86,6 +87,7 @@ class Mappo:
             torch.manual_seed(seed)  # for the loss, which estimates the entropy from samples
             self._improve(played, chosen, generator)
         self.round += 1
+        self.made += 1
         self.episodes += len(played.scores)
         ended = {"score per episode": float(np.mean(played.scores))} if played.scores else {}
         return {**told, "episodes": float(self.episodes), **ended}

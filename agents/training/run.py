@@ -5,10 +5,10 @@ Every kind's `train` is given one; nothing in it depends on the kind.
 
 import argparse
 import datetime
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from movingout.agents.base import Agent
 from movingout.agents.checkpoint.card import Card, Training
@@ -23,7 +23,8 @@ from movingout.agents.checkpoint.checkpoint import (
 from movingout.agents.errors import DataError
 from movingout.agents.partners.families import group
 from movingout.agents.training import run_folder
-from movingout.agents.training.optimisation import Optimisation
+from movingout.agents.training.optimisation import Change, Optimisation
+from movingout.agents.training.run_folder import NO_CHANGES
 from movingout.agents.training.training_data import TrainingData, read_training_data
 from movingout.maps.generated.names import test_maps_caution
 from movingout.maps.randomize import pair_text, pairs_on
@@ -32,14 +33,25 @@ from movingout.maps.suggestion import counted
 ConfigT = TypeVar("ConfigT", bound=Optimisation)
 
 
+Begun = Mapping[str, object]
+"""The configuration of a run as it was before."""
+
+
 class FitProgress(Protocol):
-    """How far a network has been trained (`training.fit.FitResult`)."""
+    """How far something has been trained (`training.fit.FitResult`, `Progress`)."""
 
     @property
     def updates(self) -> int: ...
 
     @property
     def made(self) -> int: ...
+
+
+class Progress(NamedTuple):
+    """Of what learns by playing, in rounds: in total, and in this run."""
+
+    updates: int
+    made: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,23 +109,23 @@ class TrainingRun(Generic[ConfigT]):
         if sentence := test_maps_caution(maps):
             self.tell(f"movingout: {sentence}")
 
-    def begin(self, data: TrainingData | None = None) -> str:
-        """Write the run's configuration, see `run_folder.begin`; `data` is None when nothing is trained.
+    def begin(self, data_sha256: str = "", changes: Mapping[str, Change] = NO_CHANGES) -> Begun:
+        """Write the run's configuration, see `run_folder.begin`; without a SHA-256 when nothing is trained.
 
-        Returns the SHA-256 of the data it had before, empty when it had none.
+        Returns the one it had before, empty when it had none.
         """
         names = ("id", "kind", "preset", *self.kept_options)
         about = {name: str(value) for name, value in vars(self.options).items() if name in names}
-        if data is not None:
-            about["data_sha256"] = data.sha256
-        return run_folder.begin(self.folder, about, self.config, self.options.go_on)
+        if data_sha256:
+            about["data_sha256"] = data_sha256
+        return run_folder.begin(self.folder, about, self.config, self.options.go_on, changes)
 
-    def check_learned(self, data: TrainingData, before: str, fitted: FitProgress, option: str) -> None:
+    def check_learned(self, before: Begun, fitted: FitProgress, option: str) -> None:
         """Raises DataError when no updates were left for new data, so that no card names data never learned from.
 
         `before` is what `begin` returned; `option` sets the number of updates.
         """
-        if not fitted.made and before not in ("", data.sha256):
+        if not fitted.made and run_folder.learns_from_other(self.folder, before):
             run_folder.put_back(self.folder, before)
             raise DataError(
                 f"{self.agent_id} has made all of its {fitted.updates} updates; to train on, give a larger {option}"

@@ -5,51 +5,77 @@ card.json              of the trained agent
 resume.safetensors     with losses.jsonl and TensorBoard's events, see `training.loop`; for BASS also in folders here
 """
 
+import ast
 import dataclasses
 import json
+import re
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from movingout.agents.checkpoint.checkpoint import CARD, Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.training.optimisation import Change, Optimisation
+from movingout.maps.suggestion import shortened
 
 CONFIG = "config.json"
 RESUME = "resume.safetensors"
-_CHANGES: dict[str, Change] = {"id": "never", "kind": "never", "data_sha256": "asked", "seats": "asked"}
+_CHANGES: Mapping[str, Change] = MappingProxyType(
+    {
+        "id": "never", "kind": "never", "start": "never", "data_sha256": "asked", "seats": "asked", "map": "asked",
+        "split": "asked", "partners": "asked", "ticks": "asked",
+    }
+)  # fmt: skip
+"""Of what is no field of the configuration; the rest is free. Weights start from `start` once, at the beginning."""
+NO_CHANGES: Mapping[str, Change] = MappingProxyType({})
+_SHA256 = re.compile("[0-9a-f]{64}")
 _WORDS = {"id": "agent", "data_sha256": "data of SHA-256"}
 
 
-def begin(folder: Path, about: Mapping[str, str], config: Optimisation, on_purpose: bool) -> str:
+def begin(
+    folder: Path, about: Mapping[str, str], config: Optimisation, on_purpose: bool,
+    changes: Mapping[str, Change] = NO_CHANGES,
+) -> dict[str, object]:  # fmt: skip
     """Write the configuration of a run that starts, or continues where the folder has a resume file.
 
-    Returns the SHA-256 of the data it had before; empty when unknown. `about` is written beside the configuration.
-    Raises DataError when the folder cannot be written, or the run was started with something else: always for a change
+    Returns what was written before; empty when nothing was. `about` is written beside the configuration, and `changes`
+    says which of it may be another, where a kind is stricter than others. Raises DataError when the folder cannot be written, or the run was started with something else: always for a change
     that makes it another agent, and unless `on_purpose` for other data or training options. Older folders without a
     configuration are continued.
     """
     begun = _begun(folder)
     now = {**about, **dataclasses.asdict(config)}
     if any(folder.rglob(RESUME)):
-        _compare(begun, now, config, on_purpose)
+        allowed = {entry.name: entry.metadata["change"] for entry in dataclasses.fields(config)}
+        _compare(begun, now, {**allowed, **_CHANGES, **changes}, on_purpose)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / CONFIG).write_text(json.dumps({**begun, **now}, indent=1) + "\n", encoding="utf-8")
+        _write(folder, {**begun, **now})
     except OSError as error:
         raise DataError(f"cannot write {folder}: {error.strerror or error}") from error
-    return str(begun.get("data_sha256", ""))
+    return begun
 
 
-def put_back(folder: Path, data_sha256: str) -> None:
-    """Restore the hash of the data that the run had before, since nothing was learned from the new data."""
-    config = {**_begun(folder), "data_sha256": data_sha256}
-    (folder / CONFIG).write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
+def learns_from_other(folder: Path, begun: Mapping[str, object]) -> bool:
+    """Whether the run, begun with what `begin` returned, now has other data, maps, partners or seats."""
+    now = _begun(folder)
+    asked = [name for name, change in _CHANGES.items() if change == "asked"]
+    return any(begun.get(name) not in (None, "", now.get(name)) for name in asked)
+
+
+def put_back(folder: Path, begun: Mapping[str, object]) -> None:
+    """Restore what `begin` returned, since nothing was learned from what was new."""
+    _write(folder, begun)
 
 
 def finish(folder: Path, checkpoint: Checkpoint) -> None:
     """Copy the card of the trained agent into the folder."""
     shutil.copyfile(checkpoint.folder / CARD, folder / CARD)
+
+
+def _write(folder: Path, configuration: Mapping[str, object]) -> None:
+    (folder / CONFIG).write_text(json.dumps(configuration, indent=1) + "\n", encoding="utf-8")
 
 
 def _begun(folder: Path) -> dict[str, object]:
@@ -62,9 +88,10 @@ def _begun(folder: Path) -> dict[str, object]:
         raise DataError(f"{path} does not say what the run was started with ({error}); choose another --id") from error
 
 
-def _compare(begun: Mapping[str, object], now: Mapping[str, object], config: Optimisation, on_purpose: bool) -> None:
+def _compare(
+    begun: Mapping[str, object], now: Mapping[str, object], changes: Mapping[str, Change], on_purpose: bool
+) -> None:
     """Raise DataError for changes with which the run must not be continued."""
-    changes = {entry.name: entry.metadata["change"] for entry in dataclasses.fields(config)} | _CHANGES
     other = [name for name in now if name in begun and begun[name] != now[name]]
     never = [name for name in other if changes.get(name) == "never"]
     asked = [name for name in other if changes.get(name) == "asked"]
@@ -82,6 +109,10 @@ def _differences(begun: Mapping[str, object], now: Mapping[str, object], names: 
 
 
 def _short(value: object) -> str:
-    """A value as typed; a hash is shortened."""
+    """A value as typed; a hash is shortened, and so is a long list."""
     text = {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
-    return f"{text[:12]}…" if len(text) == 64 else text or "none"
+    if text.startswith("['"):  # a list is kept as Python writes it
+        text = " ".join(ast.literal_eval(text))
+    if text in ("", "None"):
+        return "none"
+    return f"{text[:12]}…" if _SHA256.fullmatch(text) else shortened(text)

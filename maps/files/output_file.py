@@ -1,7 +1,9 @@
 """Files that are written whole, or not at all."""
 
 import contextlib
+import errno
 import os
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -31,6 +33,18 @@ def write_output(path: Path, content: bytes) -> None:
     try:
         with draft_of(path) as draft:
             draft.write_bytes(content)
+    except OSError as error:
+        raise MapError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def check_output(path: Path) -> None:
+    """Make the folder of a file that is written later. Raises MapError when `write_output` could not write it."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
     except OSError as error:
         raise MapError(f"cannot write {path}: {error.strerror or error}") from error
 

@@ -1,6 +1,7 @@
 """From an id to an agent, and what is said when there is no way."""
 
 import gc
+import json
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -8,6 +9,8 @@ from types import ModuleType
 import pytest
 
 from movingout.agents.catalogue import agent_card, agent_cards, load_agent, open_to_all, unseen_map
+from movingout.agents.checkpoint.card import OTHER_MAPS
+from movingout.agents.checkpoint.checkpoint import CARD, MODELS_VARIABLE, find_checkpoint, model_roots
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.maps import load_map, map_names
 from movingout.maps.randomize import randomize
@@ -130,6 +133,18 @@ def test_a_trained_agent_says_which_map_it_never_saw_and_nobody_else_does() -> N
     variant = randomize(load_map("HandOff"), 3)
     assert variant.variant and not unseen_map("bass@all", variant.name)
     assert not any(unseen_map(agent_id, "Simple") for agent_id in ("scripted:seed=3", "idle", f"{HERE}:Forward"))
+
+
+def test_of_an_agent_whose_card_has_no_room_for_all_of_its_maps_no_map_is_said_to_be_new(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shipped = find_checkpoint("mlp@all", *model_roots()).card.model_dump(mode="json")
+    folder = tmp_path / "mlp-many"
+    folder.mkdir()
+    monkeypatch.setenv(MODELS_VARIABLE, str(tmp_path))
+    for maps, said in ((["HandOff"], True), (["HandOff", OTHER_MAPS], False)):
+        (folder / CARD).write_text(json.dumps({**shipped, "id": "mlp@many", "maps": maps}))
+        assert bool(unseen_map("mlp@many", "Simple")) == said
 
 
 @pytest.fixture

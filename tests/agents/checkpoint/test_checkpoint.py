@@ -100,6 +100,12 @@ def test_a_card_that_says_more_or_other_than_it_may_is_refused(
     assert sentence in str(raised.value)
 
 
+def test_a_card_that_would_be_refused_is_not_written(tmp_path: Path) -> None:
+    with pytest.raises(CheckpointError, match=r"^mlp-test/card.json: description: String should have at most 400"):
+        write_checkpoint(tmp_path / "mlp-test", _card(description="d" * 401), {"policy.onnx": b"none"})
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_network_of_another_version_of_its_layout_is_to_be_trained_again(tmp_path: Path) -> None:
     checkpoint = _written(tmp_path)
     _edit(checkpoint.folder, policy={**SPEC.model_dump(), "layout": "map-v1"})

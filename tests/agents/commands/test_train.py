@@ -360,6 +360,11 @@ def test_an_agent_starts_from_the_weights_of_another_and_is_shaped_as_it_is(
     assert all(np.allclose(weights[0][name], weights[1][name], atol=1e-3) for name in weights[0])
     assert not all(np.allclose(weights[0][name], weights[2][name], atol=1e-3) for name in weights[0])
 
+    long = f"{'b' * 48}@{'b' * 48}"
+    assert main([*command, "--id", long, *TINY]) == 0
+    assert main([*command, "--id", "mlp@long", "--start", long, "--population", "p" * 300, *few]) == 0
+    assert find_checkpoint("mlp@long", tmp_path / "models").card.description.endswith("…")
+
     capsys.readouterr()
     assert main(["train", "gru", str(recordings), "--data", str(tmp_path), "--start", "mlp@base"]) == 2
     assert "--start mlp@base: it is of kind mlp; use `train mlp`" in capsys.readouterr().err

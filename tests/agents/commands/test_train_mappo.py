@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("torchrl")
 
-from movingout.agents.catalogue import load_agent
+from movingout.agents.catalogue import load_agent, unseen_map
 from movingout.agents.checkpoint.checkpoint import find_checkpoint
 from movingout.agents.conformance import check_agent
 from movingout.agents.data.rollout import rollout
@@ -18,7 +18,7 @@ from movingout.agents.errors import AgentError
 from movingout.agents.kinds.registry import KINDS, load_checkpoint
 from movingout.agents.reinforcement.mappo_config import MappoConfig
 from movingout.agents.training.optimisation import Optimisation
-from movingout.maps import load_map
+from movingout.maps import load_map, map_to_json
 from movingout.maps.randomize import pair_text, pairs_on
 from movingout.server.cli import main
 
@@ -53,6 +53,31 @@ def test_it_writes_an_agent_that_plays(
     assert (here / "data" / "models" / f"{kind}-tiny" / "policy.safetensors").read_bytes() == before
     assert main([*command, "--discount", "0.5"]) == 2
     assert "choose another --id, or continue with --go-on" in capsys.readouterr().err
+
+
+def test_the_card_names_a_map_of_ones_own_by_its_name(here: Path) -> None:
+    own = map_to_json(load_map("HandOff")) | {"name": "Garage", "title": "The Garage", "number": 0}
+    (here / "own.json").write_text(json.dumps(own))
+    assert main(["train", "mappo", "--map", str(here / "own.json"), "--id", "mappo@tiny", *TINY, *SMALL_NET]) == 0
+    card = find_checkpoint("mappo@tiny", here / "data" / "models").card
+    assert card.maps == ("Garage",) and "MAPPO on Garage:" in card.description
+    assert not unseen_map("mappo@tiny", "Garage")
+
+
+def test_other_maps_are_gone_on_with_on_purpose_and_only_if_they_are_played(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mappo", "--id", "mappo@tiny", *TINY, *SMALL_NET]
+    assert main([*command, "--map", "HandOff"]) == 0
+    assert main([*command, "--map", "LeftRight"]) == 2
+    assert "map HandOff, not LeftRight; data of SHA-256" in capsys.readouterr().err
+    assert main([*command, "--map", "LeftRight", "--go-on"]) == 2
+    assert "mappo@tiny has made all of its 2 updates; to train on, give a larger --frames" in capsys.readouterr().err
+    models = here / "data" / "models"
+    assert find_checkpoint("mappo@tiny", models).card.maps == ("HandOff",)
+    assert main([*command, "--map", "HandOff"]) == 0, "as if the other map had never been named"
+    assert main([*command, "--map", "LeftRight", "--go-on", "--frames", "36", "--ticks", "2"]) == 0
+    assert find_checkpoint("mappo@tiny", models).card.maps == ("LeftRight",)
 
 
 def test_it_draws_as_in_training_or_plays_the_middle(here: Path) -> None:

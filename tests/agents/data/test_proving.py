@@ -51,3 +51,26 @@ def test_the_first_listed_maps_are_solved_in_the_listed_time() -> None:
 
     for name in proved_maps("test", 6):
         assert proving.ticks_to_deliver(load_map(name)) == ticks_needed(name)
+
+
+def test_before_anything_is_played_a_place_that_cannot_be_written_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def denied(folder: Path, *_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(proving, "ticks_to_deliver", lambda spec: pytest.fail("it was played"))
+    monkeypatch.setattr(Path, "mkdir", denied)
+    with pytest.raises(MapError, match=r"cannot write .*maps.txt: Permission denied$"):
+        next(proving.prove("validation", tmp_path / "new" / "maps.txt", 2, workers=1))
+
+
+def test_a_disk_that_is_full_is_answered_with_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(path: Path, content: object, **_: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(proving, "ticks_to_deliver", solved_if_even)
+    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(MapError, match=r"cannot write .*maps.txt: No space left on device$"):
+        list(proving.prove("validation", tmp_path / "maps.txt", 1, workers=1))

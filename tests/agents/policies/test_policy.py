@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 import torch
 
+from movingout.agents.checkpoint.card import OTHER_MAPS
 from movingout.agents.checkpoint.onnx_interface import onnx_interface
 from movingout.agents.inference.network import PolicyNetwork
 from movingout.agents.kinds.policy import build_policy
 from movingout.agents.policies.diffusion_policy import Diffusion, Flow
 from movingout.agents.policies.encoders import alike_for_items
-from movingout.agents.policies.export import export_policy, halved_weights
+from movingout.agents.policies.export import MOST_MAPS, card_maps, export_policy, halved_weights
 from movingout.world.observation import ITEM_COLUMNS
 from tests.agents.learning import tiny_spec
 
@@ -126,3 +127,12 @@ def test_an_item_looks_the_same_to_the_normaliser_in_every_slot() -> None:
     untouched = torch.ones(rows.shape[1], dtype=torch.bool)
     untouched[slots.flatten()] = False
     assert torch.equal(mean[untouched], rows.mean(dim=0)[untouched])
+
+
+def test_a_card_names_the_first_of_more_maps_than_it_has_room_for() -> None:
+    own = [f"Own{number:03d}" for number in range(MOST_MAPS + 10)]
+    assert card_maps(own[:MOST_MAPS]) == own[:MOST_MAPS]
+    assert card_maps(reversed(own)) == [*own[:MOST_MAPS], OTHER_MAPS]
+    many = card_maps([*own, "generated:awareness:20000", "generated:awareness:20001"])
+    assert many == [*own[:MOST_MAPS], "generated", OTHER_MAPS] == card_maps(many), "also when it is trained on"
+    assert card_maps(["Yard", OTHER_MAPS, "aisle"]) == ["Yard", "aisle", OTHER_MAPS]

@@ -10,7 +10,7 @@ from movingout.agents.errors import DataError
 from movingout.agents.kinds.policy import DP
 from movingout.agents.policies.config import PolicyConfig
 from movingout.agents.training.optimisation import Optimisation
-from movingout.agents.training.run_folder import CONFIG, RESUME, begin
+from movingout.agents.training.run_folder import CONFIG, RESUME, begin, learns_from_other, put_back
 
 ABOUT = {"id": "dp@mine", "kind": "dp", "preset": "fast", "seats": "acting", "data_sha256": "a" * 64}
 CONFIGURATION = DP.presets["fast"]
@@ -70,6 +70,41 @@ def test_other_data_and_another_way_to_train_are_gone_on_with_on_purpose_alone(
         begin(run, now, config, on_purpose=False)
     begin(run, now, config, on_purpose=True)
     begin(run, now, config, on_purpose=False)
+
+
+RESPONSE = {**ABOUT, "base": "dp@any", "map": "HandOff", "split": "None", "partners": "['idle']", "ticks": "500"}
+
+
+@pytest.mark.parametrize(
+    ("about", "sentence"),
+    [
+        ({"map": "FourCorners"}, "map HandOff, not FourCorners; choose another --id, or .*go-on"),
+        ({"split": "official"}, "split none, not official"),
+        ({"partners": "['idle', 'family:greedy']"}, "partners idle, not idle family:greedy"),
+        ({"ticks": "200"}, "ticks 500, not 200"),
+    ],
+)
+def test_other_maps_and_partners_are_gone_on_with_on_purpose_alone(
+    run: Path, about: dict[str, str], sentence: str
+) -> None:
+    begin(run, RESPONSE, CONFIGURATION, on_purpose=False)
+    with pytest.raises(DataError, match=sentence):
+        begin(run, {**RESPONSE, **about}, CONFIGURATION, on_purpose=False)
+    before = begin(run, {**RESPONSE, **about}, CONFIGURATION, on_purpose=True)
+    assert learns_from_other(run, before)
+    put_back(run, before)
+    assert not learns_from_other(run, begin(run, RESPONSE, CONFIGURATION, on_purpose=False))
+
+
+@pytest.mark.parametrize("on_purpose", [False, True])
+def test_where_weights_started_is_settled_and_their_base_where_the_kind_says_so(run: Path, on_purpose: bool) -> None:
+    begin(run, {**RESPONSE, "start": ""}, CONFIGURATION, on_purpose)
+    with pytest.raises(DataError, match="start none, not dp@other; train that under another --id"):
+        begin(run, {**RESPONSE, "start": "dp@other"}, CONFIGURATION, on_purpose)
+    other = {**RESPONSE, "base": "dp@other"}
+    with pytest.raises(DataError, match="base dp@any, not dp@other; train that under another --id"):
+        begin(run, other, CONFIGURATION, on_purpose, {"base": "never"})
+    begin(run, other, CONFIGURATION, on_purpose)
 
 
 def test_what_another_agent_has_begun_is_not_gone_on_with(run: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from movingout.maps.errors import MapError
-from movingout.maps.files.output_file import draft_of, write_output
+from movingout.maps.files.output_file import check_output, draft_of, write_output
 
 
 def test_a_file_replaces_an_older_one(tmp_path: Path) -> None:
@@ -59,3 +59,13 @@ def test_drafts_of_crashed_programs_are_removed_and_no_others(tmp_path: Path) ->
     left.write_text("half")
     write_output(path, b"whole")
     assert left.exists(), "it may be that of a program on another machine, which has the same folder"
+
+
+def test_it_is_told_beforehand_whether_a_file_can_be_written(tmp_path: Path) -> None:
+    check_output(tmp_path / "new" / "list.txt")
+    assert list(tmp_path.rglob("*")) == [tmp_path / "new"], "the folder is made, the file is not"
+    with pytest.raises(MapError, match=r"cannot write .*new: Is a directory$"):
+        check_output(tmp_path / "new")
+    (tmp_path / "file").touch()
+    with pytest.raises(MapError, match=r"cannot write .*list.txt: "):
+        check_output(tmp_path / "file" / "list.txt")
