@@ -224,8 +224,10 @@ def _make() -> Iterator[Family]:
     yield Family("late", "late and jittery hands on a planner, a greedy walker or a novice", tuple(_late()))
     yield Family("clone", "trained policies with noise and delay", tuple(_clones()))
     latents = tuple(f"{LATENT_MODEL}:seed={number}" for number in range(MEMBERS))
-    yield Family("latent", "drawn from a generative model of all other families, another one in each episode", latents)
-    yield Family("self-play", "learned by playing with itself what to do next; how is fixed", tuple(_self_play()))
+    yield Family("latent", "drawn from a generative model of the families above, another one in each episode", latents)
+    yield Family(
+        "self-play", "learned by playing with itself what to do next; how to do it is fixed", tuple(_self_play())
+    )
 
 
 def _greedy() -> Iterator[str]:

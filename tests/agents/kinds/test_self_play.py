@@ -87,3 +87,9 @@ def test_the_family_has_every_training_at_both_ages() -> None:
     assert len(members) == MEMBERS == len({one.agent_id for one in members})
     named = {(one.agent_id.partition(":")[0], one.agent_id.partition("age=")[2].partition(",")[0]) for one in members}
     assert len(named) == 2 * SELF_PLAY_SEEDS
+
+
+@pytest.mark.parametrize("number", range(0, MEMBERS, 5))
+def test_members_of_the_family_keep_the_contract(number: int) -> None:
+    agent_id = families()["self-play"].members[number].agent_id
+    check_agent(lambda: load_agent(agent_id), maps=["HandOff"], ticks=20)

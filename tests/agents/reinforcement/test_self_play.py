@@ -40,7 +40,8 @@ def equal(one: list[torch.Tensor], other: list[torch.Tensor]) -> bool:
 
 def test_equal_seeds_give_equal_weights_also_after_an_interruption(tmp_path: Path) -> None:
     torch.manual_seed(1)
-    whole, told = SelfPlay(TINY, MAPS), []
+    whole = SelfPlay(TINY, MAPS)
+    told: list[dict[str, float]] = []
     learn_self_play(whole, tmp_path / "whole", told.append)
     assert [one["episodes"] for one in told] == [2, 4]
     begun = SelfPlay(TINY, MAPS)

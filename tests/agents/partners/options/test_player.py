@@ -61,7 +61,12 @@ def test_something_is_delivered_by_whoever_takes_the_nearest() -> None:
 def test_it_decides_when_something_happens_and_else_a_few_times_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     decided: list[int] = []
     player = OptionPlayer(alike)
-    monkeypatch.setattr(player, "draw", lambda tick, features: decided.append(tick) or 0)  # waits
+
+    def waits(tick: int, features: Singles) -> int:
+        decided.append(tick)
+        return 0
+
+    monkeypatch.setattr(player, "draw", waits)
     seated(player, MAP)
     for tick in range(DECIDES_EVERY + 5):
         state = scene(MAP, tick=tick)
