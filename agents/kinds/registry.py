@@ -12,8 +12,9 @@ from movingout.agents.kinds.latent import LATENT
 from movingout.agents.kinds.mappo import COMEDI, MAPPO
 from movingout.agents.kinds.policy import DP, GRU, MLP
 from movingout.agents.kinds.response import RESPONSE
+from movingout.agents.kinds.self_play import SELF_PLAY
 
-_ALL: tuple[AgentKind[Any], ...] = MLP, GRU, DP, BASS, RESPONSE, MAPPO, COMEDI, LATENT
+_ALL: tuple[AgentKind[Any], ...] = MLP, GRU, DP, BASS, RESPONSE, MAPPO, COMEDI, SELF_PLAY, LATENT
 KINDS = {kind.name: kind for kind in _ALL}
 
 

@@ -34,6 +34,7 @@ from movingout.maps.suggestion import known_names
 MEMBERS = 20  # of each family
 LONGEST_NAME = 50  # of a partner in a list
 CLONE_SEEDS = 3  # trainings of each age
+SELF_PLAY_SEEDS = 4  # trainings
 LATENT_MODEL = "latent@families"  # `movingout train latent`
 PEOPLE, FAMILY, ALL, WITHOUT = "people:", "family:", "families", "families:without-"
 
@@ -223,7 +224,10 @@ def _make() -> Iterator[Family]:
     yield Family("late", "late and jittery hands on a planner, a greedy walker or a novice", tuple(_late()))
     yield Family("clone", "trained policies with noise and delay", tuple(_clones()))
     latents = tuple(f"{LATENT_MODEL}:seed={number}" for number in range(MEMBERS))
-    yield Family("latent", "drawn from a generative model of all other families, another one in each episode", latents)
+    yield Family("latent", "drawn from a generative model of the families above, another one in each episode", latents)
+    yield Family(
+        "self-play", "learned by playing with itself what to do next; how to do it is fixed", tuple(_self_play())
+    )
 
 
 def _greedy() -> Iterator[str]:
@@ -257,6 +261,12 @@ def _clones() -> Iterator[str]:
     for number in range(MEMBERS):
         policy = shipped[number % 3] if number < MEMBERS // 2 else aged[number % len(aged)]
         yield f"clone:policy={policy},seed={number},delay={number % 3},jitter={(0.02, 0.1, 0.2)[number % 3]}"
+
+
+def _self_play() -> Iterator[str]:
+    for number in range(MEMBERS):
+        training, age = number % SELF_PLAY_SEEDS, ("old", "young")[number // SELF_PLAY_SEEDS % 2]
+        yield f"self-play-{training}@families:seed={number},age={age},temperature={(1.0, 0.5, 0.25)[number % 3]}"
 
 
 def aged_clone(seed: int, age: str) -> str:

@@ -4,6 +4,7 @@ They look a few cells ahead along the cheapest way to a point. They search no po
 """
 
 import math
+from functools import lru_cache
 from random import Random
 
 from movingout.agents.scripted.navigation.free_space import FreeSpace, cell_of
@@ -123,9 +124,13 @@ def places_beside(now: Perception, item: int) -> list[Point]:
     """Points all around an item where a robot has room; the item's middle where it has none."""
     x, y, _ = now.item_pose(item).tolist()
     away = circumradius(now.item(item).shape, now.item(item).scale) + _BESIDE
+    return list(_places_around(now.space(), x, y, away))
+
+
+@lru_cache(maxsize=64)
+def _places_around(space: FreeSpace, x: float, y: float, away: float) -> tuple[Point, ...]:
     ring = [(x + away * math.cos(turn), y + away * math.sin(turn)) for turn in _ROUND]
-    clearance = now.space().clearance
-    return [place for place in ring if clearance[cell_of(*place)] > ROBOT_RADIUS] or [(x, y)]
+    return tuple(place for place in ring if space.clearance[cell_of(*place)] > ROBOT_RADIUS) or ((x, y),)
 
 
 def goal_centres(the_map: MapSpec) -> list[Point]:

@@ -13,6 +13,7 @@ POSSIBLE = (
     "clone:policy=dp@any", "bass@any:mirrored=yes",
     "dp@any:mirrored=yes,execute=4", "gru@all:execute=2", "bass@any:partner=motion,sub_steps=20", "bass@all:sampling=4",
     "bass@all:simulator=engine", "bass@all:lag=1", "latent@families:seed=3", "latent@families:z=0/0/0/0/1/0/0/0",
+    "self-play-0@families:age=young,temperature=0.5,seed=3",
 )  # fmt: skip
 IMPOSSIBLE = {
     "bass@any:partner=x": "partner=policy or",
@@ -30,6 +31,8 @@ IMPOSSIBLE = {
     "mlp@all:execute=nan": "execute is a whole number",
     "latent@families:z=1/2": "z has 8 numbers",
     "latent@families:seed=x": "seed is a whole number",
+    "self-play-0@families:age=middle": "unknown age 'middle'",
+    "self-play-0@families:temperature=9": "temperature is a number from 0",
     "late:agent=bass@any:partner=x": "partner=policy or",
     "late:agent=late": "has late hands already",
     "late:delay=-1": "delay is a whole number of ticks from 0 to 10",

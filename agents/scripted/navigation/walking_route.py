@@ -37,14 +37,15 @@ def walking_costs(space: FreeSpace, targets: Sequence[Point], avoided: Mask | No
     Targets inside obstacles are moved to the nearest free cell. Steps from `avoided` cells (CELLS, CELLS) cost more
     than double.
     """
-    cells = _standing_cells(space, targets)
+    cells = _standing_cells(space, tuple(targets))
     if avoided is None:
         return _lengths(space, cells)
     room = standing_room(space, ROBOT_RADIUS + _MARGIN)
     return FLOOR.path_lengths(_bits_of(cells), room, WALKING, avoided=FLOOR.to_bits(avoided))
 
 
-def _standing_cells(space: FreeSpace, targets: Sequence[Point]) -> frozenset[Cell]:
+@lru_cache(maxsize=64)
+def _standing_cells(space: FreeSpace, targets: tuple[Point, ...]) -> frozenset[Cell]:
     free = space.clearance >= ROBOT_RADIUS + _MARGIN
     return frozenset(nearest_free(free, x, y, within=9) for x, y in targets)
 
@@ -142,7 +143,7 @@ class WalkingRoute:
 def route_to(space: FreeSpace, targets: Sequence[Point], avoided: Mask | None = None) -> WalkingRoute:
     """The route to the nearest of `targets`; see `walking_costs`."""
     if avoided is None:
-        return _route(space, _standing_cells(space, targets))
+        return _route(space, _standing_cells(space, tuple(targets)))
     return WalkingRoute(walking_costs(space, targets, avoided))
 
 
