@@ -2,8 +2,6 @@
 
 import argparse
 import datetime
-import hashlib
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar, get_args
@@ -14,10 +12,9 @@ from movingout.agents.checkpoint.card import Card, Training
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ComediConfig, MappoConfig
-from movingout.agents.training.run import Progress, TrainingRun
+from movingout.agents.training.run import Progress, TrainingRun, maps_sha256
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
-from movingout.maps.json_format import map_to_json
 from movingout.maps.randomize import Split, pair_text, pairs_on, variant_pairs
 from movingout.maps.selection import HELP, selected_maps
 from movingout.maps.suggestion import counted
@@ -61,7 +58,7 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     run.caution(maps)
     for sentence in map_cautions(maps):
         run.tell(f"movingout: {sentence}")
-    before = run.begin(_fingerprint(specs))
+    before = run.begin(maps_sha256(specs))
     if config.whole_frames != config.frames:
         run.tell(f"{config.frames:,} frames become {config.whole_frames:,}: {counted(config.rounds, 'whole round')}")
     learned = learn(run, config, maps, options.split)
@@ -81,7 +78,7 @@ def _exported(
     where = f"{len(maps)} maps" if len(maps) > 1 else maps[0]
     training = Training(
         preset=run.options.preset,
-        data_sha256=_fingerprint(specs),
+        data_sha256=maps_sha256(specs),
         population=run.options.population or "its own play",
         episodes=sum(one.episodes for one in learned),
         windows=frames,
@@ -92,11 +89,6 @@ def _exported(
     )
     about = f"{_TITLES[run.kind]} on {where}: {frames:,} ticks of its own play, reward {config.reward}."
     return Trained(save_policy(run.model_folder, run.agent_id, last.actor, maps, training, run.name, about), training)
-
-
-def _fingerprint(specs: Sequence[MapSpec]) -> str:
-    """The SHA-256 of the maps that are played."""
-    return hashlib.sha256(json.dumps([map_to_json(one) for one in specs]).encode()).hexdigest()
 
 
 def _items(specs: Sequence[MapSpec], split: Split | None) -> tuple[str, ...]:

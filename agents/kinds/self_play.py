@@ -2,8 +2,6 @@
 
 import argparse
 import datetime
-import hashlib
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -14,9 +12,9 @@ from movingout.agents.checkpoint.checkpoint import Checkpoint, write_checkpoint
 from movingout.agents.errors import AgentError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.self_play_config import SelfPlayConfig
-from movingout.agents.training.run import TrainingRun
-from movingout.maps import load_map
-from movingout.maps.json_format import map_to_json
+from movingout.agents.training.run import Progress, TrainingRun, maps_sha256
+from movingout.maps import MapSpec, load_map
+from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.randomize import pair_text, pairs_on
 from movingout.maps.selection import HELP, selected_maps
 from movingout.maps.suggestion import counted, known_names
@@ -55,21 +53,22 @@ def _train(run: TrainingRun[SelfPlayConfig]) -> Trained:
     from movingout.agents.reinforcement.self_play import SelfPlay, learn_self_play
 
     config, maps = run.config, selected_maps(run.options.map)
-    for name in maps:
-        load_map(name)
+    specs = [load_map(name) for name in maps]
     run.caution(maps)
-    run.begin()
+    for sentence in map_cautions(maps):
+        run.tell(f"movingout: {sentence}")
+    before = run.begin(maps_sha256(specs))
     learner = SelfPlay(config, maps)
     learn_self_play(learner, run.folder, lambda told: run.tell(_line(told, config)))
-    training = _training(run, learner, maps)
-    return Trained(_saved(run, learner, training), training)
+    run.check_learned(before, Progress(learner.round, learner.made), "--episodes")
+    training = _training(run, learner, specs)
+    return Trained(_saved(run, learner, [one.name for one in specs], training), training)
 
 
-def _training(run: TrainingRun[SelfPlayConfig], learner: "SelfPlay", maps: Sequence[str]) -> Training:
-    specs = [load_map(name) for name in maps]
+def _training(run: TrainingRun[SelfPlayConfig], learner: "SelfPlay", specs: Sequence[MapSpec]) -> Training:
     return Training(
         preset=run.options.preset,
-        data_sha256=hashlib.sha256(json.dumps([map_to_json(one) for one in specs]).encode()).hexdigest(),
+        data_sha256=maps_sha256(specs),
         population=run.options.population or "its own play",
         episodes=learner.episodes,
         windows=learner.decisions,
@@ -80,19 +79,21 @@ def _training(run: TrainingRun[SelfPlayConfig], learner: "SelfPlay", maps: Seque
     )
 
 
-def _saved(run: TrainingRun[SelfPlayConfig], learner: "SelfPlay", training: Training) -> Checkpoint:
+def _saved(
+    run: TrainingRun[SelfPlayConfig], learner: "SelfPlay", maps: Sequence[str], training: Training
+) -> Checkpoint:
     from movingout.agents.policies.export import card_maps
     from movingout.agents.reinforcement.option_network import export_options
     from movingout.agents.reinforcement.self_play import read_young
 
-    where = counted(len(learner.maps), "map")
+    where = counted(len(maps), "map")
     about = (
         f"Chooses among options, carried out by a fixed controller; learned by self-play in "
         f"{learner.episodes:,} episodes on {where}. Options: seed, age, temperature."
     )
     card = {
         "schema_version": 1, "id": run.agent_id, "name": run.name, "description": about, "kind": run.kind,
-        "maps": card_maps(learner.maps), "training": training.model_dump(),
+        "maps": card_maps(maps), "training": training.model_dump(),
     }  # fmt: skip
     networks = {"old": learner.network, "young": read_young(run.folder, run.config.width)}
     return write_checkpoint(

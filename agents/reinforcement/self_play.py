@@ -43,6 +43,7 @@ class SelfPlay:
     def __init__(self, config: SelfPlayConfig, maps: Sequence[str]) -> None:
         torch.set_num_threads(config.threads)
         self.config, self.maps, self.round, self.decisions = config, tuple(maps), 0, 0
+        self.made = 0  # rounds in this run
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(config.seed)
             self.network = OptionNetwork(config.width)
@@ -61,6 +62,7 @@ class SelfPlay:
         generator = torch.Generator().manual_seed(self._drawn(0))
         entropy = self._improve(rows, generator)
         self.round += 1
+        self.made += 1
         self.decisions += len(rows)
         return {
             "delivered": float(np.mean([one.delivered for one in played])),

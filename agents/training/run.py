@@ -5,7 +5,9 @@ Every kind's `train` is given one; nothing in it depends on the kind.
 
 import argparse
 import datetime
-from collections.abc import Callable, Collection, Mapping
+import hashlib
+import json
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, NamedTuple, Protocol, TypeVar
@@ -26,7 +28,9 @@ from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Change, Optimisation
 from movingout.agents.training.run_folder import NO_CHANGES
 from movingout.agents.training.training_data import TrainingData, read_training_data
+from movingout.maps import MapSpec
 from movingout.maps.generated.names import test_maps_caution
+from movingout.maps.json_format import map_to_json
 from movingout.maps.randomize import pair_text, pairs_on
 from movingout.maps.suggestion import counted
 
@@ -45,6 +49,11 @@ class FitProgress(Protocol):
 
     @property
     def made(self) -> int: ...
+
+
+def maps_sha256(specs: Sequence[MapSpec]) -> str:
+    """Of the maps that are played, in place of data that is learned from."""
+    return hashlib.sha256(json.dumps([map_to_json(one) for one in specs]).encode()).hexdigest()
 
 
 class Progress(NamedTuple):
