@@ -37,8 +37,8 @@ def prove(split: Split, path: Path, count: int, workers: int, ray: str = "") -> 
 
     It is played by `workers` processes, or on the Ray cluster at an address, which has so many processors. What the
     file has is kept, the search goes on behind it, and the file is written after every few seeds, so that the command
-    can be stopped and repeated. Raises MapError for a file with maps of another split, and before anything is played for
-    one that cannot be written.
+    can be stopped and repeated. Raises MapError for a file with maps of another split, or, before anything is played,
+    for one that cannot be written.
     """
     table = read_table(path)
     if strangers := [name for name in table if read_name(name)[1] not in SPLITS[split]]:

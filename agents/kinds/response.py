@@ -68,7 +68,7 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
 
 
 def _population(before: str, partners: str) -> str:
-    """Who is behind the weights, no longer than a card holds; a long beginning leaves room for what was learned here."""
+    """Who is behind the weights, no longer than a card holds; a long beginning leaves room for the partners."""
     return shortened(f"{shortened(before, MAX_LINE // 2)}; then a best response to {partners}", MAX_LINE)
 
 

@@ -40,9 +40,9 @@ def begin(
     """Write the configuration of a run that starts, or continues where the folder has a resume file.
 
     Returns what was written before; empty when nothing was. `about` is written beside the configuration, and `changes`
-    says which of it may be another, where a kind is stricter than others. Raises DataError when the folder cannot be written, or the run was started with something else: always for a change
-    that makes it another agent, and unless `on_purpose` for other data or training options. Older folders without a
-    configuration are continued.
+    says which of it may be another, where a kind is stricter than others. Raises DataError when the folder cannot be
+    written, or the run was started with something else: always for a change that makes it another agent, and unless
+    `on_purpose` for other data or training options. Older folders without a configuration are continued.
     """
     begun = _begun(folder)
     now = {**about, **dataclasses.asdict(config)}
