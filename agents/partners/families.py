@@ -153,7 +153,7 @@ def _listed(file: str) -> tuple[FamilyMember, ...]:
 
 def _on_line(file: str, number: int, said: str) -> tuple[FamilyMember, ...]:
     if not is_group(said):
-        return (FamilyMember(_name_of(said), said),)
+        return (FamilyMember(name_of(said), said),)
     if said.startswith(LIST):
         raise AgentError(f"{file}, line {number}: a list names no other list, such as {said}")
     try:
@@ -162,7 +162,7 @@ def _on_line(file: str, number: int, said: str) -> tuple[FamilyMember, ...]:
         raise AgentError(f"{file}, line {number}: {error}") from error
 
 
-def _name_of(agent_id: str) -> str:
+def name_of(agent_id: str) -> str:
     """A short name of an id, the same in every list; `@` tells a trained agent from a person."""
     name = re.sub(r"[^A-Za-z0-9@.]", "-", agent_id.removeprefix("person:name="))  # sign by sign: x=-1 is not x=1
     return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]}-{FamilyMember(name, agent_id).sha256[:8]}"

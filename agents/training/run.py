@@ -21,7 +21,6 @@ from movingout.agents.checkpoint.checkpoint import (
     read_checkpoint,
 )
 from movingout.agents.errors import DataError
-from movingout.agents.partners.families import group
 from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Optimisation
 from movingout.agents.training.training_data import TrainingData, read_training_data
@@ -84,8 +83,7 @@ class TrainingRun(Generic[ConfigT]):
 
         Says so when test maps are among them. Raises DataError, RecordingError, or AgentError for an unknown family.
         """
-        without = [member for name in self.options.without for member in group(name)]
-        data = read_training_data(self.options.recordings, without)
+        data = read_training_data(self.options.recordings, self.options.without)
         if data.uncounted:
             what = counted(data.uncounted, "recording")
             self.tell(f"movingout: {what} left out: invalid, broken off, or of people who declined, says the study")
