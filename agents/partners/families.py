@@ -26,6 +26,7 @@ from types import MappingProxyType
 from movingout.agents.checkpoint.checkpoint import checkpoint_folders, folder_name, model_roots
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
+from movingout.agents.partners.identity import person_behind
 from movingout.agents.scripted.populations import POPULATIONS, population
 from movingout.maps.extras import FAMILIES, installed, package_of
 from movingout.maps.files.list_file import LIST, listed_lines
@@ -119,10 +120,14 @@ def test_people_caution(names: Iterable[str]) -> str:
 
     Raises AgentError as `group`.
     """
-    for_tests = {person.agent_id for person in population("C")}
-    if not any(name == "C" or for_tests.intersection(one.agent_id for one in group(name)) for name in names):
+    if not any(name == "C" or are_for_tests(one.agent_id for one in group(name)) for name in names):
         return ""
     return "people of C are for tests: who is trained with them is measured too well"
+
+
+def are_for_tests(names: Iterable[str]) -> bool:
+    """Whether people of population C are among those of these names and ids, with whatever habits and hands."""
+    return not {one.name for one in population("C")}.isdisjoint(map(person_behind, names))
 
 
 def member(name: str, number: int) -> str:

@@ -81,12 +81,18 @@ class TrainingRun(Generic[ConfigT]):
     def read_data(self) -> TrainingData:
         """The recordings and corrections that were named, but for episodes with those to be left out.
 
-        Says so when test maps are among them. Raises DataError, RecordingError, or AgentError for an unknown family.
+        Says so when test maps or people for tests are among them. Raises DataError, RecordingError, or AgentError for
+        an unknown family.
         """
         data = read_training_data(self.options.recordings, self.options.without)
         if data.uncounted:
             what = counted(data.uncounted, "recording")
             self.tell(f"movingout: {what} left out: invalid, broken off, or of people who declined, says the study")
+        if data.learns_from_tests:
+            self.tell(
+                "movingout: people of C play in these episodes, who are for tests: who learns from them is measured too "
+                "well; --without people:C leaves them out"
+            )
         self.caution({trajectory.map.name for trajectory in data.episodes})
         return data
 

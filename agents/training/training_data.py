@@ -28,7 +28,7 @@ from movingout.agents.data.dataset import (
 )
 from movingout.agents.errors import DataError
 from movingout.agents.observation.features import FeatureSet
-from movingout.agents.partners.families import group, name_of
+from movingout.agents.partners.families import are_for_tests, group, name_of
 from movingout.agents.partners.identity import person_behind
 from movingout.maps.suggestion import counted
 from movingout.recordings.storage.study_rounds import counted_recordings
@@ -57,6 +57,13 @@ class TrainingData:
     def people(self) -> set[str]:
         """The people in all episodes."""
         return {name for trajectory in self.episodes for name in trajectory.people}
+
+    @property
+    def learns_from_tests(self) -> bool:
+        """Whether scripted people who are for tests play in any episode; somebody at a keyboard may have their name."""
+        seats = {seat for one in self.episodes for seat in zip(one.participants, one.kinds, strict=True)}
+        named = {name.removeprefix("expert:") for name, kind in seats if kind != "human"}
+        return are_for_tests(named.union(*(one.agent_ids for one in self.episodes)))
 
     def left_out(self, seats: SeatChoice) -> int:
         """Number of seats of the recordings that are not learned from."""

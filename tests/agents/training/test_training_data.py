@@ -69,3 +69,20 @@ def test_each_name_that_leaves_nothing_out_is_refused(labels: Path) -> None:
         "nobody named by --without family:porter or --without people:B plays in any of these 4 episodes; correct the "
         "name or leave it out"
     )
+
+
+@pytest.mark.parametrize("name", ["person:name=C03", "person:name=C03,stick=8", "late:agent=person:name=C04,seed=1"])
+def test_people_for_tests_are_found_in_matches_and_in_labels(name: str, tmp_path: Path) -> None:
+    recorded(tmp_path / "match", "one", ticks=4, people=("dp@all", name), source="match")
+    assert read_training_data([tmp_path / "match"]).learns_from_tests
+    (tmp_path / "partners.txt").write_text(name)
+    (partner,) = group(f"@{tmp_path / 'partners.txt'}")
+    job = LabellingJob(HANDOFF, "idle", "idle", (partner.name, partner.agent_id), 0, 1, 4)
+    list(label_all([job], tmp_path / "labels", 1))
+    assert read_training_data([tmp_path / "labels"]).learns_from_tests
+
+
+def test_others_and_somebody_who_has_the_name_of_one_are_not_taken_for_people_for_tests(tmp_path: Path) -> None:
+    recorded(tmp_path, "one", ticks=4, people=("person:name=B03", "late:agent=person:name=A04"), source="match")
+    recorded(tmp_path, "two", ticks=4, people=("C03", "C04"), kinds=("human", "human"), source="live")
+    assert not read_training_data([tmp_path]).learns_from_tests
