@@ -77,11 +77,11 @@ def label_episode(job: LabellingJob, slips: bool = True) -> Correction:
             np.array([state.robot_velocities for state in states]),
             np.array([state.held for state in states]),
             np.array([state.item_poses for state in states]),
-            np.array(actions),
+            np.array(actions).reshape(-1, 2, 3),
         ),
         job.seat,
-        np.array(labels, dtype=np.float32),
-        np.array(taught),
+        np.array(labels, dtype=np.float32).reshape(-1, 5),
+        np.array(taught, dtype=np.bool_),
     )
 
 

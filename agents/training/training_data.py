@@ -113,7 +113,8 @@ def read_training_data(places: list[Path], without: Iterable[str] = ()) -> Train
     met = {name for file in files for name in _read(file, kept, avoided)}
     _check_left_out([name for name in avoided if name not in met], len(files))
     if not kept.files:
-        raise DataError("somebody who is to be left out plays in every episode; name other recordings")
+        why = "somebody who is to be left out plays in every episode" if met else "no episode has a tick"
+        raise DataError(f"{why}; name other recordings")
     return kept
 
 
@@ -124,6 +125,8 @@ def _read(file: Path, kept: TrainingData, avoided: Mapping[str, set[str]]) -> li
     players = {name for one in found for name in _players(one)}
     if met := [name for name, calls in avoided.items() if calls & players]:
         return met
+    if not all(one.ticks for one in found):
+        return []  # labels on a map that was delivered from the start
     kept.files.append(file)
     if correction:
         kept.corrections.append(correction)

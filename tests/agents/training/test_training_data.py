@@ -1,7 +1,9 @@
 """Who is left out of the training data, whatever they are called there."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from movingout.agents.data.corrections import save_correction
@@ -10,7 +12,7 @@ from movingout.agents.data.demonstrations import EpisodeJob, label_all, write_al
 from movingout.agents.errors import DataError
 from movingout.agents.partners.families import group
 from movingout.agents.training.training_data import read_training_data
-from movingout.maps import load_map
+from movingout.maps import load_map, map_from_json, map_to_json
 from tests.agents.learning import recorded
 from tests.agents.support import HERE
 
@@ -86,3 +88,17 @@ def test_others_and_somebody_who_has_the_name_of_one_are_not_taken_for_people_fo
     recorded(tmp_path, "one", ticks=4, people=("person:name=B03", "late:agent=person:name=A04"), source="match")
     recorded(tmp_path, "two", ticks=4, people=("C03", "C04"), kinds=("human", "human"), source="live")
     assert not read_training_data([tmp_path]).learns_from_tests
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_labels_without_a_tick_keep_nobody_from_training(before: bool, tmp_path: Path) -> None:
+    document = map_to_json(HANDOFF) | {"name": "Done", "goals": [{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}]}
+    empty = label_episode(LabellingJob(map_from_json(document), "idle", "idle", ("ann", "idle"), 0, 1, 4))
+    assert (empty.trajectory.ticks, empty.labels.shape) == (0, (0, 5))
+    if before:  # as files were written
+        empty = replace(empty, labels=np.zeros(0), trajectory=replace(empty.trajectory, actions=np.zeros(0)))
+    save_correction(tmp_path / "empty.corrections.npz", empty)
+    with pytest.raises(DataError, match="^no episode has a tick; name other recordings$"):
+        read_training_data([tmp_path])
+    recorded(tmp_path, "one", ticks=4)
+    assert [file.name for file in read_training_data([tmp_path]).files] == ["one.mcap"]
