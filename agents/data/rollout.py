@@ -41,6 +41,10 @@ class SeatPlayer:
             self._rows = list(chunk[: rows_to_execute(self.agent, chunk)])
         return world_action(self._rows.pop(0))
 
+    def decide_anew(self) -> None:
+        """Drop the rest of the chunk: somebody else has acted in this seat since it was decided."""
+        self._rows.clear()
+
 
 def check_undelivered(the_map: MapSpec) -> None:
     """Raises AgentError for a map on which an episode has no tick."""
