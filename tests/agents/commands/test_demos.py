@@ -49,7 +49,10 @@ def test_a_map_that_is_delivered_from_the_start_is_refused(
     command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Labels without a tick blocked a training, recordings ended in a traceback."""
-    document = map_to_json(load_map("Simple")) | {"name": "Done", "goals": [{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}]}
+    document = map_to_json(load_map("Simple")) | {
+        "name": "Done",
+        "goals": [{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}],
+    }
     (tmp_path / "done.json").write_text(json.dumps(document))
     assert main([*command, "--map", str(tmp_path / "done.json"), "--out", str(tmp_path / "out")]) == 2
     assert "on Done all items lie in a goal from the start, so there is nothing to play" in capsys.readouterr().err
