@@ -1,6 +1,6 @@
 """The data of a training run: recordings, and episodes labelled by an expert."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path

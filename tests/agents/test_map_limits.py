@@ -18,7 +18,7 @@ def five_goals() -> MapSpec:
     "agent_id", ["dp@all", "clone", " clone:delay=2", "clone:policy=dp@all", "late:agent=dp@all:execute=2,delay=1"]
 )
 def test_agents_that_decide_from_less_than_the_map_are_refused(agent_id: str, five_goals: MapSpec) -> None:
-    with pytest.raises(AgentError, match=f"{agent_id} cannot play five.json: .* 4 slots for goals; Five has 5"):
+    with pytest.raises(AgentError, match=rf"{agent_id} cannot play five\.json: .* 4 slots for goals; Five has 5"):
         check_map_seen(agent_id, five_goals, "five.json")
 
 

@@ -40,10 +40,10 @@ def test_a_folder_goes_on_with_a_list_as_long_as_it_names_the_same(tmp_path: Pat
     assert str(refused.value) == (
         f"{sizes.partners} has changed since {tmp_path}/anywhere was begun with it; choose another --data"
     )
-    with pytest.raises(DataError, match="was begun with --partners @.*, not --partners AB; choose another --data"):
+    with pytest.raises(DataError, match=r"was begun with --partners @.*, not --partners AB; choose another --data"):
         check_begun(dataclasses.replace(sizes, partners="AB"))
     (tmp_path / "other.txt").write_text("novice\n")
-    with pytest.raises(DataError, match="was begun with --partners @.*, not --partners @.*other.txt; choose another"):
+    with pytest.raises(DataError, match=r"was begun with --partners @.*, not --partners @.*other.txt; choose another"):
         check_begun(dataclasses.replace(sizes, partners=f"@{tmp_path / 'other.txt'}"))
 
 

@@ -98,7 +98,7 @@ def test_labels_without_a_tick_keep_nobody_from_training(before: bool, tmp_path:
     if before:  # as files were written
         empty = replace(empty, labels=np.zeros(0), trajectory=replace(empty.trajectory, actions=np.zeros(0)))
     save_correction(tmp_path / "empty.corrections.npz", empty)
-    with pytest.raises(DataError, match="^no episode has a tick; name other recordings$"):
+    with pytest.raises(DataError, match=r"^no episode has a tick; name other recordings$"):
         read_training_data([tmp_path])
     recorded(tmp_path, "one", ticks=4)
     assert [file.name for file in read_training_data([tmp_path]).files] == ["one.mcap"]
