@@ -120,3 +120,4 @@ _AGENTS = (
 BUILT_IN: Mapping[str, BuiltIn] = MappingProxyType({agent.card.id: agent for agent in _AGENTS})
 """By id, in display order."""
 AROUND_OTHERS = {"late": "agent", "clone": "policy"}  # agents around others, and the option that names the other
+USUAL_INSIDE = {"late": "greedy", "clone": "dp@all"}  # the other one where the option is not given

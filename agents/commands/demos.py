@@ -21,6 +21,7 @@ from movingout.agents.data.demonstrations import (
     write_all,
 )
 from movingout.agents.data.proving import prove
+from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.errors import AgentError, DataError
 from movingout.agents.partners.families import (
     ALL,
@@ -219,7 +220,7 @@ def _generate(args: argparse.Namespace) -> int:
     people = players[:count]
     prefix = f"{_short(args.population)}{args.challenge}s{args.seed}"
     if args.variants and args.challenge == 2:
-        designed = [load_map(name) for name in selected_maps(args.map)]
+        designed = _designed(args)
         todo = variant_jobs(people, designed, args.variants, args.ticks, args.seed, prefix, args.split)
     else:
         todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
@@ -328,8 +329,16 @@ def _group_of(map_name: str) -> str:
     return split_name(map_name)[0]
 
 
-def _maps(args: argparse.Namespace) -> list[MapSpec]:
+def _designed(args: argparse.Namespace) -> list[MapSpec]:
+    """Raises AgentError for a map on which nothing can be played."""
     maps = [load_map(name) for name in selected_maps(args.map)]
+    for the_map in maps:
+        check_undelivered(the_map)
+    return maps
+
+
+def _maps(args: argparse.Namespace) -> list[MapSpec]:
+    maps = _designed(args)
     if args.challenge == 1:
         return maps
     split: Split = getattr(args, "split", "train")

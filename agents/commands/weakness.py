@@ -15,6 +15,7 @@ from rich.table import Column, Table
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
+from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.errors import AgentError
 from movingout.agents.generative.latent_option import latent_text
 from movingout.agents.generative.trials import Occasion, Stage, stage
@@ -108,7 +109,7 @@ def _checked(args: argparse.Namespace) -> tuple[SearchPlan, Occasion]:
     load_agent(args.agent)
     maps = tuple(selected_maps(args.map))
     for name in maps:
-        load_map(name)
+        check_undelivered(load_map(name))
     if args.out is not None:
         _check_writable(args.out)
     return plan, Occasion(maps, args.episodes, args.ticks)

@@ -1,15 +1,17 @@
 """With which sizes a folder of `make anywhere` was begun: a file beside what was made.
 
 What has been done is not done again, and most of it does not say with what it was done. So other sizes in the same
-folder would train nothing new, or mix what does not belong together.
+folder would train nothing new, or mix what does not belong together. Of a list of partners, whom it names is kept, too.
 """
 
+import hashlib
 import json
 from dataclasses import asdict
 from pathlib import Path
 
 from movingout.agents.curriculum.recipe_anywhere import AnywhereSizes
 from movingout.agents.errors import DataError
+from movingout.agents.partners.families import group, is_own
 
 FREE = (
     "data",
@@ -18,6 +20,7 @@ FREE = (
     "seeds",
     "response_rounds",
 )  # of these, others only add agents, or make nothing different
+_WHO = "partners_sha256"  # folders of before have none
 
 
 def check_begun(sizes: AnywhereSizes) -> None:
@@ -32,6 +35,9 @@ def check_begun(sizes: AnywhereSizes) -> None:
         raise DataError(
             f"cannot read {path}, which says with what it was begun: {error}; choose another --data"
         ) from error
+    if others == [_WHO]:
+        raise DataError(f"{sizes.partners} has changed since {path.parent} was begun with it; choose another --data")
+    others = [name for name in others if name != _WHO]
     if others:
         before, now = (" ".join(_option(name, values[name]) for name in others) for values in (begun, mine))
         raise DataError(f"{path.parent} was begun with {before}, not {now}; choose another --data")
@@ -50,7 +56,11 @@ def _path(sizes: AnywhereSizes) -> Path:
 
 
 def _kept(sizes: AnywhereSizes) -> dict[str, object]:
-    return {name: value for name, value in asdict(sizes).items() if name not in FREE}
+    kept = {name: value for name, value in asdict(sizes).items() if name not in FREE}
+    if is_own(sizes.partners):
+        ids = "\n".join(one.agent_id for one in group(sizes.partners))
+        kept[_WHO] = hashlib.sha256(ids.encode()).hexdigest()
+    return kept
 
 
 def _option(name: str, value: object) -> str:

@@ -111,8 +111,11 @@ def load_correction(path: Path) -> Correction:
             about = json.loads(str(file["about"]))
             arrays = {name: file[name] for name in _ARRAYS}
             labels, taught = file["labels"], file["taught"]
+            if not len(arrays["actions"]):  # on a map that was delivered from the start
+                labels = labels.reshape(-1, 5)
             blue, red = about["participants"]
-            trajectory = Trajectory(map_from_json(about["map"]), (blue, red), **arrays)
+            ids = frozenset(filter(None, [about.get("recipe", {}).get("partner")]))
+            trajectory = Trajectory(map_from_json(about["map"]), (blue, red), **arrays, agent_ids=ids)
             seat = int(about["seat"])
     except (OSError, *_UNREADABLE) as error:
         raise DataError(f"{path} is not a file of corrections: {error}") from error

@@ -77,11 +77,11 @@ def label_episode(job: LabellingJob, slips: bool = True) -> Correction:
             np.array([state.robot_velocities for state in states]),
             np.array([state.held for state in states]),
             np.array([state.item_poses for state in states]),
-            np.array(actions),
+            np.array(actions).reshape(-1, 2, 3),
         ),
         job.seat,
-        np.array(labels, dtype=np.float32),
-        np.array(taught),
+        np.array(labels, dtype=np.float32).reshape(-1, 5),
+        np.array(taught, dtype=np.bool_),
     )
 
 
@@ -105,8 +105,11 @@ class _Turns:
             self._left = self._turn()
             if self._by_expert:
                 self._expert = self._player(self._job.expert)
+            else:
+                self._learner.decide_anew()
         self._left -= 1
-        return (self._expert if self._by_expert else self._learner).action(state), self._by_expert
+        own = self._learner.action(state)  # in the expert's turns too: what it remembers is then what happened
+        return (self._expert.action(state) if self._by_expert else own), self._by_expert
 
     def _turn(self) -> int:
         return int(self._random.integers(*(EXPERT_TICKS if self._by_expert else LEARNER_TICKS)))
@@ -152,7 +155,10 @@ class _SlippingHand:
 def labelling_jobs(
     maps: list[MapSpec], partners: list[tuple[str, str]], learner: str, expert: str, count: int, ticks: int, seed: int
 ) -> list[LabellingJob]:
-    """`count` episodes per map, with seats and partners in turn; maps alternate, so that any prefix is useful."""
+    """`count` episodes per map, with seats and partners in turn; maps alternate, so that any prefix is useful.
+
+    Of an odd number, seats change with every second seed: with each one, a partner would always meet the same seat.
+    """
     if not partners:
         raise AgentError("labelling needs at least one partner")
     made = []
@@ -160,7 +166,8 @@ def labelling_jobs(
         for index, the_map in enumerate(maps):
             turn = seed * 7919 + index * count + number
             partner = partners[turn % len(partners)]
-            made.append(LabellingJob(the_map, learner, expert, partner, (number + index) % 2, turn, ticks))
+            seat = (number + index + (seed + 1) // 2 * count) % 2
+            made.append(LabellingJob(the_map, learner, expert, partner, seat, turn, ticks))
     return made
 
 

@@ -18,7 +18,8 @@ from movingout.agents.errors import DataError
 from movingout.agents.grasp_encoding import effective_presses, hold_levels
 from movingout.agents.observation.features import Bytes, FeatureSet, in_frame
 from movingout.maps import MapSpec
-from movingout.recordings import Episode, read_episode
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings import Episode, EpisodeHeader, read_episode
 from movingout.recordings.episode import SeatKind
 from movingout.world.state import Floats, Ints
 
@@ -39,6 +40,7 @@ class Trajectory:
     actions: Floats  # (T, 2, 3) world actions: distance, heading, toggle
     kinds: tuple[SeatKind, SeatKind] = ("agent", "agent")  # of blue and red
     simulated: bool = False  # in a rehearsal of a study: its participants were programs
+    agent_ids: frozenset[str] = frozenset()  # of those who play under a shorter name, where the file says them
 
     @property
     def ticks(self) -> int:
@@ -105,7 +107,14 @@ def trajectory_of(episode: Episode) -> Trajectory:
         actions=episode.actions,
         kinds=(episode.header.seats[0].kind, episode.header.seats[1].kind),
         simulated=episode.header.simulated,
+        agent_ids=_agent_ids(episode.header),
     )
+
+
+def _agent_ids(header: EpisodeHeader) -> frozenset[str]:
+    """Demonstrations name their players, and keep the ids beside them."""
+    given = header.study if header.source == "scripted" else {}
+    return frozenset(given[colour] for colour in SEAT_COLOURS if colour in given)
 
 
 SeatChoice = Literal["acting", "human", "all"]

@@ -8,6 +8,7 @@ import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
 from movingout.agents.base import ActionChunk, Agent, EpisodeInfo
+from movingout.agents.errors import AgentError
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import MapSpec
 from movingout.world import World
@@ -39,6 +40,18 @@ class SeatPlayer:
             chunk: ActionChunk = checked_chunk(self.agent.act(observation))
             self._rows = list(chunk[: rows_to_execute(self.agent, chunk)])
         return world_action(self._rows.pop(0))
+
+    def decide_anew(self) -> None:
+        """Drop the rest of the chunk: somebody else has acted in this seat since it was decided."""
+        self._rows.clear()
+
+
+def check_undelivered(the_map: MapSpec) -> None:
+    """Raises AgentError for a map on which an episode has no tick."""
+    if World(the_map, record_sub_poses=False).delivered().all():
+        raise AgentError(
+            f"on {the_map.name} all items lie in a goal from the start, so there is nothing to play; move one out"
+        )
 
 
 @runtime_checkable

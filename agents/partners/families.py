@@ -26,6 +26,7 @@ from types import MappingProxyType
 from movingout.agents.checkpoint.checkpoint import checkpoint_folders, folder_name, model_roots
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
+from movingout.agents.partners.identity import person_behind
 from movingout.agents.scripted.populations import POPULATIONS, population
 from movingout.maps.extras import FAMILIES, installed, package_of
 from movingout.maps.files.list_file import LIST, listed_lines
@@ -120,10 +121,14 @@ def test_people_caution(names: Iterable[str]) -> str:
 
     Raises AgentError as `group`.
     """
-    for_tests = {person.agent_id for person in population("C")}
-    if not any(name == "C" or for_tests.intersection(one.agent_id for one in group(name)) for name in names):
+    if not any(name == "C" or are_for_tests(one.agent_id for one in group(name)) for name in names):
         return ""
     return "people of C are for tests: who is trained with them is measured too well"
+
+
+def are_for_tests(names: Iterable[str]) -> bool:
+    """Whether people of population C are among those of these names and ids, with whatever habits and hands."""
+    return not {one.name for one in population("C")}.isdisjoint(map(person_behind, names))
 
 
 def member(name: str, number: int) -> str:
@@ -154,7 +159,7 @@ def _listed(file: str) -> tuple[FamilyMember, ...]:
 
 def _on_line(file: str, number: int, said: str) -> tuple[FamilyMember, ...]:
     if not is_group(said):
-        return (FamilyMember(_name_of(said), said),)
+        return (FamilyMember(name_of(said), said),)
     if said.startswith(LIST):
         raise AgentError(f"{file}, line {number}: a list names no other list, such as {said}")
     try:
@@ -163,7 +168,7 @@ def _on_line(file: str, number: int, said: str) -> tuple[FamilyMember, ...]:
         raise AgentError(f"{file}, line {number}: {error}") from error
 
 
-def _name_of(agent_id: str) -> str:
+def name_of(agent_id: str) -> str:
     """A short name of an id, the same in every list; `@` tells a trained agent from a person."""
     name = re.sub(r"[^A-Za-z0-9@.]", "-", agent_id.removeprefix("person:name="))  # sign by sign: x=-1 is not x=1
     return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]}-{FamilyMember(name, agent_id).sha256[:8]}"

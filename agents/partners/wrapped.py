@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 
-from movingout.agents.agent_options import OptionValue, parse_options
+from movingout.agents.agent_options import OptionValue
 from movingout.agents.base import Agent
 from movingout.agents.baseline.idle import IdleAgent
-from movingout.agents.built_in import AROUND_OTHERS
+from movingout.agents.built_in import AROUND_OTHERS, USUAL_INSIDE
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
+from movingout.agents.partners.identity import unfolded
 from movingout.agents.partners.late_hands import LateHands
 
 CLONE_JITTER = 0.05  # rad
@@ -15,32 +16,29 @@ CLONE_SLIPS = 0.01  # per tick
 
 
 def late(
-    agent: str = "greedy", seed: int = 0, delay: int = 3, jitter: float = 0.15, slips: float = 0.0, keys: bool = False
+    agent: str = USUAL_INSIDE["late"],
+    seed: int = 0,
+    delay: int = 3,
+    jitter: float = 0.15,
+    slips: float = 0.0,
+    keys: bool = False,
 ) -> LateHands:
     """Any agent with late and jittery hands. Raises AgentError for an agent or an option that cannot be."""
     return LateHands(_inner(agent, "late"), seed=seed, delay=delay, jitter=jitter, slips=slips, keys=keys)
 
 
 def clone(
-    policy: str = "dp@all", seed: int = 0, delay: int = 0, jitter: float = CLONE_JITTER, slips: float = CLONE_SLIPS
+    policy: str = USUAL_INSIDE["clone"],
+    seed: int = 0,
+    delay: int = 0,
+    jitter: float = CLONE_JITTER,
+    slips: float = CLONE_SLIPS,
 ) -> LateHands:
     """A trained policy with noise and delay of its own: a learned imitation of somebody.
 
     Policies of other seeds and ages are trained by `agents.curriculum.partners`. Raises AgentError.
     """
     return LateHands(_inner(policy, "clone"), seed=seed, delay=delay, jitter=jitter, slips=slips)
-
-
-def inner_id(agent_id: str) -> str:
-    """The id of the agent that `late:agent=…` or `clone:policy=…` is made around; empty for any other agent."""
-    outer, _, options = agent_id.strip().partition(":")
-    if outer not in AROUND_OTHERS:
-        return ""
-    return _unfolded(str(parse_options(agent_id, options).get(AROUND_OTHERS[outer], "")))
-
-
-def _unfolded(agent_id: str) -> str:
-    return agent_id.replace(";", ",")
 
 
 def checked_inner(outer: str, options: Mapping[str, OptionValue]) -> str:
@@ -58,7 +56,7 @@ def _inner(agent_id: str, outer: str) -> Agent:
 def _inner_id(agent_id: object, outer: str) -> str:
     if outer == "clone" and "@" not in str(agent_id):
         raise AgentError(f"clone: policy is the id of a trained agent, such as dp@all, not {agent_id!r}")
-    text = _unfolded(str(agent_id))
+    text = unfolded(str(agent_id))
     if text.partition(":")[0] in AROUND_OTHERS:
         raise AgentError(f"{outer}: {agent_id!r} has late hands already; give its options to {outer}")
     return text

@@ -23,7 +23,6 @@ from movingout.agents.checkpoint.checkpoint import (
     read_checkpoint,
 )
 from movingout.agents.errors import DataError
-from movingout.agents.partners.families import group
 from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Change, Optimisation
 from movingout.agents.training.run_folder import NO_CHANGES
@@ -103,13 +102,18 @@ class TrainingRun(Generic[ConfigT]):
     def read_data(self) -> TrainingData:
         """The recordings and corrections that were named, but for episodes with those to be left out.
 
-        Says so when test maps are among them. Raises DataError, RecordingError, or AgentError for an unknown family.
+        Says so when test maps or people for tests are among them. Raises DataError, RecordingError, or AgentError for
+        an unknown family.
         """
-        without = [member for name in self.options.without for member in group(name)]
-        data = read_training_data(self.options.recordings, without)
+        data = read_training_data(self.options.recordings, self.options.without)
         if data.uncounted:
             what = counted(data.uncounted, "recording")
             self.tell(f"movingout: {what} left out: invalid, broken off, or of people who declined, says the study")
+        if data.learns_from_tests:
+            self.tell(
+                "movingout: people of C play in these episodes, who are for tests: who learns from them is measured too "
+                "well; --without people:C leaves them out"
+            )
         self.caution({trajectory.map.name for trajectory in data.episodes})
         return data
 

@@ -1,6 +1,6 @@
 """The data of a training run: recordings, and episodes labelled by an expert."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -28,7 +28,8 @@ from movingout.agents.data.dataset import (
 )
 from movingout.agents.errors import DataError
 from movingout.agents.observation.features import FeatureSet
-from movingout.agents.partners.families import FamilyMember
+from movingout.agents.partners.families import are_for_tests, group, name_of
+from movingout.agents.partners.identity import person_behind
 from movingout.maps.suggestion import counted
 from movingout.recordings.storage.study_rounds import counted_recordings
 
@@ -56,6 +57,13 @@ class TrainingData:
     def people(self) -> set[str]:
         """The people in all episodes."""
         return {name for trajectory in self.episodes for name in trajectory.people}
+
+    @property
+    def learns_from_tests(self) -> bool:
+        """Whether scripted people who are for tests play in any episode; somebody at a keyboard may have their name."""
+        seats = {seat for one in self.episodes for seat in zip(one.participants, one.kinds, strict=True)}
+        named = {name.removeprefix("expert:") for name, kind in seats if kind != "human"}
+        return are_for_tests(named.union(*(one.agent_ids for one in self.episodes)))
 
     def left_out(self, seats: SeatChoice) -> int:
         """Number of seats of the recordings that are not learned from."""
@@ -87,33 +95,65 @@ class TrainingData:
         ]
 
 
-def read_training_data(places: list[Path], without: Collection[FamilyMember] = ()) -> TrainingData:
+def read_training_data(places: list[Path], without: Iterable[str] = ()) -> TrainingData:
     """Read all files but those of episodes that a study does not count, or in which somebody of `without` plays.
 
-    Raises DataError when no file is left, or when nobody of `without` plays in any: then a name is wrong.
-    RecordingError for the database of a study that cannot be read.
+    `without` has names of partners as `group` takes them. Raises DataError when no file is left, or when nobody whom
+    one of them names plays in any: then it is wrong. RecordingError for the database of a study that cannot be read;
+    AgentError as `group`.
     """
     if not places:
         raise DataError("name recordings to learn from, or folders of them; `movingout demos label` makes some")
-    avoided = {name for one in without for name in (one.name, person(one.agent_id))}
+    avoided = {name: _called(name) for name in without}
     found_files = recording_files(places, (".mcap", SUFFIX))
     files = counted_recordings(found_files)
     if not files:
         raise DataError(f"none of {counted(len(found_files), 'recording')} counts: their study leaves them out")
     kept = TrainingData([], [], [], len(found_files) - len(files))
-    for file in files:
-        correction = load_correction(file) if file.name.endswith(SUFFIX) else None
-        found = [correction.trajectory] if correction else read_trajectories([file])
-        if any(avoided & one.names for one in found):
-            continue
-        kept.files.append(file)
-        if correction:
-            kept.corrections.append(correction)
-        else:
-            kept.trajectories.extend(found)
+    met = {name for file in files for name in _read(file, kept, avoided)}
+    _check_left_out([name for name in avoided if name not in met], len(files))
     if not kept.files:
-        raise DataError("somebody who is to be left out plays in every episode; name other recordings")
-    if without and len(kept.files) == len(files):
-        named = " or ".join(sorted(one.name for one in without)[:3])
-        raise DataError(f"{named} plays in none of these {len(files)} episodes; nothing to leave out")
+        why = "somebody who is to be left out plays in every episode" if met else "no episode has a tick"
+        raise DataError(f"{why}; name other recordings")
     return kept
+
+
+def _read(file: Path, kept: TrainingData, avoided: Mapping[str, set[str]]) -> list[str]:
+    """Add a file to what is kept, unless somebody who is to be avoided plays in it: returns by which of the names."""
+    correction = load_correction(file) if file.name.endswith(SUFFIX) else None
+    found = [correction.trajectory] if correction else read_trajectories([file])
+    players = {name for one in found for name in _players(one)}
+    if met := [name for name, calls in avoided.items() if calls & players]:
+        return met
+    if not all(one.ticks for one in found):
+        return []  # labels on a map that was delivered from the start
+    kept.files.append(file)
+    if correction:
+        kept.corrections.append(correction)
+    else:
+        kept.trajectories.extend(found)
+    return []
+
+
+def _called(name: str) -> set[str]:
+    """What the partners of a name are called in episodes: by their family, by a list, by a match, or by their id."""
+    return {
+        called
+        for one in group(name)
+        for called in (one.name, name_of(one.agent_id), person(one.agent_id), one.agent_id)
+    }
+
+
+def _players(trajectory: Trajectory) -> frozenset[str]:
+    """Who plays, by every name that is known; somebody with late hands or noise is still the same."""
+    named = trajectory.names | trajectory.agent_ids
+    return named | {person_behind(name) for name in named}
+
+
+def _check_left_out(unmet: list[str], episodes: int) -> None:
+    """Raises DataError for names that leave nothing out: a slip would let those in who were not to be learned from."""
+    if unmet:
+        words = " or ".join(f"--without {name}" for name in unmet)
+        raise DataError(
+            f"nobody named by {words} plays in any of these {counted(episodes, 'episode')}; correct the name or leave it out"
+        )

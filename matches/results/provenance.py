@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import code_fingerprint
 from movingout.agents.partners.families import group, is_own
-from movingout.agents.partners.wrapped import inner_id
+from movingout.agents.partners.identity import inner_id
 from movingout.maps import load_map, map_to_json
 from movingout.maps.files.list_file import LIST
 from movingout.maps.library import is_generated_or_shipped

@@ -8,7 +8,7 @@ from pathlib import Path
 import movingout
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import module_sha256
-from movingout.agents.partners.wrapped import inner_id
+from movingout.agents.partners.identity import inner_id
 from movingout.maps import load_map, map_to_json
 from movingout.maps.library import is_generated_or_shipped
 from movingout.recordings.versions import versions

@@ -7,6 +7,7 @@ import pytest
 from movingout.agents.commands import demos
 from movingout.maps.generated.names import test_maps_caution as caution
 from movingout.server.cli import main
+from tests.agents.learning import recorded
 
 SENTENCE = "what is trained or chosen on test maps is measured too well on them"
 
@@ -37,3 +38,16 @@ def test_demonstrations_on_test_maps_and_what_is_trained_on_them(
     tiny = ["--updates", "1", "--batch", "4", "--width", "8", "--depth", "1", "--data", str(tmp_path)]
     assert main(["train", "mlp", str(tmp_path / "demos"), *tiny]) == 0
     assert capsys.readouterr().err.count(SENTENCE) == said
+
+
+def test_who_learns_from_recorded_people_for_tests_is_told_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for who in ("B03", "C03"):
+        recorded(tmp_path / "plays", who, ticks=8, people=("dp@all", f"person:name={who}"), source="match")
+    tiny = ["--updates", "1", "--batch", "4", "--width", "8", "--depth", "1", "--data", str(tmp_path)]
+    command = ["train", "mlp", str(tmp_path / "plays"), *tiny]
+    assert main(command) == 0
+    assert "people of C play in these episodes, who are for tests" in capsys.readouterr().err
+    assert main([*command, "--id", "mlp@other", "--without", "people:C"]) == 0
+    assert "people of C" not in capsys.readouterr().err

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
 
 MAPS = "HandOff:mirror,LeftRight,generated:awareness:20000,HandOff:rot90,generated:awareness:20001"
@@ -33,6 +34,29 @@ def test_labels_with_people_who_are_for_tests_are_told_of(
     few = ["--map", "HandOff", "--episodes", "1", "--ticks", "4", "--workers", "1", "-o", str(tmp_path)]
     assert main(["demos", "label", "--learner", "idle", "--expert", "idle", "--population", who, *few]) == 0
     assert capsys.readouterr().err.count("people of C are for tests") == said
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["demos", "label"],
+        ["demos", "generate"],
+        ["demos", "generate", "--challenge", "2", "--variants", "1"],
+        ["agents", "weakness", "idle"],
+    ],
+)
+def test_a_map_that_is_delivered_from_the_start_is_refused(
+    command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Labels without a tick blocked a training, recordings ended in a traceback."""
+    document = map_to_json(load_map("Simple")) | {
+        "name": "Done",
+        "goals": [{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}],
+    }
+    (tmp_path / "done.json").write_text(json.dumps(document))
+    assert main([*command, "--map", str(tmp_path / "done.json"), "--out", str(tmp_path / "out")]) == 2
+    assert "on Done all items lie in a goal from the start, so there is nothing to play" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("action", ["generate", "label"])

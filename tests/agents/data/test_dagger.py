@@ -8,13 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.data.corrections import LONGEST_REST, correction_samples, load_correction, save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode, labelling_jobs, shuffled_partners
 from movingout.agents.data.dataset import windows_of
+from movingout.agents.data.demonstrations import label_all
 from movingout.agents.errors import DataError
 from movingout.maps import load_map
 from movingout.recordings import RecordingError
-from tests.agents.support import HERE
+from tests.agents.support import HERE, Forward
 
 STILL = f"{HERE}:Forward:distance=0.0"
 AHEAD = f"{HERE}:Forward:distance=1.0"
@@ -34,6 +36,32 @@ def test_learner_and_expert_take_turns_and_only_the_experts_are_taught() -> None
     assert 0.3 < correction.taught.mean() < 0.9 and not correction.taught[0]
     assert np.array_equal(correction.trajectory.actions[:, 0, 0], correction.taught.astype(float))
     assert np.allclose(correction.labels[correction.taught], [1.0, 1.0, 0.0, 1.0, -1.0])
+
+
+class Remembering(Forward):
+    """Drives while it has seen every tick, and plays decisions of some ticks, of which only the first row is fast."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        super().reset(episode)
+        self.seen: list[int] = []
+
+    def act(self, observation: Observation) -> ActionChunk:
+        self.seen.append(observation.tick)
+        chunk = super().act(observation)
+        chunk[1:, 0] = 0.5
+        return chunk if self.rows > 1 or self.seen == list(range(observation.tick + 1)) else chunk * [0, 1, 1, 1]
+
+
+def test_the_learner_remembers_what_happened_in_the_experts_turns() -> None:
+    correction = label_episode(_long(f"{__name__}:Remembering", STILL), slips=False)
+    assert np.array_equal(correction.trajectory.actions[:, 0, 0], (~correction.taught).astype(float))
+
+
+def test_the_learner_plays_no_decision_of_before_its_turn() -> None:
+    correction = label_episode(_long(f"{__name__}:Remembering:rows=7,execute=7", STILL), slips=False)
+    turns = np.flatnonzero(np.diff(correction.taught.astype(int)) == -1) + 1
+    assert len(turns) > 2
+    assert (correction.trajectory.actions[turns, 0, 0] == 1.0).all()
 
 
 def test_the_expert_alone_is_taught_in_every_tick() -> None:
@@ -111,6 +139,28 @@ def test_lessons_change_seats_and_partners() -> None:
     assert len(made) == 8
     assert {(one.seat, one.partner[0]) for one in made} == {(0, "a"), (0, "b"), (1, "a"), (1, "b")}
     assert len({one.seed for one in made}) == 8
+
+
+def test_with_an_odd_number_of_episodes_seeds_change_seats() -> None:
+    maps = [load_map("HandOff"), load_map("LeftRight")]
+
+    def seats(count: int, seed: int) -> list[int]:
+        return [job.seat for job in labelling_jobs(maps, [("a", "idle")], "scripted", "scripted", count, 100, seed)]
+
+    assert [seats(1, seed) for seed in range(4)] == [[0, 1], [1, 0], [1, 0], [0, 1]]
+    assert [seats(3, seed)[::2] for seed in range(2)] == [[0, 1, 0], [1, 0, 1]]
+    assert seats(4, 0) == seats(4, 1) == [0, 1, 1, 0, 0, 1, 1, 0]
+    pair = [("a", "idle"), ("b", "idle")]
+    made = [job for seed in range(4) for job in labelling_jobs(maps, pair, "scripted", "scripted", 1, 100, seed)]
+    assert set(Counter((job.partner[0], job.map.name, job.seat) for job in made).values()) == {1}
+
+
+def test_a_folder_begun_before_seeds_changed_seats_keeps_what_is_there(tmp_path: Path) -> None:
+    (job,) = labelling_jobs([load_map("HandOff")], [("a", "idle")], "idle", "idle", 1, 4, seed=1)
+    (made,) = label_all([replace(job, seat=1 - job.seat)], tmp_path, 1)
+    written = made.path.read_bytes()
+    assert list(label_all([job], tmp_path, 1)) == []
+    assert made.path.read_bytes() == written and load_correction(made.path).seat == 1 - job.seat
 
 
 def test_every_family_meets_maps_of_every_mode() -> None:

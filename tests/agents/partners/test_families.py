@@ -200,6 +200,14 @@ def test_everybody_on_a_list_is_made_before_anything_is_played(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    "said", ["person:name=C03,stick=8", "late:agent=person:name=C04;stick=8", "person:stick=8,name=C05"]
+)
+def test_people_of_c_with_other_habits_or_hands_are_for_tests_too(said: str, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text(f"idle\n{said}\n")
+    assert caution([f"@{tmp_path / 'mine.txt'}"]) == caution([said]) == caution(["C"])
+
+
 def test_people_of_c_on_a_list_are_for_tests_too(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("idle\nperson:name=C07\n")
     assert caution([f"@{tmp_path / 'mine.txt'}"]) == caution(["C"])
