@@ -12,13 +12,15 @@ data/times.json      processor time of each step, in seconds
 All paths are relative to the current folder, because trained agents are looked up in `data/models` there.
 """
 
+import contextlib
 import json
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from movingout.agents.checkpoint.checkpoint import CARD, fingerprint, folder_name
+from movingout.agents.checkpoint.checkpoint import CARD, MODELS_VARIABLE, fingerprint, folder_name
 from movingout.maps.randomize import Split
 from movingout.matches.match import Match, MatchResult
 from movingout.matches.paper.budgets import Budget
@@ -41,6 +43,21 @@ TIMES = DATA / "times.json"
 GROUPS = {"a": 1, "b": 2}
 Measured = Mapping[str, Estimate]
 _WEIGHTS, _NUMBERS = "weights", "numbers"  # keys of the file of a measurement
+
+
+@contextlib.contextmanager
+def inside(folder: Path) -> Iterator[None]:
+    """Work in a folder of tables, with its own agents: MOVINGOUT_MODELS would put those of another folder before them.
+
+    The variable is gone for the processes that are started here, too. Raises OSError where there is no such folder.
+    """
+    named = os.environ.pop(MODELS_VARIABLE, None)
+    try:
+        with contextlib.chdir(folder):
+            yield
+    finally:
+        if named is not None:
+            os.environ[MODELS_VARIABLE] = named
 
 
 @dataclass(frozen=True, kw_only=True)
