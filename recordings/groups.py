@@ -55,9 +55,12 @@ def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 
     Left out are those with a TCR below `min_tcr`, tutorials, live rounds that were broken off, and what a study does
     not count (`storage.study_rounds`).
 
-    Raises RecordingError for a file that cannot be read, when none is left, or for too few participants.
+    Raises RecordingError for a file that cannot be read, when none is left, for too few participants, and for several
+    groups of people without a name: the same person might be in two of them.
     """
     kept = _kept(paths, min_tcr)
+    if groups > 1:
+        _check_named([players for _, _, players in kept])
     numbers = divided([players for _, _, players in kept], groups, seed)
     return [
         _line(path, summary, players, number) for (path, summary, players), number in zip(kept, numbers, strict=True)
@@ -125,6 +128,18 @@ def _why_nothing(found: Sequence[_Read], valid: Sequence[_Read], min_tcr: float)
         why = "they are tutorials, were broken off, or their study leaves them out"
         return f"none of {counted(len(found), 'recording')} counts: {why}"
     return f"none of {counted(len(valid), 'recording')} has a TCR of {min_tcr:g} or more"
+
+
+def _check_named(episodes: Sequence[Players]) -> None:
+    nameless = sum(
+        any(seat.kind == "human" and not seat.name for seat in players.seats) for players in unmasked(episodes)
+    )
+    if nameless:
+        raise RecordingError(
+            f"{nameless} of {counted(len(episodes), 'recording')} {'does' if nameless == 1 else 'do'} not say who played, "
+            "so that the same person might be in two groups; name participants with --participants of `recordings "
+            "import`, into a new folder, or leave these recordings out"
+        )
 
 
 def _line(path: Path, summary: Summary, players: Players, group: int) -> GroupedRecording:

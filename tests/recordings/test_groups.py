@@ -133,3 +133,14 @@ def test_recordings_in_folders_below_are_divided_too_each_once(tmp_path: Path) -
     out = tmp_path / "groups.csv"
     assert main(["recordings", "split", str(tmp_path), str(tmp_path / "day"), "-o", str(out)]) == 0
     assert sorted(row.path for row in read_groups(out)) == sorted((tmp_path / "day").rglob("*.mcap"))
+
+
+@pytest.mark.parametrize("names", [("", ""), ("a", "")])
+def test_people_without_a_name_are_in_one_group_or_none(tmp_path: Path, names: tuple[str, str]) -> None:
+    """Each episode of theirs would be a participant of its own, and groups would share people."""
+    nameless = recorded(tmp_path, "nameless", ticks=9, people=names, kinds=("human", "human"))
+    named = [recorded(tmp_path, f"{number}", ticks=9, people=(f"{number}", "")) for number in range(2)]
+    assert {row.group for row in grouped(named, 2)} == {1, 2}, "of a seat that nobody sits in there is no name"
+    with pytest.raises(RecordingError, match="1 of 3 recordings does not say who played, .*--participants of"):
+        grouped([nameless, *named], 2)
+    assert len(grouped([nameless, *named], 1)) == 3
