@@ -18,7 +18,7 @@ from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import counted
 from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
-from movingout.recordings.exports.split import divided, participants, unmasked
+from movingout.recordings.exports.split import divided, has_people, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
 from movingout.recordings.storage.listing import Players, Summary, read_players, read_summary
 from movingout.recordings.storage.study_rounds import uncounted_episodes
@@ -153,22 +153,40 @@ def _tcr(summary: Summary) -> float:
     return summary.metrics["tcr"] or 0.0
 
 
+def people_of_groups(rows: Sequence[GroupedRecording]) -> dict[int, set[str]]:
+    """The people in the episodes of each group; agents only where no person took part in any episode.
+
+    People without a name are missing. Raises RecordingError for a file that cannot be read.
+    """
+    episodes = unmasked([read_players(row.path) for row in rows])
+    people = any(has_people(players) for players in episodes)
+    found: dict[int, set[str]] = {group: set() for group in sorted({row.group for row in rows})}
+    for row, players in zip(rows, episodes, strict=True):
+        if has_people(players) or not people:
+            found[row.group].update(participants(players))
+    return found
+
+
 def group_sentences(rows: Sequence[GroupedRecording], styles: Sequence[str] = ()) -> list[str]:
     """One sentence per group: its episodes and people, and the maps that it lacks while another group has them."""
     maps = sorted({row.map for row in rows})
     sentences = []
-    for group in sorted({row.group for row in rows}):
+    for group, people in people_of_groups(rows).items():
         mine = [row for row in rows if row.group == group]
-        people = {name for row in mine for name in row.people}
         lacking = [name for name in maps if name not in {row.map for row in mine}]
         without = f"; no episode on {', '.join(lacking)}" if lacking else ""
         whose = f"group {group}, {styles[group - 1]}" if styles else f"group {group}"
         varied = sum(bool(row.variant) for row in mine)
         of_these = f", {varied} of them on varied maps (Challenge 2)" if varied else ""
-        of_whom = f"{counted(len(mine), 'episode')} of {counted(len(people), 'participant')}"
+        of_whom = f"{counted(len(mine), 'episode')} of {counted_people(len(people))}"
         played = f"; {simulation(mine)}" if any(row.simulated for row in mine) else ""
         sentences.append(f"{whose}: {of_whom}{of_these}{without}{played}")
     return sentences
+
+
+def counted_people(number: int) -> str:
+    """Of so many named people."""
+    return counted(number, "participant") if number else "people without a name"
 
 
 def simulation(rows: Sequence[GroupedRecording]) -> str:

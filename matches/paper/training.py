@@ -11,6 +11,7 @@ from movingout.agents.kinds.registry import KINDS
 from movingout.maps.commands.parser import CommandParser
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import Budget
+from movingout.matches.paper.imitation import seat_choice
 from movingout.matches.paper.methods import METHODS, Method, TrainedId
 from movingout.matches.paper.workspace import DATA, Workspace
 from movingout.recordings.groups import read_groups
@@ -70,11 +71,10 @@ def _threads(space: Workspace) -> int:
 
 
 def _seats(method: Method, files: list[Path], space: Workspace) -> list[str]:
-    """Of given recordings with people in them, people alone are imitated, not the agents that they played with."""
     if not space.given or method.kind not in IMITATING:
         return []
-    human = any(seat.kind == "human" for file in files for seat in read_players(file).seats)
-    return ["--seats", "human"] if human else []
+    choice = seat_choice(([seat.kind for seat in read_players(file).seats] for file in files), space)
+    return ["--seats", choice] if choice == "human" else []
 
 
 def training_seed(training: int, space: Workspace) -> int:
