@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from movingout.maps.files.input_file import read_input
+from movingout.maps.files.output_file import draft_of
 from movingout.maps.suggestion import counted
 from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
@@ -208,7 +209,8 @@ def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
         writer.writerow([shown, *about])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text.getvalue(), encoding="utf-8")
+        with draft_of(path) as draft:  # half a list would pass for a whole one
+            draft.write_text(text.getvalue(), encoding="utf-8")
     except OSError as error:
         raise cannot("write", path, error) from error
 

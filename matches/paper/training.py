@@ -5,6 +5,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from safetensors import SafetensorError
+
 from movingout.agents.checkpoint.checkpoint import folder_name
 from movingout.agents.commands import train
 from movingout.agents.kinds.registry import KINDS
@@ -29,8 +31,15 @@ def train_agent(agent: TrainedId, space: Workspace, shows_itself: bool = True) -
 
     Its bar goes into the log as well where several are trained at a time (`shows_itself` no).
 
-    Raises MatchError where it has nothing to learn from, and what `movingout train` raises.
+    Raises MatchError where it has nothing to learn from or cannot be written, and what `movingout train` raises.
     """
+    try:
+        _train(agent, space, shows_itself)
+    except (OSError, SafetensorError) as error:
+        raise MatchError(f"{agent.text} could not be trained in {Path.cwd()}: {error}") from error
+
+
+def _train(agent: TrainedId, space: Workspace, shows_itself: bool) -> None:
     log = LOGS / f"{folder_name(agent.text)}.log"
     log.parent.mkdir(parents=True, exist_ok=True)
     parser = CommandParser(prog="movingout train")

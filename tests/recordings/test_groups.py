@@ -10,6 +10,7 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import group_sentences, grouped, of_group, read_groups, write_groups
 from movingout.server.cli import main
 from tests.agents.learning import recorded
+from tests.recordings.full_disk import limited
 
 PAIRS = ("a", "b"), ("c", "d"), ("e", "f"), ("b", "g")
 
@@ -144,3 +145,11 @@ def test_people_without_a_name_are_in_one_group_or_none(tmp_path: Path, names: t
     with pytest.raises(RecordingError, match="1 of 3 recordings does not say who played, .*--participants of"):
         grouped([nameless, *named], 2)
     assert len(grouped([nameless, *named], 1)) == 3
+
+
+def test_a_full_disk_leaves_no_part_of_a_list(tmp_path: Path) -> None:
+    """Half a list would pass for a whole one: `paper tables` goes on with a list that is there."""
+    rows, target = grouped(_episodes(tmp_path), 2), tmp_path / "groups.csv"
+    with pytest.raises(RecordingError, match="cannot write"), limited(60):
+        write_groups(target, rows)
+    assert not list(tmp_path.glob("*groups.csv*"))
