@@ -136,8 +136,9 @@ def _check_named(episodes: Sequence[Players]) -> None:
         any(seat.kind == "human" and not seat.name for seat in players.seats) for players in unmasked(episodes)
     )
     if nameless:
+        verb = "does" if nameless == 1 else "do"
         raise RecordingError(
-            f"{nameless} of {counted(len(episodes), 'recording')} {'does' if nameless == 1 else 'do'} not say who played, "
+            f"{nameless} of {counted(len(episodes), 'recording')} {verb} not say who played, "
             "so that the same person might be in two groups; name participants with --participants of `recordings "
             "import`, into a new folder, or leave these recordings out"
         )

@@ -114,7 +114,7 @@ class Workspace:
         return self.matches.find(match)
 
     def measured(self, name: str, agents: Sequence[str] = (), episodes: int = 0) -> Measured | None:
-        """What was measured of agents under a name; None when it was not, or with other weights, versions or `episodes`.
+        """What was measured of agents under a name; None when it was not, or under other conditions.
 
         Earlier versions wrote the numbers alone, or with the weights; these stay.
         """

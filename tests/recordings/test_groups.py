@@ -142,7 +142,7 @@ def test_people_without_a_name_are_in_one_group_or_none(tmp_path: Path, names: t
     nameless = recorded(tmp_path, "nameless", ticks=9, people=names, kinds=("human", "human"))
     named = [recorded(tmp_path, f"{number}", ticks=9, people=(f"{number}", "")) for number in range(2)]
     assert {row.group for row in grouped(named, 2)} == {1, 2}, "of a seat that nobody sits in there is no name"
-    with pytest.raises(RecordingError, match="1 of 3 recordings does not say who played, .*--participants of"):
+    with pytest.raises(RecordingError, match=r"1 of 3 recordings does not say who played, .*--participants of"):
         grouped([nameless, *named], 2)
     assert len(grouped([nameless, *named], 1)) == 3
 

@@ -131,5 +131,5 @@ def test_a_full_disk_is_said_in_a_sentence(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(training, "training_words", lambda agent, space: ["dp", "--id", agent.text])
     for error in (OSError(28, "No space left on device"), SafetensorError("No space left on device (os error 28)")):
         monkeypatch.setattr(train, "run", Mock(side_effect=error))
-        with pytest.raises(MatchError, match="dp@c1 could not be trained in .*: .*No space left on device"):
+        with pytest.raises(MatchError, match=r"dp@c1 could not be trained in .*: .*No space left on device"):
             training.train_agent(trained_id("dp@c1"), Workspace(budget=SMOKE))
