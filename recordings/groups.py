@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from movingout.maps.files.input_file import read_input
+from movingout.maps.files.output_file import draft_of
 from movingout.maps.suggestion import counted
 from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
-from movingout.recordings.exports.split import divided, participants, unmasked
+from movingout.recordings.exports.split import divided, has_people, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
 from movingout.recordings.storage.listing import Players, Summary, read_players, read_summary
 from movingout.recordings.storage.study_rounds import uncounted_episodes
@@ -55,9 +56,12 @@ def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 
     Left out are those with a TCR below `min_tcr`, tutorials, live rounds that were broken off, and what a study does
     not count (`storage.study_rounds`).
 
-    Raises RecordingError for a file that cannot be read, when none is left, or for too few participants.
+    Raises RecordingError for a file that cannot be read, when none is left, for too few participants, and for several
+    groups of people without a name: the same person might be in two of them.
     """
     kept = _kept(paths, min_tcr)
+    if groups > 1:
+        _check_named([players for _, _, players in kept])
     numbers = divided([players for _, _, players in kept], groups, seed)
     return [
         _line(path, summary, players, number) for (path, summary, players), number in zip(kept, numbers, strict=True)
@@ -127,6 +131,19 @@ def _why_nothing(found: Sequence[_Read], valid: Sequence[_Read], min_tcr: float)
     return f"none of {counted(len(valid), 'recording')} has a TCR of {min_tcr:g} or more"
 
 
+def _check_named(episodes: Sequence[Players]) -> None:
+    nameless = sum(
+        any(seat.kind == "human" and not seat.name for seat in players.seats) for players in unmasked(episodes)
+    )
+    if nameless:
+        verb = "does" if nameless == 1 else "do"
+        raise RecordingError(
+            f"{nameless} of {counted(len(episodes), 'recording')} {verb} not say who played, "
+            "so that the same person might be in two groups; name participants with --participants of `recordings "
+            "import`, into a new folder, or leave these recordings out"
+        )
+
+
 def _line(path: Path, summary: Summary, players: Players, group: int) -> GroupedRecording:
     blue, red = (seat.name for seat in players.seats)
     return GroupedRecording(
@@ -138,22 +155,40 @@ def _tcr(summary: Summary) -> float:
     return summary.metrics["tcr"] or 0.0
 
 
+def people_of_groups(rows: Sequence[GroupedRecording]) -> dict[int, set[str]]:
+    """The people in the episodes of each group; agents only where no person took part in any episode.
+
+    People without a name are missing. Raises RecordingError for a file that cannot be read.
+    """
+    episodes = unmasked([read_players(row.path) for row in rows])
+    people = any(has_people(players) for players in episodes)
+    found: dict[int, set[str]] = {group: set() for group in sorted({row.group for row in rows})}
+    for row, players in zip(rows, episodes, strict=True):
+        if has_people(players) or not people:
+            found[row.group].update(participants(players))
+    return found
+
+
 def group_sentences(rows: Sequence[GroupedRecording], styles: Sequence[str] = ()) -> list[str]:
     """One sentence per group: its episodes and people, and the maps that it lacks while another group has them."""
     maps = sorted({row.map for row in rows})
     sentences = []
-    for group in sorted({row.group for row in rows}):
+    for group, people in people_of_groups(rows).items():
         mine = [row for row in rows if row.group == group]
-        people = {name for row in mine for name in row.people}
         lacking = [name for name in maps if name not in {row.map for row in mine}]
         without = f"; no episode on {', '.join(lacking)}" if lacking else ""
         whose = f"group {group}, {styles[group - 1]}" if styles else f"group {group}"
         varied = sum(bool(row.variant) for row in mine)
         of_these = f", {varied} of them on varied maps (Challenge 2)" if varied else ""
-        of_whom = f"{counted(len(mine), 'episode')} of {counted(len(people), 'participant')}"
+        of_whom = f"{counted(len(mine), 'episode')} of {counted_people(len(people))}"
         played = f"; {simulation(mine)}" if any(row.simulated for row in mine) else ""
         sentences.append(f"{whose}: {of_whom}{of_these}{without}{played}")
     return sentences
+
+
+def counted_people(number: int) -> str:
+    """Of so many named people."""
+    return counted(number, "participant") if number else "people without a name"
 
 
 def simulation(rows: Sequence[GroupedRecording]) -> str:
@@ -175,7 +210,8 @@ def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
         writer.writerow([shown, *about])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text.getvalue(), encoding="utf-8")
+        with draft_of(path) as draft:  # half a list would pass for a whole one
+            draft.write_text(text.getvalue(), encoding="utf-8")
     except OSError as error:
         raise cannot("write", path, error) from error
 

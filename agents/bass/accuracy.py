@@ -9,7 +9,8 @@
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from movingout.agents.observation.features import in_frame
 from movingout.world import World
 from movingout.world.observation import ITEM_SLOTS
 from movingout.world.state import Floats, WorldState
+
+AGREE = 1e-9  # arena units or rad: what simulation may differ by from a recorded state that it explains
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,24 +72,43 @@ def moment_values(agent: BassAgent, trajectories: list[Trajectory], moments: int
         last = trajectory.ticks - agent.selection.depth
         ticks = sorted(random.choice(max(last, 1), size=min(moments, max(last, 1)), replace=False).tolist())
         changes = set(np.flatnonzero((trajectory.held[1:] != trajectory.held[:-1]).any(axis=1)).tolist())
-        world = World(trajectory.map, record_sub_poses=False)
-        for tick in sorted(changes.union(ticks)):
-            while world.tick < tick:
-                world.step(trajectory.actions[world.tick])
-            if tick in changes:
-                hands += _hands(agent, trajectory, world)
-            if tick in ticks:
+        for world, state in _moments(trajectory, sorted(changes.union(ticks))):
+            if state.tick in changes:
+                hands += _hands(agent, trajectory, world, state)
+            if state.tick in ticks:
                 other = moving(_state(trajectory, int(elsewhere.integers(trajectory.ticks + 1))))
-                rows.append([*_next_state(agent, trajectory, world, other), *_choices(agent, trajectory, world)])
+                measured = _next_state(agent, trajectory, world, state, other)
+                rows.append([*measured, *_choices(agent, trajectory, world, state)])
     values = {name: [row[number] for row in rows] for number, name in enumerate(_PER_MOMENT)}
     values["hands"] = [float(right) for right in hands]
     values["selection_told_apart"] = [row[-2] for row in rows if row[-1] > 0]
     return values
 
 
-def _hands(agent: BassAgent, trajectory: Trajectory, world: World) -> list[bool]:
+def _moments(trajectory: Trajectory, ticks: Sequence[int]) -> Iterator[tuple[World, WorldState]]:
+    """The world at each of `ticks`, in order, and its state, both as recorded.
+
+    The world is simulated. Imported episodes of another engine may drift from that; then it is made anew of the
+    recorded state, since what followed there did not follow from ours.
+    """
+    world, reached = World(trajectory.map, record_sub_poses=False), 0
+    for tick in ticks:
+        for action in trajectory.actions[reached:tick]:
+            world.step(action)
+        reached, state, recorded = tick, replace(world.state(), tick=tick), _state(trajectory, tick)
+        if _differ(state, recorded):
+            world, state = World.from_state(trajectory.map, recorded), recorded
+        yield world, state
+
+
+def _differ(one: WorldState, other: WorldState) -> bool:
+    pairs = (one.robot_poses, other.robot_poses), (one.item_poses, other.item_poses)
+    same = all(np.allclose(mine, theirs, rtol=0.0, atol=AGREE) for mine, theirs in pairs)
+    return not (same and np.array_equal(one.held, other.held))
+
+
+def _hands(agent: BassAgent, trajectory: Trajectory, world: World, state: WorldState) -> list[bool]:
     """For each hand that changes in the next tick, whether the simulator predicts it."""
-    state = world.state()
     if isinstance(agent, OracleBassAgent):
         agent.watch(world)
     predicted = agent.simulator(state)(_played(agent, trajectory, state))[0, :1]
@@ -95,12 +117,13 @@ def _hands(agent: BassAgent, trajectory: Trajectory, world: World) -> list[bool]
     return right
 
 
-def _next_state(agent: BassAgent, trajectory: Trajectory, world: World, other: Floats) -> list[float]:
+def _next_state(
+    agent: BassAgent, trajectory: Trajectory, world: World, state: WorldState, other: Floats
+) -> list[float]:
     """L2 errors of the prediction, of no motion and of the `other` state; over poses alone, of the first two."""
-    state = world.state()
     if isinstance(agent, OracleBassAgent):
         agent.watch(world)
-    now, after = moving(state), moving(_state(trajectory, world.tick + 1))
+    now, after = moving(state), moving(_state(trajectory, state.tick + 1))
     predicted = agent.simulator(state)(_played(agent, trajectory, state))[0, 0]
     said = (predicted, now, other)
     poses = [_poses(row, len(trajectory.map.items)) for row in (after, predicted, now)]
@@ -109,11 +132,11 @@ def _next_state(agent: BassAgent, trajectory: Trajectory, world: World, other: F
     ]
 
 
-def _choices(agent: BassAgent, trajectory: Trajectory, world: World) -> list[float]:
+def _choices(agent: BassAgent, trajectory: Trajectory, world: World, state: WorldState) -> list[float]:
     """Whether the partner is predicted within 10 % and within 20 %, whether both simulators choose the same candidate,
     and the range of the engine's scores.
     """
-    state, spec = world.state(), agent.selection
+    spec = agent.selection
     sampled = _samples(agent, trajectory, state, 1, spec.partner)
     guessed = acting(agent.guesses(sampled, state))
     mine = acting(_samples(agent, trajectory, state, 0, spec.own))

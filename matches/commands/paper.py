@@ -1,11 +1,11 @@
 """`movingout paper`: the paper's tables and figures; recordings, agents and matches that they need are made first."""
 
 import argparse
-import contextlib
 import datetime
 import json
 import os
 import sys
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
@@ -16,9 +16,9 @@ from movingout.maps.suggestion import counted
 from movingout.matches.commands.carry_out import carry_out
 from movingout.matches.commands.dry_run import dry_run
 from movingout.matches.errors import MatchError
-from movingout.matches.paper.beginning import alone, begin, begun, grown
+from movingout.matches.paper.beginning import alone, begin, begun, finish, grown
 from movingout.matches.paper.budgets import BUDGETS, GROWING, budget_of
-from movingout.matches.paper.entry import PaperEntry
+from movingout.matches.paper.entry import PaperEntry, played_cells
 from movingout.matches.paper.page.reproduction_page import write_page
 from movingout.matches.paper.presentation.bar_chart import bar_chart
 from movingout.matches.paper.presentation.drawing import save_drawing
@@ -27,7 +27,7 @@ from movingout.matches.paper.presentation.writers import WRITERS
 from movingout.matches.paper.registry import ENTRIES, chosen_entries
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.training import LARGEST_SEED
-from movingout.matches.paper.workspace import Evaluation, Grouping, Workspace
+from movingout.matches.paper.workspace import Evaluation, Grouping, Workspace, inside
 from movingout.matches.results.results_folder import write_whole
 from movingout.recordings.styles import given_styles
 from movingout.world.exactness import inexact_engine
@@ -74,7 +74,7 @@ def _add_page(actions: Any) -> None:
 def _page(args: argparse.Namespace) -> int:
     page = args.page.resolve()
     try:
-        with contextlib.chdir(args.out):
+        with inside(args.out):
             write_page(page, ENTRIES.values(), begun(), datetime.date.today().isoformat())
     except OSError as error:
         raise MatchError(f"there is no folder {args.out}; make tables into one first") from error
@@ -152,13 +152,14 @@ def _make(args: argparse.Namespace) -> int:
     given, folder = _existing(args.data or ()), args.out
     styles = given_styles(args.styles, args.groups, "--groups style")
     if args.dry_run and not folder.exists():
-        return dry_run(entries, _workspace(args, given, styles), args.json)
+        with tempfile.TemporaryDirectory() as empty, inside(Path(empty)):  # the current folder may be one of tables
+            return dry_run(entries, _workspace(args, given, styles), args.json)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         why = "there is a file of that name" if folder.is_file() else error.strerror or error
         raise MatchError(f"cannot make the folder {folder}: {why}") from error
-    with contextlib.chdir(folder):  # where commands look for trained agents
+    with inside(folder):
         space = _workspace(args, given, styles)
         if args.dry_run:
             return dry_run(entries, space, args.json)
@@ -235,6 +236,8 @@ def _made(entries: Sequence[PaperEntry], space: Workspace) -> tuple[list[Path], 
             _check_runnable(entry)
             carry_out(paper_steps([entry], space), space, where)
             written += _write(entry, space)
+            if played_cells([entry]):  # others do not depend on the numbers of trainings and matches
+                finish(space)
         except MovingOutError as error:
             if len(entries) == 1:
                 raise

@@ -22,6 +22,7 @@ from movingout.recordings.storage.study_rounds import uncounted_episodes
 BEGUN = Path("paper.json")
 LOCK = Path("paper.lock")
 _EARLIER: dict[str, Any] = {"groups": "random", "styles": []}  # what earlier versions did not write
+FINISHED = "finished"  # key of the numbers that a label was finished with; earlier versions wrote those asked for alone
 RECORDINGS = "recordings"  # key of the digest, which earlier versions did not write
 
 
@@ -52,7 +53,13 @@ def begin(space: Workspace) -> None:
     A folder in which nothing was made yet, because its recordings were refused, is begun anew.
     """
     check_beginning(space)
-    write_whole(BEGUN, json.dumps(_note(space), indent=1) + "\n")
+    write_whole(BEGUN, json.dumps({**_note(space), FINISHED: _finished()}, indent=1) + "\n")
+
+
+def finish(space: Workspace) -> None:
+    """Note that a label has been made whole, so that its numbers of trainings and matches are the least from now on."""
+    sizes = {name: getattr(space.budget, name) for name in GROWING}
+    write_whole(BEGUN, json.dumps({**_note(space), FINISHED: sizes}, indent=1) + "\n")
 
 
 def check_beginning(space: Workspace) -> None:
@@ -74,15 +81,16 @@ def check_beginning(space: Workspace) -> None:
 def grown(budget: Budget, **asked: int | None) -> Budget:
     """A budget with as many trainings and matches as are asked for, else as the current folder has.
 
-    Raises MatchError for fewer than the folder has: its tables would lose what stands in them.
+    Raises MatchError for fewer than a table of the folder was made with: it would lose what stands in it. What was
+    asked for and stopped before that may be lowered.
     """
-    theirs = _begun_with() if _is_begun() else {}
+    theirs, finished = (_begun_with(), _finished()) if _is_begun() else ({}, {})
     sizes: dict[str, int] = {}
     for name in GROWING:
-        least, wanted = int(theirs.get(name, 0)), asked.get(name)
+        least, wanted = finished.get(name, 0), asked.get(name)
         if wanted is not None and wanted < least:
             raise MatchError(f"{Path.cwd()} has {least} {name} of each already; --{name} is at least that here")
-        sizes[name] = wanted or least or getattr(budget, name)
+        sizes[name] = wanted or int(theirs.get(name, 0)) or getattr(budget, name)
     return replace(budget, trainings=sizes["trainings"], seeds=sizes["seeds"])
 
 
@@ -90,7 +98,7 @@ def begun() -> Workspace:
     """The workspace in the current folder. Raises MatchError where nothing has been made."""
     if not BEGUN.exists():
         raise MatchError(f"no table has been made in {Path.cwd()} yet: `movingout paper tables LABEL -o DIR` makes one")
-    said = _begun_with()
+    said = _begun_with() | _finished()
     try:
         budget = budget_of(said["budget"])
         return Workspace(
@@ -128,6 +136,15 @@ def _digest(space: Workspace) -> str:
     sizes = [[path.name, path.stat().st_size] for path in files]
     text = json.dumps([sizes, sorted(uncounted_episodes(files))])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _finished() -> dict[str, int]:
+    """With how many trainings and matches a label was finished in the current folder; empty where none was."""
+    if not _is_begun():
+        return {}
+    theirs = _begun_with()
+    found = theirs.get(FINISHED, theirs)
+    return {name: int(found[name]) for name in GROWING if name in found}
 
 
 def _is_begun() -> bool:

@@ -6,6 +6,7 @@ from movingout.agents.data.demonstrations import EpisodeJob, episode_jobs, varia
 from movingout.agents.scripted.populations import population
 from movingout.maps import load_map, map_names
 from movingout.matches.errors import MatchError
+from movingout.matches.paper.given_choice import on_paper_maps, with_people
 from movingout.matches.paper.given_variants import fair_variants
 from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
 from movingout.matches.run import OnProgress
@@ -41,6 +42,8 @@ def listed_episodes(challenge: int, space: Workspace) -> list[GroupedRecording]:
     paths = [path for path in found if bool(read_summary(path).variant) == (challenge == 2)]
     if not paths:
         raise MatchError(_nothing(challenge, len(found)))
+    if space.given:
+        paths = on_paper_maps(with_people(paths, found), map_names())
     if space.given and challenge == 2:
         paths = fair_variants(paths, space.evaluation)
     rows = _grouped(paths, challenge, space)

@@ -16,7 +16,7 @@ from movingout.matches.results.results_folder import Shard, read_results, to_pla
 from movingout.matches.run import OnProgress, make_folder, no_op, play_matches
 from movingout.recordings.versions import versions
 
-_EXACT = ("movingout", "pymunk")  # another version may give other results
+EXACT = ("movingout", "pymunk")  # another version may give other results
 
 
 class MatchStore:
@@ -24,7 +24,7 @@ class MatchStore:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._versions = [versions()[name] for name in _EXACT]
+        self._versions = [versions()[name] for name in EXACT]
         self._places: dict[tuple[str, ...], Path] = {}
         self._untrained: set[tuple[str, ...]] = set()  # pairs whose place changes once their agents are there
         self._results: dict[Path, dict[str, MatchResult]] = {}

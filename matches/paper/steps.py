@@ -126,5 +126,5 @@ def _measuring_step(one: Measurement, training: int, space: Workspace) -> PaperS
         f"measure {one.about_of(training)}",
         one.seconds(space.budget),
         lambda: one.measured(training, space) is not None,
-        lambda progress: space.keep(one.name_of(training), one.perform(space, training), one.agents_of(training)),
+        lambda progress: one.measure(training, space),
     )

@@ -5,12 +5,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from safetensors import SafetensorError
+
 from movingout.agents.checkpoint.checkpoint import folder_name
 from movingout.agents.commands import train
 from movingout.agents.kinds.registry import KINDS
 from movingout.maps.commands.parser import CommandParser
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import Budget
+from movingout.matches.paper.imitation import seat_choice
 from movingout.matches.paper.methods import METHODS, Method, TrainedId
 from movingout.matches.paper.workspace import DATA, Workspace
 from movingout.recordings.groups import read_groups
@@ -28,8 +31,15 @@ def train_agent(agent: TrainedId, space: Workspace, shows_itself: bool = True) -
 
     Its bar goes into the log as well where several are trained at a time (`shows_itself` no).
 
-    Raises MatchError where it has nothing to learn from, and what `movingout train` raises.
+    Raises MatchError where it has nothing to learn from or cannot be written, and what `movingout train` raises.
     """
+    try:
+        _train(agent, space, shows_itself)
+    except (OSError, SafetensorError) as error:
+        raise MatchError(f"{agent.text} could not be trained in {Path.cwd()}: {error}") from error
+
+
+def _train(agent: TrainedId, space: Workspace, shows_itself: bool) -> None:
     log = LOGS / f"{folder_name(agent.text)}.log"
     log.parent.mkdir(parents=True, exist_ok=True)
     parser = CommandParser(prog="movingout train")
@@ -70,11 +80,10 @@ def _threads(space: Workspace) -> int:
 
 
 def _seats(method: Method, files: list[Path], space: Workspace) -> list[str]:
-    """Of given recordings with people in them, people alone are imitated, not the agents that they played with."""
     if not space.given or method.kind not in IMITATING:
         return []
-    human = any(seat.kind == "human" for file in files for seat in read_players(file).seats)
-    return ["--seats", "human"] if human else []
+    choice = seat_choice(([seat.kind for seat in read_players(file).seats] for file in files), space)
+    return ["--seats", choice] if choice == "human" else []
 
 
 def training_seed(training: int, space: Workspace) -> int:

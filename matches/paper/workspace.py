@@ -12,21 +12,24 @@ data/times.json      processor time of each step, in seconds
 All paths are relative to the current folder, because trained agents are looked up in `data/models` there.
 """
 
+import contextlib
 import json
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from movingout.agents.checkpoint.checkpoint import CARD, fingerprint, folder_name
+from movingout.agents.checkpoint.checkpoint import CARD, MODELS_VARIABLE, fingerprint, folder_name
 from movingout.maps.randomize import Split
 from movingout.matches.match import Match, MatchResult
 from movingout.matches.paper.budgets import Budget
-from movingout.matches.paper.match_store import MatchStore
+from movingout.matches.paper.match_store import EXACT, MatchStore
 from movingout.matches.results.results_folder import write_whole
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import read_groups
 from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.versions import versions
 from movingout.world.estimates import Estimate
 
 Evaluation = Literal["official", "held-out"]
@@ -40,7 +43,22 @@ DATA = Path("data")
 TIMES = DATA / "times.json"
 GROUPS = {"a": 1, "b": 2}
 Measured = Mapping[str, Estimate]
-_WEIGHTS, _NUMBERS = "weights", "numbers"  # keys of the file of a measurement
+_NUMBERS = "numbers"  # key of the file of a measurement
+
+
+@contextlib.contextmanager
+def inside(folder: Path) -> Iterator[None]:
+    """Work in a folder of tables, with its own agents: MOVINGOUT_MODELS would put those of another folder before them.
+
+    The variable is gone for the processes that are started here, too. Raises OSError where there is no such folder.
+    """
+    named = os.environ.pop(MODELS_VARIABLE, None)
+    try:
+        with contextlib.chdir(folder):
+            yield
+    finally:
+        if named is not None:
+            os.environ[MODELS_VARIABLE] = named
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,28 +113,33 @@ class Workspace:
         """The result of a match, if it has been played with the present weights."""
         return self.matches.find(match)
 
-    def measured(self, name: str, agents: Sequence[str] = ()) -> Measured | None:
-        """What was measured of agents under a name; None when it was not, or when they have other weights now.
+    def measured(self, name: str, agents: Sequence[str] = (), episodes: int = 0) -> Measured | None:
+        """What was measured of agents under a name; None when it was not, or under other conditions.
 
-        Earlier versions wrote the numbers alone; these stay.
+        Earlier versions wrote the numbers alone, or with the weights; these stay.
         """
         path = self._measured(name)
         if not path.exists():
             return None
         found = json.loads(path.read_text(encoding="utf-8"))
         if _NUMBERS in found:
-            if found[_WEIGHTS] != self._weights(agents):
+            if any(found.get(key, now) != now for key, now in self._conditions(agents, episodes).items()):
                 return None
             found = found[_NUMBERS]
         return {key: Estimate(*numbers) for key, numbers in found.items()}
 
-    def keep(self, name: str, numbers: Measured, agents: Sequence[str] = ()) -> None:
-        """Keep what was measured of agents."""
-        document = {_WEIGHTS: self._weights(agents), _NUMBERS: numbers}
+    def keep(self, name: str, numbers: Measured, agents: Sequence[str] = (), episodes: int = 0) -> None:
+        """Keep what was measured of agents; `episodes`: in so many, where the budget says how many."""
+        document = {**self._conditions(agents, episodes), _NUMBERS: numbers}
         write_whole(self._measured(name), json.dumps(document, indent=1) + "\n")
 
-    def _weights(self, agents: Sequence[str]) -> dict[str, str]:
-        return {agent_id: fingerprint(agent_id) for agent_id in agents}
+    def _conditions(self, agents: Sequence[str], episodes: int) -> dict[str, object]:
+        """What numbers depend on besides their name."""
+        return {
+            "weights": {agent_id: fingerprint(agent_id) for agent_id in agents},
+            "versions": {name: versions()[name] for name in EXACT},
+            "episodes": episodes,
+        }
 
     def times(self) -> dict[str, float]:
         """Processor time [s] of the steps done so far, by what they are about."""

@@ -14,7 +14,8 @@ from movingout.recordings.official_format import dataset_row, recorder_steps
 def write(plan: ExportPlan) -> None:
     """recorder/<Map>_<episode>.json, which the official replay script plays, and dataset.jsonl.
 
-    A row of dataset.jsonl also says `episode_id`, `blue`, `red`, their kinds and `split`; official loaders ignore that.
+    A row of dataset.jsonl also says `episode_id`, `blue`, `red`, their kinds, `split` and, of a rehearsal, `simulated`;
+    official loaders ignore that.
     """
     numbers: Counter[str] = Counter()
     with new_target(plan.target) as folder:
@@ -33,5 +34,7 @@ def _converted(episode: Episode, part: str) -> tuple[str, str, dict[str, Any]]:
     row = dataset_row(episode, 0) | {"episode_id": header.episode_id, "split": part}
     for colour, seat in zip(SEAT_COLOURS, header.seats, strict=True):
         row |= {colour: seat.name, f"{colour}_kind": seat.kind}
+    if header.simulated:
+        row["simulated"] = "yes"
     name = f"{header.map.file_name}_{header.episode_id}.json"
     return name, json.dumps([recorder_steps(episode)]), row

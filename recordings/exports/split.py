@@ -14,12 +14,18 @@ from movingout.recordings.storage.listing import Players
 TRAIN, TEST = "train", "test"
 SplitBy = Literal["participant", "episode", "map"]
 SPLIT_BY: tuple[SplitBy, ...] = get_args(SplitBy)
+_PEOPLE = ("human", "ghost")  # kinds of seats
 
 
 def participants(players: Players) -> tuple[str, ...]:
     """The people of an episode, or its agents when no person took part; nobody when names are missing."""
-    people = [seat.name for seat in players.seats if seat.kind in ("human", "ghost")]
+    people = [seat.name for seat in players.seats if seat.kind in _PEOPLE]
     return tuple(sorted({name for name in people or [seat.name for seat in players.seats] if name}))
+
+
+def has_people(players: Players) -> bool:
+    """Whether a person took part, or is replayed."""
+    return any(seat.kind in _PEOPLE for seat in players.seats)
 
 
 def split(episodes: Sequence[Players], share: float, seed: int = 0, by: SplitBy = "participant") -> list[str]:

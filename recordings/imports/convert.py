@@ -224,7 +224,8 @@ def _header(source: TrajectoryFile, salt: str, spec: MapSpec) -> EpisodeHeader:
         seats=(blue, red),
         started_ns=_started(source),
         source="import",
-        study={"imported_from": source.file.name, "shape": source.shape},
+        study={"imported_from": source.file.name, "shape": source.shape}
+        | ({"simulated": "yes"} if source.simulated else {}),
     )
 
 

@@ -33,6 +33,7 @@ class TrajectoryFile:
     recorded_ns: int  # when the file was last changed
     trajectory_id: str = ""  # of a row that has one
     kinds: tuple[str, str] = ("", "")  # of blue and red where the file says them, as our own exports do
+    simulated: bool = False  # by programs that took part in a rehearsal, as our own exports say
 
     @property
     def id(self) -> str:
@@ -132,6 +133,7 @@ def _row(file: Path, number: int, row: Any) -> TrajectoryFile:
         recorded_ns=file.stat().st_mtime_ns,
         trajectory_id=str(row.get("trajectory_id") or ""),
         kinds=(str(row.get("blue_kind") or ""), str(row.get("red_kind") or "")),
+        simulated=row.get("simulated") == "yes",
     )
 
 

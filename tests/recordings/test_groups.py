@@ -10,6 +10,7 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import group_sentences, grouped, of_group, read_groups, write_groups
 from movingout.server.cli import main
 from tests.agents.learning import recorded
+from tests.recordings.full_disk import limited
 
 PAIRS = ("a", "b"), ("c", "d"), ("e", "f"), ("b", "g")
 
@@ -133,3 +134,22 @@ def test_recordings_in_folders_below_are_divided_too_each_once(tmp_path: Path) -
     out = tmp_path / "groups.csv"
     assert main(["recordings", "split", str(tmp_path), str(tmp_path / "day"), "-o", str(out)]) == 0
     assert sorted(row.path for row in read_groups(out)) == sorted((tmp_path / "day").rglob("*.mcap"))
+
+
+@pytest.mark.parametrize("names", [("", ""), ("a", "")])
+def test_people_without_a_name_are_in_one_group_or_none(tmp_path: Path, names: tuple[str, str]) -> None:
+    """Each episode of theirs would be a participant of its own, and groups would share people."""
+    nameless = recorded(tmp_path, "nameless", ticks=9, people=names, kinds=("human", "human"))
+    named = [recorded(tmp_path, f"{number}", ticks=9, people=(f"{number}", "")) for number in range(2)]
+    assert {row.group for row in grouped(named, 2)} == {1, 2}, "of a seat that nobody sits in there is no name"
+    with pytest.raises(RecordingError, match=r"1 of 3 recordings does not say who played, .*--participants of"):
+        grouped([nameless, *named], 2)
+    assert len(grouped([nameless, *named], 1)) == 3
+
+
+def test_a_full_disk_leaves_no_part_of_a_list(tmp_path: Path) -> None:
+    """Half a list would pass for a whole one: `paper tables` goes on with a list that is there."""
+    rows, target = grouped(_episodes(tmp_path), 2), tmp_path / "groups.csv"
+    with pytest.raises(RecordingError, match="cannot write"), limited(60):
+        write_groups(target, rows)
+    assert not list(tmp_path.glob("*groups.csv*"))

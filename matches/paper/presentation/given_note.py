@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 from movingout.maps.suggestion import counted
 from movingout.matches.paper.workspace import Workspace
-from movingout.recordings.groups import GroupedRecording, read_groups, simulation
+from movingout.recordings.groups import GroupedRecording, counted_people, people_of_groups, read_groups, simulation
 
 
 def given_notes(space: Workspace, challenges: Collection[int]) -> list[str]:
@@ -16,9 +16,8 @@ def given_notes(space: Workspace, challenges: Collection[int]) -> list[str]:
 
 
 def _note(challenge: int, rows: list[GroupedRecording]) -> str:
-    groups = sorted({row.group for row in rows})
-    sizes = [len({name for row in rows if row.group == group for name in row.people}) for group in groups]
+    sizes = [len(people) for people in people_of_groups(rows).values()]
     divided = f", in groups of {' and '.join(map(str, sizes))}" if len(sizes) > 1 else ""
-    people = counted(sum(sizes), "participant")
+    people = counted_people(sum(sizes))
     note = f"Challenge {challenge}: learned from {counted(len(rows), 'given recording')} of {people}{divided}"
     return f"{note}; {simulation(rows)}." if any(row.simulated for row in rows) else f"{note}."

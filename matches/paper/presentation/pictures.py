@@ -108,7 +108,7 @@ def _painted(the_map: MapSpec, state: WorldState) -> Image.Image:
 def recombination_example(space: Workspace) -> Image.Image:
     """A piece that the engine confirms, beside the two episodes that it is made of; words where there is none."""
     trajectories = read_trajectories(space.episodes("c1"))
-    for number, piece in enumerate(draw_pieces(learned_parts(trajectories), space.seed)):
+    for number, piece in enumerate(draw_pieces(learned_parts(trajectories, space), space.seed)):
         played = recombined(piece) if _differs(piece) else None
         if played is not None:
             return _example(piece, played)

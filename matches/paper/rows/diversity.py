@@ -14,9 +14,10 @@ from itertools import islice
 import numpy as np
 
 from movingout.agents.bass.recombination import LearnedPart, Matching, RecombinedPiece, augmentation, draw_pieces
-from movingout.agents.data.dataset import Trajectory, read_trajectories
+from movingout.agents.data.dataset import Trajectory, learned_seats, read_trajectories
 from movingout.agents.data.diversity import path_of
 from movingout.matches.paper.cells import MeasuredCell, Measurement
+from movingout.matches.paper.imitation import seat_choice
 from movingout.matches.paper.workspace import Measured, Workspace
 from movingout.recordings.diversity.comparison import MEASURES
 from movingout.recordings.diversity.measures import PathSet
@@ -54,12 +55,13 @@ def augmented_cell(matching: Matching, field: str) -> MeasuredCell:
     return MeasuredCell(Measurement(f"diversity-{matching}", about, perform, data=("c1",)), field)
 
 
-def learned_parts(trajectories: Sequence[Trajectory]) -> list[LearnedPart]:
-    """Both seats of whole episodes."""
+def learned_parts(trajectories: Sequence[Trajectory], space: Workspace) -> list[LearnedPart]:
+    """The seats of whole episodes that agents learn from."""
+    choice = seat_choice((one.kinds for one in trajectories), space)
     return [
         LearnedPart(one, seat, one.targets(seat, "toggle"), ((0, one.ticks),))
         for one in trajectories
-        for seat in (0, 1)
+        for seat in learned_seats(one, choice)
     ]
 
 
@@ -75,7 +77,7 @@ def _equally_many(data: str, space: Workspace, training: int) -> Measured:
 
 def _augmented(matching: Matching, space: Workspace, training: int) -> Measured:
     trajectories = read_trajectories(space.episodes("c1"))
-    parts = learned_parts(trajectories)
+    parts = learned_parts(trajectories, space)
     pieces = islice(draw_pieces(parts, space.seed, matching), PIECES * len(trajectories))
     paths = [(one.map.name, path_of(one)) for one in trajectories]
     paths += [(piece.own.trajectory.map.name, exchanged(piece)) for piece in pieces]

@@ -13,6 +13,7 @@ import numpy as np
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import RolloutStep, rollout
 from movingout.maps import load_map, map_names
+from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.cells import MeasuredCell, Measurement, PaperCell, Play, PlayedCell, PooledCell
 from movingout.matches.paper.entry import RowCells
 from movingout.matches.paper.methods import with_seed
@@ -125,6 +126,7 @@ def _behaviour(method: str, number: int, field: str) -> MeasuredCell:
     measurement = Measurement(
         name=f"behaviour-{method}-{name}",
         about=f"how {method} behaves on {name}",
+        episodes=_episodes,
         perform=partial(_measured, agents, number),
         agents=agents,
         repeated=True,
@@ -133,10 +135,15 @@ def _behaviour(method: str, number: int, field: str) -> MeasuredCell:
     return MeasuredCell(measurement, field, may_lack=True)
 
 
+def _episodes(budget: Budget) -> int:
+    """Of each agent."""
+    return max(EPISODES, budget.seeds)
+
+
 def _measured(agents: tuple[str, ...], number: int, space: Workspace, training: int) -> Measured:
     values: dict[str, list[float]] = {}
     for agent_id in (with_seed(one, training) for one in agents):
-        for seed in range(max(EPISODES, space.budget.seeds)):
+        for seed in range(_episodes(space.budget)):
             for field, value in _of_episode(agent_id, number, seed, space.budget.ticks):
                 values.setdefault(field, []).append(value)
     found = {field: estimate(numbers) for field, numbers in values.items()}

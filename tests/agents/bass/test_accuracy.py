@@ -125,3 +125,13 @@ def test_alone_the_partner_is_taken_to_stand_still_and_to_keep_what_it_holds(hel
     angle = state.robot_poses[1, 2]
     assert chunk.shape == (2, 8, 4) and np.allclose(chunk, [0.0, np.cos(angle), np.sin(angle), level])
     assert bass_accuracy(agent, [SHORT], moments=1, seed=0).n == 1
+
+
+def test_moments_of_episodes_that_drift_from_our_engine_are_as_recorded() -> None:
+    """Imported episodes keep the states of the engine that they were played in."""
+    shift = np.array([0.05, 0.0, 0.0]) * (np.arange(SHORT.ticks + 1) > 9)[:, None, None]
+    drifting = replace(SHORT, robot_poses=SHORT.robot_poses + shift)
+    for trajectory in (SHORT, drifting):
+        for world, state in accuracy._moments(trajectory, [0, 5, 12, 20]):
+            assert np.allclose(state.robot_poses, trajectory.robot_poses[state.tick], rtol=0, atol=1e-9)
+            assert np.allclose(world.state().robot_poses, state.robot_poses, rtol=0, atol=1e-9)

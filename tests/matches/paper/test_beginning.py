@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from movingout.matches.commands import paper
 from movingout.matches.errors import MatchError
-from movingout.matches.paper.beginning import BEGUN, alone, begin, begun, grown
+from movingout.matches.paper.beginning import BEGUN, alone, begin, begun, finish, grown
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.workspace import Workspace
 from movingout.server.cli import main
@@ -38,10 +39,35 @@ def test_a_folder_is_of_one_budget(here: Path) -> None:
 def test_trainings_and_matches_may_grow_and_stay_what_they_grew_to(here: Path) -> None:
     assert grown(SMOKE, trainings=None, seeds=None) == SMOKE
     _begun(Workspace(budget=SMOKE))
-    begin(Workspace(budget=grown(SMOKE, trainings=3, seeds=2)))
+    begin(more := Workspace(budget=grown(SMOKE, trainings=3, seeds=2)))
+    finish(more)
     assert grown(SMOKE, trainings=None, seeds=None) == replace(SMOKE, trainings=3, seeds=2) == begun().budget
     with pytest.raises(MatchError, match="has 3 trainings of each already; --trainings is at least that here"):
         grown(SMOKE, trainings=2)
+
+
+def test_numbers_that_no_table_was_finished_with_may_be_lowered(here: Path) -> None:
+    _begun(first := Workspace(budget=SMOKE))
+    begin(Workspace(budget=grown(SMOKE, seeds=20)))
+    assert grown(SMOKE).seeds == 20, "which goes on where it was stopped"
+    begin(Workspace(budget=grown(SMOKE, seeds=1)))
+    finish(first)
+    begin(Workspace(budget=grown(SMOKE, seeds=20)))
+    assert begun().budget == SMOKE, "a page has what was finished"
+    begin(Workspace(budget=grown(SMOKE, seeds=1)))
+    finish(Workspace(budget=grown(SMOKE, seeds=2)))
+    begin(Workspace(budget=grown(SMOKE, seeds=20)))
+    with pytest.raises(MatchError, match="has 2 seeds of each already"):
+        grown(SMOKE, seeds=1)
+
+
+def test_a_table_that_plays_finishes_the_numbers_that_it_was_made_with(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(paper, "carry_out", lambda steps, space, where: None)
+    for label, finished in (("mappo_parameters", {}), ("tab:nfd_vs_ac", {"trainings": 1, "seeds": 2})):
+        assert main(["paper", "tables", label, "--budget", "smoke", "--seeds", "2", "-o", "."]) == 0
+        assert json.loads(BEGUN.read_text(encoding="utf-8"))["finished"] == finished
 
 
 def test_a_folder_of_an_earlier_version_is_continued(here: Path) -> None:

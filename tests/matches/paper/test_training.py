@@ -1,13 +1,16 @@
 """With which words `movingout train` is called for an agent of the tables."""
 
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
+from safetensors import SafetensorError
 
 from movingout.agents.commands import train
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.training.options import overridden
 from movingout.maps.commands.parser import CommandParser
+from movingout.matches.errors import MatchError
 from movingout.matches.paper import training
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.methods import DATA_SETS, METHODS, trained_id
@@ -121,3 +124,12 @@ def test_budgets_say_how_long_and_in_which_batches_is_trained(
     space = Workspace(budget=BUDGETS[budget])
     words = [str(word) for word in training_words(trained_id(agent), space)]
     assert {option: _said(words, option) for option in said} == said
+
+
+def test_a_full_disk_is_said_in_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(training, "training_words", lambda agent, space: ["dp", "--id", agent.text])
+    for error in (OSError(28, "No space left on device"), SafetensorError("No space left on device (os error 28)")):
+        monkeypatch.setattr(train, "run", Mock(side_effect=error))
+        with pytest.raises(MatchError, match=r"dp@c1 could not be trained in .*: .*No space left on device"):
+            training.train_agent(trained_id("dp@c1"), Workspace(budget=SMOKE))

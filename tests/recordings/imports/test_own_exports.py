@@ -108,3 +108,13 @@ def test_angles_in_other_units_are_told_apart_from_places(
     file.write_text(json.dumps(row | {"steps_data": json.dumps(steps)}))
     assert main(["recordings", "import", str(file), "--out", str(tmp_path / "in"), "--workers", "1"]) == 0
     assert "(LeftRight) from tick 1, in angles [rad] or hands alone" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("simulated", [True, False])
+def test_programs_of_a_rehearsal_do_not_come_back_as_people(tmp_path: Path, simulated: bool) -> None:
+    study = {"simulated": "yes"} if simulated else {}
+    recording, _ = record(tmp_path, ticks=8, map_name="LeftRight", seats=SEATS, study=study)
+    export("official", ExportPlan([finalise(recording)], tmp_path / "out"))
+    assert main(["recordings", "import", str(tmp_path / "out"), "--out", str(tmp_path / "in"), "--workers", "1"]) == 0
+    (path,) = (tmp_path / "in").glob("*.mcap")
+    assert read_episode(path).header.simulated == simulated

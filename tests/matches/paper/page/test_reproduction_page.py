@@ -240,7 +240,7 @@ def test_diversity_is_measured_of_the_listed_episodes_and_copies_give_no_error(h
 
 def test_a_recombined_path_is_the_partners_of_the_other_episode_from_the_piece_on() -> None:
     own, other = walked(ticks=30), walked(ticks=20, seed=1)
-    (blue, _, *_) = learned_parts([own, other])
+    (blue, _, *_) = learned_parts([own, other], Workspace(budget=SMOKE))
     path = exchanged(RecombinedPiece(blue, 10, other, 5))
     assert path.shape == (10 + 16, 4)
     assert (path[:, :2] == own.robot_poses[:26, 0, :2]).all()

@@ -11,7 +11,7 @@ from movingout.matches.paper.presentation.given_note import given_notes
 from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.workspace import Workspace
-from movingout.recordings.groups import grouped, write_groups
+from movingout.recordings.groups import group_sentences, grouped, write_groups
 from tests.agents.learning import recorded
 
 
@@ -31,3 +31,20 @@ def test_given_recordings_are_counted_and_those_of_a_rehearsal_are_named(
     notes = laid_out(ENTRIES["tab:cross_group_eval"], space).notes
     assert first in notes and second not in notes
     assert given_notes(Workspace(budget=BUDGETS["smoke"]), {1, 2}) == []
+
+
+def test_agents_that_people_played_with_are_no_participants(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    space = Workspace(budget=BUDGETS["smoke"], given=(tmp_path,))
+    with_agents = [
+        recorded(tmp_path, "one", 9, people=("P1", "bass@all"), kinds=("human", "agent")),
+        recorded(tmp_path, "other", 9, people=("bass@all", "P2"), kinds=("agent", "human")),
+    ]
+    write_groups(space.listing("c1"), rows := grouped(with_agents, 2))
+    assert given_notes(space, {1}) == [
+        "Challenge 1: learned from 2 given recordings of 2 participants, in groups of 1 and 1."
+    ]
+    assert [sentence.partition(": ")[2] for sentence in group_sentences(rows)] == ["1 episode of 1 participant"] * 2
+    nameless = recorded(tmp_path, "nameless", 9, people=("", ""), kinds=("human", "human"))
+    write_groups(space.listing("c1"), grouped([nameless], 1))
+    assert given_notes(space, {1}) == ["Challenge 1: learned from 1 given recording of people without a name."]

@@ -1,5 +1,6 @@
 """Populations are compared by equally many episodes."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,10 +9,10 @@ from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell
 from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.registry import ENTRIES
-from movingout.matches.paper.rows.diversity import equal_cell, equal_sizes
+from movingout.matches.paper.rows.diversity import equal_cell, equal_sizes, learned_parts
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups
-from tests.agents.learning import recorded
+from tests.agents.learning import recorded, walked
 
 
 def test_each_population_has_as_many_episodes_as_the_smallest_on_that_map(
@@ -46,3 +47,11 @@ def test_the_table_of_diversity_is_of_equally_many() -> None:
     names = {cell.ours.measurement.name for cell in ENTRIES["table:task_1_diversity"].cells()
              if isinstance(cell.ours, MeasuredCell)}  # fmt: skip
     assert names == {"diversity-equal-c1", "diversity-equal-c2", "diversity-equal-mappo"}
+
+
+def test_recombined_are_the_seats_that_agents_learn_from() -> None:
+    both, agent = walked(ticks=20), replace(walked(ticks=20), kinds=("agent", "human"))
+    idle = replace(walked(ticks=20), kinds=("agent", "idle"))
+    scripted, given = (Workspace(budget=BUDGETS["smoke"], given=given) for given in ((), (Path("theirs"),)))
+    assert [part.seat for part in learned_parts([both, idle], scripted)] == [0, 1, 0]
+    assert [(part.trajectory, part.seat) for part in learned_parts([both, agent], given)] == [(agent, 1)]

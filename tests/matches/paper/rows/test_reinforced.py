@@ -117,7 +117,7 @@ def test_what_never_happened_has_no_value(here: Path) -> None:
     cell = behaviour("mappo-{}")(PublishedColumn(1, "map_11_first_shared_s"))
     assert isinstance(cell, MeasuredCell) and cell.agents == ("mappo-11@a", "mappo-11@b")
     assert cell.found(space) is None
-    space.keep(cell.measurement.name, {"map_11_first_grasp_s": Estimate(3.0, 0.1, 8)}, cell.agents)
+    space.keep(cell.measurement.name, {"map_11_first_grasp_s": Estimate(3.0, 0.1, 8)}, cell.agents, 4)
     found = cell.found(space)
     assert found is not None and found.estimate is None
     assert MeasuredCell(Measurement("other", "", lambda space, training: {}), "x").found(space) is None
