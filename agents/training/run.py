@@ -111,8 +111,8 @@ class TrainingRun(Generic[ConfigT]):
             self.tell(f"movingout: {what} left out: invalid, broken off, or of people who declined, says the study")
         if data.learns_from_tests:
             self.tell(
-                "movingout: people of C play in these episodes, who are for tests: who learns from them is measured too "
-                "well; --without people:C leaves them out"
+                "movingout: people of C play in these episodes, who are for tests: who learns from them is measured "
+                "too well; --without people:C leaves them out"
             )
         self.caution({trajectory.map.name for trajectory in data.episodes})
         return data

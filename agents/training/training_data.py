@@ -155,5 +155,6 @@ def _check_left_out(unmet: list[str], episodes: int) -> None:
     if unmet:
         words = " or ".join(f"--without {name}" for name in unmet)
         raise DataError(
-            f"nobody named by {words} plays in any of these {counted(episodes, 'episode')}; correct the name or leave it out"
+            f"nobody named by {words} plays in any of these {counted(episodes, 'episode')}; correct the name or leave "
+            "it out"
         )

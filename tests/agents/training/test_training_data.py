@@ -96,7 +96,9 @@ def test_labels_without_a_tick_keep_nobody_from_training(before: bool, tmp_path:
     empty = label_episode(LabellingJob(map_from_json(document), "idle", "idle", ("ann", "idle"), 0, 1, 4))
     assert (empty.trajectory.ticks, empty.labels.shape) == (0, (0, 5))
     if before:  # as files were written
-        empty = replace(empty, labels=np.zeros(0), trajectory=replace(empty.trajectory, actions=np.zeros(0)))
+        empty = replace(
+            empty, labels=np.zeros(0, dtype=np.float32), trajectory=replace(empty.trajectory, actions=np.zeros(0))
+        )
     save_correction(tmp_path / "empty.corrections.npz", empty)
     with pytest.raises(DataError, match=r"^no episode has a tick; name other recordings$"):
         read_training_data([tmp_path])
