@@ -25,7 +25,7 @@ from movingout.world.state import Floats, Ints, WorldState
 UNIT = 10.0  # brings rewards to about 1
 
 
-class Choice(NamedTuple):
+class OptionChoice(NamedTuple):
     """A decision: when, among what (K, SIZE), and which."""
 
     tick: int
@@ -36,7 +36,7 @@ class Choice(NamedTuple):
 class SeatPlay(NamedTuple):
     """The decisions of a seat in an episode, and the reward (N,) and ticks (N,) of each."""
 
-    choices: list[Choice]
+    choices: list[OptionChoice]
     rewards: Floats
     ticks: Ints
 
@@ -54,11 +54,11 @@ class RecordingPlayer(OptionPlayer):
 
     def reset(self, episode: EpisodeInfo) -> None:
         super().reset(episode)
-        self.choices: list[Choice] = []
+        self.choices: list[OptionChoice] = []
 
     def draw(self, tick: int, features: Singles) -> int:
         chosen = super().draw(tick, features)
-        self.choices.append(Choice(tick, features, chosen))
+        self.choices.append(OptionChoice(tick, features, chosen))
         return chosen
 
 
@@ -102,7 +102,7 @@ def _rewards(gained: Floats, held: Ints, config: SelfPlayConfig) -> Floats:
     return rewards
 
 
-def _seat_play(choices: list[Choice], rewards: Floats, config: SelfPlayConfig) -> SeatPlay:
+def _seat_play(choices: list[OptionChoice], rewards: Floats, config: SelfPlayConfig) -> SeatPlay:
     """Rewards of decisions: of their ticks, discounted from the tick of the decision on."""
     bounds = [*(choice.tick for choice in choices), len(rewards)]
     parts = [rewards[start:end] for start, end in pairwise(bounds)]

@@ -19,7 +19,7 @@ from torch import Tensor, nn
 from movingout.agents.errors import DataError
 from movingout.agents.partners.options.features import SIZE, Singles
 from movingout.agents.partners.options.option import MOST_OPTIONS
-from movingout.agents.reinforcement.option_episodes import Choice, EpisodePlay, advantages, play_episode
+from movingout.agents.reinforcement.option_episodes import EpisodePlay, OptionChoice, advantages, play_episode
 from movingout.agents.reinforcement.option_network import OptionNetwork
 from movingout.agents.reinforcement.resume_file import read_resume, write_resume
 from movingout.agents.reinforcement.self_play_config import SelfPlayConfig
@@ -138,7 +138,7 @@ class SelfPlay:
         self.round, self.decisions = int(others["round"]), int(others["decisions"])
 
 
-def padded(choices: Sequence[Choice]) -> tuple[Tensor, Tensor]:
+def padded(choices: Sequence[OptionChoice]) -> tuple[Tensor, Tensor]:
     """The options (N, MOST_OPTIONS, SIZE) of N decisions, and 1 where there is one (N, MOST_OPTIONS)."""
     options = np.zeros((len(choices), MOST_OPTIONS, SIZE), np.float32)
     offered = np.zeros((len(choices), MOST_OPTIONS), np.float32)

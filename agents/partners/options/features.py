@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.agents.base import EpisodeInfo
-from movingout.agents.partners.options.option import KINDS, Option
+from movingout.agents.partners.options.option import KINDS, RobotOption
 from movingout.agents.partners.walking import places_beside
 from movingout.agents.scripted.navigation.free_space import cell_of
 from movingout.agents.scripted.navigation.walking_route import route_to
@@ -55,7 +55,7 @@ class OptionFeatures:
         self._ticks = episode.ticks
         self._distances = paper_distances(episode.map)
         self._tried = [0] * len(episode.map.items)  # ticks
-        self._option, self._since = Option("wait"), 0
+        self._option, self._since = RobotOption("wait"), 0
         self._held, self._held_since = [-1, -1], [0, 0]
         self._poses: deque[Floats] = deque(maxlen=BACK + 1)  # of items
 
@@ -68,13 +68,13 @@ class OptionFeatures:
             self._tried[self._option.item] += 1
         self._poses.append(now.state.item_poses)
 
-    def chosen(self, option: Option, now: Perception) -> None:
+    def chosen(self, option: RobotOption, now: Perception) -> None:
         """From now on this is done."""
         if not option.goes_on(self._option):
             self._since = now.tick
         self._option = option
 
-    def of(self, now: Perception, options: Sequence[Option]) -> Singles:
+    def of(self, now: Perception, options: Sequence[RobotOption]) -> Singles:
         """The features (K, SIZE) of K options."""
         rows = np.zeros((len(options), SIZE), np.float32)
         rows[:, 26:] = self._shared(now)
@@ -89,7 +89,7 @@ class OptionFeatures:
             rows[taken, 12] = rows[taken, 7] - rows[taken, 7].min()
         return rows
 
-    def _describe(self, now: Perception, option: Option, row: Singles) -> None:
+    def _describe(self, now: Perception, option: RobotOption, row: Singles) -> None:
         item, pose = option.item, now.item_pose(option.item)
         row[4 + SIZES.index(now.item(item).size)] = 1.0
         if option.kind == "take":
@@ -108,7 +108,7 @@ class OptionFeatures:
         row[22] = _partner_ahead(now, target)
         row[25] = min(self._tried[item] / 100, _MOST)
 
-    def _describe_way_home(self, now: Perception, option: Option, row: Singles) -> None:
+    def _describe_way_home(self, now: Perception, option: RobotOption, row: Singles) -> None:
         space, (x, y, _) = now.space((option.item,)), now.item_pose(option.item).tolist()
         row[19:21] = _capped(route_to(space, [option.spot]).cost(x, y))
         radius = circumradius(now.item(option.item).shape, now.item(option.item).scale)

@@ -23,7 +23,7 @@ GIVES_ROOM = 0.4  # units between two robots below which one that waits moves aw
 _SHIFTS_WITHIN = 0.35  # units from its spot at which an item is shifted without being turned
 
 
-class Option(NamedTuple):
+class RobotOption(NamedTuple):
     """One thing to do. `spot` is where a carried item is to lie, in goal region `goal`."""
 
     kind: Kind
@@ -31,15 +31,15 @@ class Option(NamedTuple):
     goal: int = -1
     spot: Point = (0.0, 0.0)
 
-    def goes_on(self, other: "Option") -> bool:
+    def goes_on(self, other: "RobotOption") -> bool:
         """Whether this is the same as `other`, but for the spot, which depends on what lies around it."""
         return self[:3] == other[:3]
 
 
-WAIT = Option("wait")
+WAIT = RobotOption("wait")
 
 
-def offered(now: Perception) -> list[Option]:
+def offered(now: Perception) -> list[RobotOption]:
     """What can be done next, at most `MOST_OPTIONS`; waiting is always among it.
 
     With an empty hand: any item that is not delivered, but for light ones that the partner has. With an item: each
@@ -48,16 +48,16 @@ def offered(now: Perception) -> list[Option]:
     item = now.own_item
     if item >= 0:
         regions = range(len(now.map.goals))
-        carried = [Option("carry", item, goal, spot_in(now, item, goal)) for goal in regions]
-        return [WAIT, Option("let go", item), *carried[: MOST_OPTIONS - 2]]
+        carried = [RobotOption("carry", item, goal, spot_in(now, item, goal)) for goal in regions]
+        return [WAIT, RobotOption("let go", item), *carried[: MOST_OPTIONS - 2]]
     shared = now.partner_item
     items = [*now.waiting, *([shared] if shared >= 0 and now.is_heavy(shared) and not now.delivered[shared] else [])]
     if len(items) > MOST_OPTIONS - 1:
         items = sorted(items, key=lambda one: math.dist(now.item_pose(one)[:2], now.pose[:2]))[: MOST_OPTIONS - 1]
-    return [WAIT, *(Option("take", one) for one in sorted(items))]
+    return [WAIT, *(RobotOption("take", one) for one in sorted(items))]
 
 
-def command_of(option: Option, now: Perception) -> DriveCommand:
+def command_of(option: RobotOption, now: Perception) -> DriveCommand:
     """The command of one tick of an option."""
     if option.kind == "take":
         return go_and_grab(now, option.item)
@@ -85,7 +85,7 @@ def _inside(low: float, high: float, radius: float) -> list[int]:
     return near or [int(np.argmin(np.abs(AXIS - middle)))]
 
 
-def _carry(now: Perception, option: Option) -> DriveCommand:
+def _carry(now: Perception, option: RobotOption) -> DriveCommand:
     pose, (x, y) = now.item_pose(option.item), option.spot
     if now.is_heavy(option.item):
         return drive_along(now.pose, pose, now.space((option.item,)), [option.spot])

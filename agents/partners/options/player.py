@@ -8,7 +8,7 @@ import numpy as np
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.partners.options.features import OptionFeatures, Singles
-from movingout.agents.partners.options.option import WAIT, Option, command_of, offered
+from movingout.agents.partners.options.option import WAIT, RobotOption, command_of, offered
 from movingout.agents.partners.walking import Legs, Sight
 from movingout.agents.scripted.navigation.motion_choice import DriveCommand
 from movingout.agents.scripted.perception import Perception
@@ -42,7 +42,7 @@ class OptionPlayer:
         now = self._sight.perceive(observation.state)
         self._features.see(now)
         if now.own_item >= 0 and now.delivered[now.own_item]:
-            command = command_of(Option("let go", now.own_item), now)
+            command = command_of(RobotOption("let go", now.own_item), now)
         else:
             command = self._next(now)
         command = self._legs.unstuck(now, command)

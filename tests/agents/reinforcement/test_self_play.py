@@ -18,7 +18,7 @@ from movingout.agents.partners.options.features import SIZE
 from movingout.agents.partners.options.option import MOST_OPTIONS
 from movingout.agents.partners.options.trained import TrainedScores
 from movingout.agents.reinforcement import option_episodes
-from movingout.agents.reinforcement.option_episodes import Choice, advantages, item_progress, play_episode
+from movingout.agents.reinforcement.option_episodes import OptionChoice, advantages, item_progress, play_episode
 from movingout.agents.reinforcement.option_network import NEVER, OptionNetwork, export_options
 from movingout.agents.reinforcement.self_play import YOUNG, SelfPlay, learn_self_play, padded, read_young
 from movingout.agents.reinforcement.self_play_config import SelfPlayConfig
@@ -86,7 +86,7 @@ def test_who_is_paid_for_its_own_alone_gets_nothing_for_what_the_partner_carries
 
 def test_rewards_and_advantages_are_discounted_by_the_ticks_of_a_decision() -> None:
     config = replace(TINY, discount=0.5, trace=0.5)
-    choices = [Choice(tick, np.zeros((1, SIZE), np.float32), 0) for tick in (0, 2)]
+    choices = [OptionChoice(tick, np.zeros((1, SIZE), np.float32), 0) for tick in (0, 2)]
     play = option_episodes._seat_play(choices, np.array([1.0, 1.0, 4.0, 2.0, 0.0]), config)
     assert play.rewards == pytest.approx([1.5, 5.0]) and play.ticks.tolist() == [2, 3]
     second = 5.0 - 2.0
@@ -106,8 +106,8 @@ def test_an_episode_is_decisions_of_both_seats_that_cover_it() -> None:
 
 def test_what_is_not_offered_is_never_drawn_and_the_order_makes_no_difference() -> None:
     network, random = OptionNetwork(8), np.random.default_rng(0)
-    choice = Choice(0, random.standard_normal((3, SIZE)).astype(np.float32), 0)
-    options, offered = padded([choice, Choice(0, choice.options[::-1].copy(), 0)])
+    choice = OptionChoice(0, random.standard_normal((3, SIZE)).astype(np.float32), 0)
+    options, offered = padded([choice, OptionChoice(0, choice.options[::-1].copy(), 0)])
     with torch.inference_mode():
         scores = network(options, offered)
     assert (scores[:, 3:] == NEVER).all() and torch.allclose(scores[0, :3], scores[1, :3].flip(0), atol=1e-6)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from movingout.agents.partners.options.option import MOST_OPTIONS, WAIT, Option, command_of, offered, spot_in
+from movingout.agents.partners.options.option import MOST_OPTIONS, WAIT, RobotOption, command_of, offered, spot_in
 from movingout.agents.partners.walking import Sight
 from movingout.agents.scripted.perception import Perception
 from movingout.maps import load_map
@@ -82,7 +82,7 @@ def test_the_spot_is_in_its_region_and_beside_what_lies_there() -> None:
 
 def test_letting_go_presses_and_waiting_gives_room_only_to_one_who_is_near() -> None:
     now = seen(holding(MAP, LIGHT))
-    assert command_of(Option("let go", LIGHT), now).grasp
+    assert command_of(RobotOption("let go", LIGHT), now).grasp
     state = scene(MAP)
     assert command_of(WAIT, seen(state)).distance == 0.0
     near = state.robot_poses.copy()
@@ -93,6 +93,6 @@ def test_letting_go_presses_and_waiting_gives_room_only_to_one_who_is_near() -> 
 def test_a_light_item_near_its_spot_is_shifted_to_it_forwards_or_backwards() -> None:
     now = seen(holding(MAP, LIGHT))
     x, y, _ = now.item_pose(LIGHT).tolist()
-    ahead, behind = (command_of(Option("carry", LIGHT, 0, (x, y + way)), now) for way in (0.2, -0.2))
+    ahead, behind = (command_of(RobotOption("carry", LIGHT, 0, (x, y + way)), now) for way in (0.2, -0.2))
     assert (ahead.distance, behind.distance) == (1.0, -1.0)
     assert abs(np.sin(ahead.heading)) < 1e-6 and abs(np.sin(behind.heading)) < 1e-6

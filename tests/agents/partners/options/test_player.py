@@ -8,7 +8,7 @@ import pytest
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.data.rollout import rollout
 from movingout.agents.partners.options.features import SIZE, OptionFeatures, Singles
-from movingout.agents.partners.options.option import Option, offered
+from movingout.agents.partners.options.option import RobotOption, offered
 from movingout.agents.partners.options.player import DECIDES_EVERY, OptionPlayer
 from movingout.agents.partners.walking import Sight
 from movingout.maps import load_map
@@ -102,13 +102,13 @@ def test_a_mirrored_or_turned_map_looks_the_same(symmetry: str) -> None:
 def test_how_long_something_was_tried_is_seen() -> None:
     the_map = load_map(MAP)
     features, sight = OptionFeatures(EpisodeInfo(the_map, 0, 0, 500)), Sight(the_map, 0)
-    features.chosen(Option("take", LIGHT), sight.perceive(scene(MAP)))
+    features.chosen(RobotOption("take", LIGHT), sight.perceive(scene(MAP)))
     for tick in range(1, 31):
         features.see(sight.perceive(scene(MAP, tick=tick)))
     now = sight.perceive(scene(MAP, tick=30))
     options = offered(now)
     rows = features.of(now, options)
-    tried = options.index(Option("take", LIGHT))
+    tried = options.index(RobotOption("take", LIGHT))
     assert rows[tried, 23:26] == pytest.approx([1.0, 0.3, 0.3])
     assert not np.delete(rows, tried, axis=0)[:, 23:26].any()
 
