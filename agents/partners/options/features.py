@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.agents.base import EpisodeInfo
-from movingout.agents.partners.options.option import KINDS
+from movingout.agents.partners.options.option import KINDS, RobotOption
 from movingout.agents.partners.walking import places_beside
 from movingout.agents.scripted.navigation.free_space import cell_of
 from movingout.agents.scripted.navigation.walking_route import route_to
