@@ -10,7 +10,7 @@ folder of the list where they lie below it. Nobody is in two groups.
 import csv
 import io
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -132,9 +132,7 @@ def _why_nothing(found: Sequence[_Read], valid: Sequence[_Read], min_tcr: float)
 
 
 def _check_named(episodes: Sequence[Players]) -> None:
-    nameless = sum(
-        any(seat.kind == "human" and not seat.name for seat in players.seats) for players in unmasked(episodes)
-    )
+    nameless = sum(map(_is_nameless, unmasked(episodes)))
     if nameless:
         verb = "does" if nameless == 1 else "do"
         raise RecordingError(
@@ -142,6 +140,10 @@ def _check_named(episodes: Sequence[Players]) -> None:
             "so that the same person might be in two groups; name participants with --participants of `recordings "
             "import`, into a new folder, or leave these recordings out"
         )
+
+
+def _is_nameless(players: Players) -> bool:
+    return any(seat.kind == "human" and not seat.name for seat in players.seats)
 
 
 def _line(path: Path, summary: Summary, players: Players, group: int) -> GroupedRecording:
@@ -156,9 +158,9 @@ def _tcr(summary: Summary) -> float:
 
 
 def people_of_groups(rows: Sequence[GroupedRecording]) -> dict[int, set[str]]:
-    """The people in the episodes of each group; agents only where no person took part in any episode.
+    """The people in the episodes of each group, "" for those without a name.
 
-    People without a name are missing. Raises RecordingError for a file that cannot be read.
+    Agents only where no person took part in any episode. Raises RecordingError for a file that cannot be read.
     """
     episodes = unmasked([read_players(row.path) for row in rows])
     people = any(has_people(players) for players in episodes)
@@ -166,6 +168,8 @@ def people_of_groups(rows: Sequence[GroupedRecording]) -> dict[int, set[str]]:
     for row, players in zip(rows, episodes, strict=True):
         if has_people(players) or not people:
             found[row.group].update(participants(players))
+        if _is_nameless(players):
+            found[row.group].add("")
     return found
 
 
@@ -180,15 +184,17 @@ def group_sentences(rows: Sequence[GroupedRecording], styles: Sequence[str] = ()
         whose = f"group {group}, {styles[group - 1]}" if styles else f"group {group}"
         varied = sum(bool(row.variant) for row in mine)
         of_these = f", {varied} of them on varied maps (Challenge 2)" if varied else ""
-        of_whom = f"{counted(len(mine), 'episode')} of {counted_people(len(people))}"
+        of_whom = f"{counted(len(mine), 'episode')} of {counted_people(people)}"
         played = f"; {simulation(mine)}" if any(row.simulated for row in mine) else ""
         sentences.append(f"{whose}: {of_whom}{of_these}{without}{played}")
     return sentences
 
 
-def counted_people(number: int) -> str:
-    """Of so many named people."""
-    return counted(number, "participant") if number else "people without a name"
+def counted_people(people: Collection[str]) -> str:
+    """How many these are; "" stands for those without a name."""
+    named = len(set(people) - {""})
+    words = [counted(named, "participant")] * bool(named) + ["people without a name"] * ("" in people)
+    return " and ".join(words) or "agents alone"
 
 
 def simulation(rows: Sequence[GroupedRecording]) -> str:

@@ -18,7 +18,7 @@ from movingout.matches.commands.dry_run import dry_run
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.beginning import alone, begin, begun, finish, grown
 from movingout.matches.paper.budgets import BUDGETS, GROWING, budget_of
-from movingout.matches.paper.entry import PaperEntry, played_cells
+from movingout.matches.paper.entry import PaperEntry, measurements, played_cells
 from movingout.matches.paper.page.reproduction_page import write_page
 from movingout.matches.paper.presentation.bar_chart import bar_chart
 from movingout.matches.paper.presentation.drawing import save_drawing
@@ -236,13 +236,18 @@ def _made(entries: Sequence[PaperEntry], space: Workspace) -> tuple[list[Path], 
             _check_runnable(entry)
             carry_out(paper_steps([entry], space), space, where)
             written += _write(entry, space)
-            if played_cells([entry]):  # others do not depend on the numbers of trainings and matches
+            if _depends_on_numbers(entry):
                 finish(space)
         except MovingOutError as error:
             if len(entries) == 1:
                 raise
             failed[entry.label] = str(error)
     return written, failed
+
+
+def _depends_on_numbers(entry: PaperEntry) -> bool:
+    """Whether the numbers of trainings and matches make a difference to a table."""
+    return bool(played_cells([entry])) or any(one.repeated for one in measurements([entry]))
 
 
 def _write(entry: PaperEntry, space: Workspace) -> list[Path]:

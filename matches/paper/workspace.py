@@ -114,7 +114,8 @@ class Workspace:
         return self.matches.find(match)
 
     def measured(self, name: str, agents: Sequence[str] = (), episodes: int = 0) -> Measured | None:
-        """What was measured of agents under a name; None when it was not, or under other conditions.
+        """What was measured of agents under a name; None when it was not, under other conditions, or in fewer
+        episodes.
 
         Earlier versions wrote the numbers alone, or with the weights; these stay.
         """
@@ -123,22 +124,23 @@ class Workspace:
             return None
         found = json.loads(path.read_text(encoding="utf-8"))
         if _NUMBERS in found:
-            if any(found.get(key, now) != now for key, now in self._conditions(agents, episodes).items()):
+            if found.get("episodes", episodes) < episodes:
+                return None
+            if any(found.get(key, now) != now for key, now in self._conditions(agents).items()):
                 return None
             found = found[_NUMBERS]
         return {key: Estimate(*numbers) for key, numbers in found.items()}
 
     def keep(self, name: str, numbers: Measured, agents: Sequence[str] = (), episodes: int = 0) -> None:
         """Keep what was measured of agents; `episodes`: in so many, where the budget says how many."""
-        document = {**self._conditions(agents, episodes), _NUMBERS: numbers}
+        document = {**self._conditions(agents), "episodes": episodes, _NUMBERS: numbers}
         write_whole(self._measured(name), json.dumps(document, indent=1) + "\n")
 
-    def _conditions(self, agents: Sequence[str], episodes: int) -> dict[str, object]:
+    def _conditions(self, agents: Sequence[str]) -> dict[str, object]:
         """What numbers depend on besides their name."""
         return {
             "weights": {agent_id: fingerprint(agent_id) for agent_id in agents},
             "versions": {name: versions()[name] for name in EXACT},
-            "episodes": episodes,
         }
 
     def times(self) -> dict[str, float]:

@@ -16,8 +16,9 @@ def given_notes(space: Workspace, challenges: Collection[int]) -> list[str]:
 
 
 def _note(challenge: int, rows: list[GroupedRecording]) -> str:
-    sizes = [len(people) for people in people_of_groups(rows).values()]
+    groups = people_of_groups(rows)
+    sizes = [len(people - {""}) for people in groups.values()]
     divided = f", in groups of {' and '.join(map(str, sizes))}" if len(sizes) > 1 else ""
-    people = counted_people(sum(sizes))
+    people = counted_people(set().union(*groups.values()))
     note = f"Challenge {challenge}: learned from {counted(len(rows), 'given recording')} of {people}{divided}"
     return f"{note}; {simulation(rows)}." if any(row.simulated for row in rows) else f"{note}."

@@ -65,7 +65,9 @@ def test_a_table_that_plays_finishes_the_numbers_that_it_was_made_with(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(paper, "carry_out", lambda steps, space, where: None)
-    for label, finished in (("mappo_parameters", {}), ("tab:nfd_vs_ac", {"trainings": 1, "seeds": 2})):
+    whole = {"trainings": 1, "seeds": 2}
+    for label, finished in (("mappo_parameters", {}), ("text:partner_prediction", whole), ("tab:nfd_vs_ac", whole)):
+        BEGUN.unlink(missing_ok=True)
         assert main(["paper", "tables", label, "--budget", "smoke", "--seeds", "2", "-o", "."]) == 0
         assert json.loads(BEGUN.read_text(encoding="utf-8"))["finished"] == finished
 

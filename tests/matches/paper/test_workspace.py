@@ -62,6 +62,7 @@ def test_numbers_of_other_versions_or_of_fewer_episodes_are_measured_again(
     earlier = {key: value for key, value in json.loads(file.read_text()).items() if key in ("weights", "numbers")}
     file.write_text(json.dumps(earlier), encoding="utf-8")
     assert one.measured(0, more) == numbers, "of before that was noted"
-    one.measure(0, space)
+    one.measure(0, more)
+    assert one.measured(0, space) == numbers, "in more episodes than are wanted"
     monkeypatch.setattr(workspace, "versions", lambda: {"movingout": "next", "pymunk": "next"})
     assert one.measured(0, space) is None

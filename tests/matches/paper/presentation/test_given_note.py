@@ -48,3 +48,13 @@ def test_agents_that_people_played_with_are_no_participants(tmp_path: Path, monk
     nameless = recorded(tmp_path, "nameless", 9, people=("", ""), kinds=("human", "human"))
     write_groups(space.listing("c1"), grouped([nameless], 1))
     assert given_notes(space, {1}) == ["Challenge 1: learned from 1 given recording of people without a name."]
+    half_named = recorded(tmp_path, "half", 9, people=("P1", ""), kinds=("human", "human"))
+    write_groups(space.listing("c1"), rows := grouped([nameless, half_named], 1))
+    assert group_sentences(rows) == ["group 1: 2 episodes of 1 participant and people without a name"]
+
+
+def test_a_group_of_agents_beside_people_is_called_so(tmp_path: Path) -> None:
+    people = recorded(tmp_path, "one", 9, people=("P1", "P2"), kinds=("human", "human"))
+    agents = recorded(tmp_path, "other", 9, people=("A01", "A02"), kinds=("agent", "agent"))
+    told = {sentence.partition(": ")[2] for sentence in group_sentences(grouped([people, agents], 2))}
+    assert told == {"1 episode of 2 participants", "1 episode of agents alone"}
