@@ -11,7 +11,7 @@ from pathlib import Path
 
 from movingout.agents.curriculum.recipe_anywhere import AnywhereSizes
 from movingout.agents.errors import DataError
-from movingout.agents.partners.families import group, is_own
+from movingout.agents.partners.families import group, is_group
 
 FREE = (
     "data",
@@ -57,7 +57,7 @@ def _path(sizes: AnywhereSizes) -> Path:
 
 def _kept(sizes: AnywhereSizes) -> dict[str, object]:
     kept = {name: value for name, value in asdict(sizes).items() if name not in FREE}
-    if is_own(sizes.partners):
+    if is_group(sizes.partners):  # whose members may change: lists, packages, and families with new versions
         ids = "\n".join(one.agent_id for one in group(sizes.partners))
         kept[_WHO] = hashlib.sha256(ids.encode()).hexdigest()
     return kept

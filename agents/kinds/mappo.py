@@ -10,6 +10,7 @@ from movingout.agents.agent_options import noise_factor
 from movingout.agents.base import Agent
 from movingout.agents.checkpoint.card import Card, Training
 from movingout.agents.checkpoint.checkpoint import Checkpoint
+from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ComediConfig, MappoConfig
 from movingout.agents.training.run import Progress, TrainingRun, maps_sha256
@@ -54,6 +55,8 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     options = run.options
     maps = selected_maps(options.map)
     specs = [load_map(name) for name in maps]
+    for one in specs:
+        check_undelivered(one)
     config = _for_maps(run, maps)
     run.caution(maps)
     for sentence in map_cautions(maps):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from movingout.agents.checkpoint.card import MAX_LINE
 from movingout.agents.checkpoint.checkpoint import Checkpoint
+from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.kinds.policy import check_policy, load_policy, weighted_policy
@@ -79,7 +80,7 @@ def _company(run: TrainingRun[ResponseConfig]) -> "Company":
     options = run.options
     maps = selected_maps(options.map)
     for name in maps:
-        load_map(name)
+        check_undelivered(load_map(name))
     run.caution(maps)
     if caution := test_people_caution(options.partners):
         run.tell(f"movingout: {caution}")

@@ -9,6 +9,7 @@ from movingout.agents.agent_options import whole_number
 from movingout.agents.base import Agent
 from movingout.agents.checkpoint.card import Card, FileName, Training
 from movingout.agents.checkpoint.checkpoint import Checkpoint, write_checkpoint
+from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.errors import AgentError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.self_play_config import SelfPlayConfig
@@ -54,6 +55,8 @@ def _train(run: TrainingRun[SelfPlayConfig]) -> Trained:
 
     config, maps = run.config, selected_maps(run.options.map)
     specs = [load_map(name) for name in maps]
+    for one in specs:
+        check_undelivered(one)
     run.caution(maps)
     for sentence in map_cautions(maps):
         run.tell(f"movingout: {sentence}")

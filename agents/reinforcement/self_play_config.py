@@ -21,7 +21,7 @@ class SelfPlayConfig(Optimisation):
     )  # fmt: skip
 
     episodes: AtLeastOne = documented(360, "episodes to play, rounded up to whole rounds", "free")
-    round_episodes: AtLeastOne = documented(12, "episodes that are played between rounds of learning")
+    round_episodes: AtLeastOne = documented(12, "episodes that are played between rounds of learning", "never")
     young: AtLeastOne = documented(120, "episodes after which a copy is kept, which plays as `age=young`", "never")
     passes: AtLeastOne = documented(4, "passes over what was played")
     batch: AtLeastOne = documented(256, "decisions per gradient step")

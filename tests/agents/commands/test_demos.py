@@ -39,24 +39,28 @@ def test_labels_with_people_who_are_for_tests_are_told_of(
 @pytest.mark.parametrize(
     "command",
     [
-        ["demos", "label"],
-        ["demos", "generate"],
-        ["demos", "generate", "--challenge", "2", "--variants", "1"],
-        ["agents", "weakness", "idle"],
+        ["demos", "label", "--out", "out"],
+        ["demos", "generate", "--out", "out"],
+        ["demos", "generate", "--challenge", "2", "--variants", "1", "--out", "out"],
+        ["agents", "weakness", "idle", "--out", "out"],
+        ["train", "mappo"],
+        ["train", "self-play"],
+        ["train", "response", "--base", "dp@any", "--partners", "idle"],
     ],
 )
 def test_a_map_that_is_delivered_from_the_start_is_refused(
-    command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Labels without a tick blocked a training, recordings ended in a traceback."""
+    """Labels without a tick blocked a training, recordings ended in a traceback, and self-play learned nothing."""
+    monkeypatch.chdir(tmp_path)
     document = map_to_json(load_map("Simple")) | {
         "name": "Done",
         "goals": [{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}],
     }
     (tmp_path / "done.json").write_text(json.dumps(document))
-    assert main([*command, "--map", str(tmp_path / "done.json"), "--out", str(tmp_path / "out")]) == 2
+    assert main([*command, "--map", str(tmp_path / "done.json")]) == 2
     assert "on Done all items lie in a goal from the start, so there is nothing to play" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
+    assert [file.name for file in tmp_path.iterdir()] == ["done.json"]
 
 
 @pytest.mark.parametrize("action", ["generate", "label"])

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from movingout.agents.curriculum import begun
 from movingout.agents.curriculum.begun import check_begun, note_begun
 from movingout.agents.curriculum.recipe_anywhere import AnywhereSizes
 from movingout.agents.errors import DataError
+from movingout.agents.partners.families import group
 
 
 def test_a_folder_goes_on_with_its_own_sizes_alone(tmp_path: Path) -> None:
@@ -57,6 +59,15 @@ def test_a_folder_begun_before_lists_were_kept_goes_on(tmp_path: Path) -> None:
     )
     (tmp_path / "mine.txt").write_text("greedy\n")
     check_begun(sizes)
+
+
+def test_a_folder_goes_on_as_long_as_the_families_are_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = AnywhereSizes(data=tmp_path)
+    note_begun(sizes)
+    check_begun(sizes)
+    monkeypatch.setattr(begun, "group", lambda name: group(name)[:-1])
+    with pytest.raises(DataError, match=r"families has changed since .* was begun with it; choose another --data"):
+        check_begun(sizes)
 
 
 @pytest.mark.parametrize("damage", ["{", "7"])

@@ -45,6 +45,8 @@ def test_it_writes_an_agent_that_plays_old_and_young(here: Path, capsys: pytest.
     assert main(command) == 0 and "of 4 episodes" not in capsys.readouterr().err, "nothing is left to do"
     assert main([*command, "--discount", "0.5"]) == 2
     assert "choose another --id, or continue with --go-on" in capsys.readouterr().err
+    assert main([*command, "--round-episodes", "1", "--go-on"]) == 2, "the count of its episodes would be another"
+    assert "round-episodes 2, not 1; train that under another --id" in capsys.readouterr().err
     for options, sentence in {
         "age=middle": "unknown age 'middle'; known: old, young",
         "temperature=-1": "temperature is a number from 0",
