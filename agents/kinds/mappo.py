@@ -13,7 +13,7 @@ from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ComediConfig, MappoConfig
-from movingout.agents.training.run import Progress, TrainingRun, maps_sha256
+from movingout.agents.training.run import RoundsMade, TrainingRun, maps_sha256
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.randomize import Split, pair_text, pairs_on, variant_pairs
@@ -65,7 +65,7 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     if config.whole_frames != config.frames:
         run.tell(f"{config.frames:,} frames become {config.whole_frames:,}: {counted(config.rounds, 'whole round')}")
     learned = learn(run, config, maps, options.split)
-    progress = Progress(sum(one.round for one in learned), sum(one.made for one in learned))
+    progress = RoundsMade(sum(one.round for one in learned), sum(one.made for one in learned))
     run.check_learned(before, progress, "--frames")
     return _exported(run, config, specs, learned)
 

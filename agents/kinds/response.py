@@ -17,7 +17,7 @@ from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.kinds.policy import check_policy, load_policy, weighted_policy
 from movingout.agents.partners.families import group, test_people_caution, to_try
 from movingout.agents.reinforcement.config import ResponseConfig
-from movingout.agents.training.run import Progress, TrainingRun
+from movingout.agents.training.run import RoundsMade, TrainingRun
 from movingout.maps import load_map, map_to_json
 from movingout.maps.selection import HELP, selected_maps
 from movingout.maps.suggestion import shortened
@@ -52,7 +52,7 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
     before = run.begin(_fingerprint(company), {"base": "never"})  # the steering is that of its weights
     response = BestResponse(policy, company, config)
     made = learn_response(response, run.folder, lambda told: run.tell(_line(told)))
-    run.check_learned(before, Progress(response.round, made), "--updates")
+    run.check_learned(before, RoundsMade(response.round, made), "--updates")
     partners = ", ".join(options.partners)
     training = base.card.training.model_copy(
         update={

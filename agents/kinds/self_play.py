@@ -13,7 +13,7 @@ from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.errors import AgentError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.self_play_config import SelfPlayConfig
-from movingout.agents.training.run import Progress, TrainingRun, maps_sha256
+from movingout.agents.training.run import RoundsMade, TrainingRun, maps_sha256
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.randomize import pair_text, pairs_on
@@ -63,7 +63,7 @@ def _train(run: TrainingRun[SelfPlayConfig]) -> Trained:
     before = run.begin(maps_sha256(specs))
     learner = SelfPlay(config, maps)
     learn_self_play(learner, run.folder, lambda told: run.tell(_line(told, config)))
-    run.check_learned(before, Progress(learner.round, learner.made), "--episodes")
+    run.check_learned(before, RoundsMade(learner.round, learner.made), "--episodes")
     training = _training(run, learner, specs)
     return Trained(_saved(run, learner, [one.name for one in specs], training), training)
 

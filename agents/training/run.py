@@ -41,7 +41,7 @@ Begun = Mapping[str, object]
 
 
 class FitProgress(Protocol):
-    """How far something has been trained (`training.fit.FitResult`, `Progress`)."""
+    """How far something has been trained (`training.fit.FitResult`, `RoundsMade`)."""
 
     @property
     def updates(self) -> int: ...
@@ -55,7 +55,7 @@ def maps_sha256(specs: Sequence[MapSpec]) -> str:
     return hashlib.sha256(json.dumps([map_to_json(one) for one in specs]).encode()).hexdigest()
 
 
-class Progress(NamedTuple):
+class RoundsMade(NamedTuple):
     """Of what learns by playing, in rounds: in total, and in this run."""
 
     updates: int
