@@ -88,7 +88,8 @@ def test_rllib_builds_an_algorithm_and_trains_it(tmp_path: Path) -> None:
 
 
 def _run(command: list[str]) -> str:
-    installed_only = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}  # not this source tree
-    ran = subprocess.run(command, env=installed_only, capture_output=True, text=True, check=False)
+    own = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}  # not this source tree
+    own["RAY_ADDRESS"] = "local"  # nor a cluster of tests beside it, which ends before this does
+    ran = subprocess.run(command, env=own, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stdout[-2000:] + ran.stderr[-4000:]
     return ran.stdout
