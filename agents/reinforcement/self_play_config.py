@@ -50,7 +50,6 @@ class SelfPlayConfig(Optimisation):
 
     def check(self) -> None:
         super().check()
-        if self.young > self.rounds * self.round_episodes:
-            raise DataError(
-                f"--young {self.young}: only {self.episodes} episodes are played; take fewer, or none later"
-            )
+        played = self.rounds * self.round_episodes
+        if self.young > played:
+            raise DataError(f"--young {self.young}: only {played} episodes are played; give at most as many")

@@ -64,7 +64,7 @@ def test_it_writes_an_agent_that_plays_old_and_young(here: Path, capsys: pytest.
     ("words", "sentence"),
     [
         (["--episodes", "0"], "--episodes 0: input should be greater than or equal to 1"),
-        (["--episodes", "10", "--young", "200"], "--young 200: only 10 episodes are played"),
+        (["--episodes", "10", "--young", "200"], "--young 200: only 12 episodes are played; give at most as many"),
         (["--own", "2"], "--own 2"),
         (["--map", "HandOf"], "did you mean HandOff"),
         (["data/demos"], "self-play learns from its own play, on maps that --map names; leave out the recordings"),
