@@ -18,7 +18,7 @@ from tests.support import ROOT
 
 pytestmark = pytest.mark.slow
 PACKAGES = {"agents", "maps", "matches", "recordings", "server", "study", "web", "world"}
-LARGEST_MB = 12
+LARGEST_MB = 13  # docs/deploy.md says how large it is
 LARGEST_SERVING_MB = 300  # in site-packages, byte code included
 CLIENT = """from movingout import World, load_map
 
