@@ -18,7 +18,7 @@ _SIDES = ("up", "up-left", "left", "down-left", "down", "down-right", "right", "
 class Description:
     """A state as one seat knows it: `str()` gives text, `to_json()` plain values.
 
-    Lengths are in units of the arena, which goes from -1 to 1 in both directions; y points up.
+    Lengths are in units of the arena, which goes from -1.2 to 1.2 in both directions; y points up.
     """
 
     facts: dict[str, Any]

@@ -4,6 +4,8 @@ import json
 
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map
+from movingout.maps.spec import ARENA_HALF
+from movingout.world.observation.description import Description
 
 MAP = load_map("HandOff")
 
@@ -28,3 +30,7 @@ def test_the_json_is_plain_and_seen_from_the_seat() -> None:
     assert blue["items"][2]["held_by"] == ["you", "your partner"]
     assert all(item["way_to_goal"] > 0 and not item["delivered"] for item in blue["items"])
     assert len(blue["goals"]) == len(MAP.goals) and len(blue["walls"]) == len(MAP.walls)
+
+
+def test_lengths_are_those_of_the_arena_that_it_tells_of() -> None:
+    assert f"goes from -{ARENA_HALF} to {ARENA_HALF} " in " ".join(str(Description.__doc__).split())
