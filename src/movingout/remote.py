@@ -31,6 +31,7 @@ if TYPE_CHECKING:  # NumPy and the world, loaded by `__aenter__`: an import of t
 
 SUBPROTOCOL = "movingout.v1"
 BUNDLE = 1  # type of a frame
+_LEFT = "the server has closed the connection"
 
 
 class RemoteError(MovingOutError):
@@ -173,10 +174,13 @@ class Client:
                     self._take_message(json.loads(message))
                 elif message[0] == BUNDLE:
                     self._take_bundle(message)
+            self._closed = self._closed or _LEFT
         except ConnectionClosed:
-            pass
-        self._closed = self._closed or "the server has closed the connection"
-        self._arrived.set()
+            self._closed = self._closed or _LEFT
+        except Exception as error:  # a message of another version, or none: nobody would be told, and wait for ever
+            self._closed = f"cannot read what the server says: {type(error).__name__}: {error}"
+        finally:
+            self._arrived.set()
 
     def _take_message(self, message: dict[str, Any]) -> None:
         match message["type"]:

@@ -1,6 +1,7 @@
 """`movingout.remote.Client`: agents play from another process, slow ones too, and refusals are sentences."""
 
 import asyncio
+import json
 import subprocess
 import sys
 from itertools import pairwise
@@ -8,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from websockets.asyncio.server import ServerConnection, serve
 
 from movingout.agents.catalogue import load_agent
 from movingout.remote import Client, RemoteError
@@ -26,6 +28,27 @@ def test_a_client_that_is_not_connected_says_so() -> None:
     assert (client.map, client.limit_ticks) == (None, 0)
     with pytest.raises(RemoteError, match="async with Client"):
         client.act([[0.0, 1.0, 0.0, 0.0]])
+
+
+@pytest.mark.parametrize("said", ["{", '{"type": "round"}', b""])
+def test_a_message_that_cannot_be_read_ends_the_wait_of_a_program(said: str | bytes) -> None:
+    """It ended the reader alone, and the program waited for ever."""
+
+    async def speak(socket: ServerConnection) -> None:
+        seats = [{"seat": 0, "token": "t"}]
+        await socket.send(json.dumps({"type": "welcome", "seats": seats, "frames": {}}))
+        await socket.send(said)
+        await socket.wait_closed()
+
+    async def played() -> None:
+        async with serve(speak, "127.0.0.1", 0, subprotocols=["movingout.v1"]) as server:  # type: ignore[list-item]
+            port = next(iter(server.sockets)).getsockname()[1]
+            async with Client(f"http://127.0.0.1:{port}", "x") as client:
+                async for _ in client.observations():
+                    raise AssertionError("there is nothing to see")
+
+    with pytest.raises(RemoteError, match="cannot read what the server says: "):
+        asyncio.run(asyncio.wait_for(played(), 20))
 
 
 @pytest.mark.slow
