@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Sequence
+from numbers import Integral
 
 import numpy as np
 
@@ -48,10 +49,12 @@ def rows_to_execute(agent: Agent, chunk: ActionChunk) -> int:
     """How many rows to play before the agent is asked again.
 
     All of them, unless the agent has an attribute `execute_rows`: the remaining rows are then the fallback for a late
-    answer.
+    answer. Raises AgentError when that is no whole number from 1.
     """
     wanted = getattr(agent, "execute_rows", len(chunk))
-    return min(max(int(wanted), 1), len(chunk))
+    if isinstance(wanted, bool) or not isinstance(wanted, Integral) or wanted < 1:
+        raise AgentError(f"execute_rows is {wanted!r:.80}; it is a whole number of rows from 1")
+    return min(int(wanted), len(chunk))
 
 
 def world_action(row: Sequence[float] | Floats) -> tuple[float, float, float]:

@@ -7,6 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from movingout.agents.errors import AgentError
 from movingout.maps import MapSpec
 from movingout.world.observation.description import Description
 from movingout.world.ping import HelpPing
@@ -70,3 +71,20 @@ class BatchAgent(Protocol):
 
     @staticmethod
     def act_many(agents: Sequence[Any], observations: Sequence[Observation]) -> Sequence[ActionChunk]: ...
+
+
+def batch_group(agent: Agent) -> Hashable:
+    """What the agents have in common that are asked together; None for one that decides alone.
+
+    Raises AgentError for a key that cannot be hashed, and whatever `batch_key` raises.
+    """
+    if not isinstance(agent, BatchAgent):
+        return None
+    group = type(agent), agent.batch_key
+    try:
+        hash(group)
+    except TypeError as error:
+        raise AgentError(
+            f"batch_key is no value that can be hashed ({error}); give a text, a number or a tuple"
+        ) from error
+    return group

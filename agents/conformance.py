@@ -18,8 +18,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
-from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation
-from movingout.agents.data.rollout import Watcher
+from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation, batch_group
+from movingout.agents.data.rollout import Watcher, check_undelivered
 from movingout.agents.decision_trace import UNWRITABLE, decision_trace
 from movingout.agents.errors import AgentError
 from movingout.agents.factories import check_methods
@@ -65,9 +65,12 @@ def check_agent(factory: Callable[[], Agent], maps: Sequence[str] = MAPS, ticks:
     """Play in both seats of each map and check everything that rooms and matches rely on.
 
     `factory` makes a new agent at each call. Episodes have `ticks`; by default `TICKS`, and then one more on the first
-    map is played to its end, `LIMIT_TICKS`. Raises ConformanceError for the first fault.
+    map is played to its end, `LIMIT_TICKS`. Raises ConformanceError for the first fault, and AgentError for a map on
+    which there is nothing to play.
     """
     whole, ticks = ticks is None, ticks or TICKS
+    for name in maps:
+        check_undelivered(load_map(name))
     found = Conformance()
     agent = _made(factory)
     found.deterministic = bool(getattr(agent, "deterministic", True))
@@ -167,10 +170,10 @@ def _check_ranges(answer: object, where: str) -> None:
 
 def _rows(agent: Agent, chunk: ActionChunk, episode: EpisodeInfo) -> int:
     """How many rows to play before the agent is asked again."""
-    wanted = getattr(agent, "execute_rows", len(chunk))
-    if not isinstance(wanted, int) or wanted < 1:
-        raise ConformanceError(f"{_place(episode)}: execute_rows is {wanted!r}; it is a whole number of rows from 1")
-    return rows_to_execute(agent, chunk)
+    try:
+        return rows_to_execute(agent, chunk)
+    except AgentError as error:
+        raise ConformanceError(f"{_place(episode)}: {error}") from error
 
 
 def _compare(
@@ -198,7 +201,9 @@ def _check_batch(factory: Callable[[], Agent], maps: Sequence[str], ticks: int) 
     expected = [agent.act(observation) for agent, observation in zip(alone, asked, strict=True)]
     first = together[0]
     assert isinstance(first, BatchAgent)
-    rows = [row for row, agent in enumerate(together) if getattr(agent, "batch_key", None) == first.batch_key]
+    with _blamed("batch_key"):
+        groups = [batch_group(agent) for agent in together]
+    rows = [row for row, group in enumerate(groups) if group == groups[0]]
     with _blamed("act_many"):
         answers = list(first.act_many([together[row] for row in rows], [asked[row] for row in rows]))
     if len(answers) != len(rows):

@@ -28,7 +28,7 @@ from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.agents.checkpoint.onnx_interface import Shapes
 from movingout.agents.commands import weakness
 from movingout.agents.conformance import MAPS, TICKS, ConformanceError, check_agent
-from movingout.agents.data.rollout import rollout
+from movingout.agents.data.rollout import check_undelivered, rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.maps import load_map
@@ -161,6 +161,7 @@ def _probe(arguments: argparse.Namespace) -> int:
     if arguments.ticks < 1:
         raise AgentError(f"an episode has at least 1 tick, not {arguments.ticks}")
     timed, the_map = TimedAgent(load_agent(arguments.agent)), load_map(arguments.map)
+    check_undelivered(the_map)
     if caution := unseen_map(arguments.agent, the_map.name):
         print(f"movingout: {caution}", file=sys.stderr)
     try:

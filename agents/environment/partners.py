@@ -55,7 +55,7 @@ class PartnerSeat:
         if not self._rows:
             with self._named("act()"):
                 chunk = checked_chunk(self._agent.act(observe(self._episode.map, state.copy(), self._episode.seat)))
-            self._rows = list(np.array(chunk[: rows_to_execute(self._agent, chunk)]))
+                self._rows = list(np.array(chunk[: rows_to_execute(self._agent, chunk)]))
         return self._rows.pop(0)
 
     @contextmanager

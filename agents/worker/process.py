@@ -18,7 +18,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
-from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation
+from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation, batch_group
 from movingout.agents.catalogue import load_live_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.decision_trace import decision_trace
@@ -146,7 +146,7 @@ class DecisionQueue:
                     share = _timed(message.agent_id, agent, episode)
             agent.reset(episode)
             self._budget.claim(agent)
-            group = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
+            group = batch_group(agent)
         except (Exception, SystemExit) as error:  # noqa: BLE001 - the boundary around an agent
             return Failed(message.key, -1, _sentence(error), fatal=True)
         self._seats[message.key] = _Seat(agent, kept_as, episode, group)

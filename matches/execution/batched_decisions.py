@@ -5,7 +5,7 @@ from collections.abc import Hashable, Sequence
 
 import numpy as np
 
-from movingout.agents.action_chunk import checked_chunk
+from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import BatchAgent
 from movingout.agents.errors import AgentError
 from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
@@ -76,14 +76,15 @@ def _take_single_rows(answers: list[Answer]) -> bool:
 
 
 def _checked_chunks(answers: list[Answer], timer: DecisionTimer) -> Chunks:
-    """The valid chunks among the answers, each checked alone; the other seats get a fault."""
+    """The rows to play of the valid chunks among the answers, each checked alone; the other seats get a fault."""
     chunks: Chunks = []
     for seat, given in answers:
         try:
             with attribute_agent_errors(
                 seat.episode.seat, seat.agent_id, timer, f"its answer at tick {seat.state.tick}"
             ):
-                chunks.append((seat, checked_chunk(given)))
+                chunk = checked_chunk(given)
+                chunks.append((seat, chunk[: rows_to_execute(seat.agent, chunk)]))
         except AgentFault as fault:
             seat.lose(fault.reason)
     return chunks
@@ -95,7 +96,7 @@ def _take_chunks(chunks: Chunks) -> None:
     rows: list[list[float]] = to_world(np.concatenate([chunk for _, chunk in chunks])).tolist()
     start = 0
     for seat, chunk in chunks:
-        seat.take(chunk, rows[start : start + len(chunk)])
+        seat.rows = rows[start : start + len(chunk)]
         start += len(chunk)
 
 

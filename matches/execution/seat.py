@@ -3,15 +3,14 @@
 from collections.abc import Hashable, Iterator
 from contextlib import contextmanager
 
-from movingout.agents.action_chunk import rows_to_execute
-from movingout.agents.base import Agent, BatchAgent, EpisodeInfo, Observation
+from movingout.agents.base import Agent, EpisodeInfo, Observation, batch_group
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import fault_place, located
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import MovingOutError
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
-from movingout.world.state import Floats, WorldState
+from movingout.world.state import WorldState
 
 WorldAction = list[float]  # distance, heading [rad], toggle
 
@@ -36,15 +35,11 @@ class MatchSeat:
         self.rows: list[WorldAction] = []  # still to be played
         self.fault: AgentFault | None = None
         # Agents of one group decide in one batch; None decides alone. Determined once, as the check is slow.
-        self.group: Hashable = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
+        self.group: Hashable = batch_group(agent)
 
     def observation(self) -> Observation:
         """What the agent sees now. Its arrays are its own: the metrics and the other seat see what was played."""
         return observe(self.episode.map, self.state.copy(), self.episode.seat)
-
-    def take(self, chunk: Floats, rows: list[WorldAction]) -> None:
-        """Keep the rows of a chunk (H, 4) that are to be played; `rows` is the chunk as world actions."""
-        self.rows = rows[: rows_to_execute(self.agent, chunk)]
 
     def next_action(self) -> WorldAction:
         return self.rows.pop(0)

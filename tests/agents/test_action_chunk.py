@@ -51,6 +51,16 @@ def test_an_agent_says_how_many_rows_to_play() -> None:
     assert rows_to_execute(Forward(4, 9), chunk) == 4
 
 
+@pytest.mark.parametrize("wanted", [None, "2", 0, -1, 2.5, True])
+def test_anything_but_a_whole_number_of_rows_is_refused(wanted: object) -> None:
+    agent = Forward(4)
+    agent.execute_rows = wanted  # type: ignore[assignment]
+    with pytest.raises(AgentError, match=r"execute_rows is .*; it is a whole number of rows from 1"):
+        rows_to_execute(agent, np.tile([1.0, 1.0, 0.0, 0.0], (4, 1)))
+    agent.execute_rows = np.int64(2)  # type: ignore[assignment]
+    assert rows_to_execute(agent, np.tile([1.0, 1.0, 0.0, 0.0], (4, 1))) == 2
+
+
 async def _later() -> list[list[float]]:
     return [[1.0, 1.0, 0.0, 0.0]]
 

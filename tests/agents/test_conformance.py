@@ -1,7 +1,7 @@
 """`check_agent` accepts every agent that comes with the project, and says of a broken one what is wrong."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from itertools import count
 
 import numpy as np
@@ -82,6 +82,12 @@ class Crowding(IdleAgent):
         return [np.tile([0.0, -1.0, 0.0, 0.0], (10, 1)) for _ in agents]
 
 
+class Listed(IdleAgent):
+    @property
+    def batch_key(self) -> Hashable:
+        return ["mine"]  # type: ignore[return-value]
+
+
 class Stuck(Forward):
     def __init__(self) -> None:
         super().__init__(execute=0)
@@ -115,6 +121,7 @@ ONE = Forward()
         (Closed, "`detail` cannot be written as JSON .*bytes.*; use plain values"),
         (Leaving, "HandOff, blue, tick 0: act raised SystemExit: 3"),
         (Stuck, "execute_rows is 0; it is a whole number of rows from 1"),
+        (Listed, r"batch_key raised AgentError: batch_key is no value that can be hashed \(unhashable type: 'list'\)"),
         (Crowding, "HandOff, blue: act_many answers otherwise than act"),
     ],
 )

@@ -55,6 +55,20 @@ class Keyless(Fleet):
         raise ValueError("no key")
 
 
+class Listed(Fleet):
+    """Says with whom it goes together by what cannot be hashed."""
+
+    @property
+    def batch_key(self) -> Hashable:
+        return ["fleet"]  # type: ignore[return-value]
+
+
+class Rowless(Wanderer):
+    """Does not know how many of its rows are to be played."""
+
+    execute_rows = None
+
+
 class Talker(Wanderer):
     """Says when it was asked."""
 

@@ -8,6 +8,7 @@ import pytest
 
 from movingout.agents.catalogue import UNSEEN_NFD, UNSEEN_TCR, agent_cards
 from movingout.agents.checkpoint.checkpoint import SHIPPED
+from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
 
 PRINTING = """
@@ -124,6 +125,18 @@ def test_a_probe_of_an_agent_that_raises_says_where(
         "raising_agent:Raising raised ZeroDivisionError: division by zero (" in said
         and "raising_agent.py, line 5)" in said
     )
+
+
+@pytest.mark.parametrize("action", ["probe", "check"])
+def test_a_map_that_is_delivered_from_the_start_is_refused(
+    action: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing was decided on it, and the percentiles of no times ended in a traceback."""
+    goals = [{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}]
+    document = map_to_json(load_map("Simple")) | {"name": "Done", "goals": goals}
+    (tmp_path / "done.json").write_text(json.dumps(document))
+    assert main(["agents", action, "idle", "--map", str(tmp_path / "done.json"), "--ticks", "5"]) == 2
+    assert "on Done all items lie in a goal from the start, so there is nothing to play" in capsys.readouterr().err
 
 
 def test_a_probe_times_the_decisions(capsys: pytest.CaptureFixture[str]) -> None:

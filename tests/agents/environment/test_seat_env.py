@@ -150,6 +150,13 @@ class Wrong:
 
     def act(self, observation):
         return [0, 0]
+
+
+class Rowless(Scribbling):
+    execute_rows = None
+
+    def act(self, observation):
+        return [[0, 1, 0, 0]] * 2
 """
 
 
@@ -167,6 +174,10 @@ def test_what_a_partner_raises_names_it_and_its_line(tmp_path: Path, monkeypatch
     env = SeatEnv(partner="raising_partner:Wrong")
     env.reset(seed=0)
     with pytest.raises(AgentError, match=r"the partner raising_partner:Wrong: an action chunk has shape \(H, 4\)"):
+        env.step(STILL)
+    env = SeatEnv(partner="raising_partner:Rowless")
+    env.reset(seed=0)
+    with pytest.raises(AgentError, match=r"the partner raising_partner:Rowless: execute_rows is None; it is a whole"):
         env.step(STILL)
 
 

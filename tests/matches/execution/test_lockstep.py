@@ -67,6 +67,11 @@ def test_agents_that_can_are_asked_in_one_batch_with_the_same_result() -> None:
         (f"{BAD}:Raising", "blue (tests.agents.support:Raising) raised ValueError in act() at tick 1: I do not know"),
         (f"{BAD}:NotANumber", "its answer at tick 1: an action chunk must hold finite numbers"),
         (f"{HERE}:Keyless", "blue (tests.matches.support:Keyless) raised ValueError in reset(): no key"),
+        (f"{HERE}:Listed", "blue (tests.matches.support:Listed), reset(): batch_key is no value that can be hashed"),
+        (
+            f"{HERE}:Rowless",
+            "blue (tests.matches.support:Rowless), its answer at tick 0: execute_rows is None; it is a whole number",
+        ),
         (f"{BAD}:broken_factory", "could not be made: RuntimeError: no weights here"),
         (f"{HERE}:Late", "blue (tests.matches.support:Late) did not answer act() at tick 8 within 0.2 s"),
     ],
