@@ -8,7 +8,7 @@ from movingout.matches.experiment.paper_reference import PAPER_METRICS, paper_fi
 from movingout.matches.match import MatchResult
 from movingout.matches.paper.published import Figure
 from movingout.matches.report.words import count_words, report_words, value_text
-from movingout.matches.results.significance import stars, welch
+from movingout.matches.results.significance import evidence, stars, welch
 from movingout.matches.results.table import (
     MEASURES,
     WAITING,
@@ -45,8 +45,8 @@ class ComparisonLine(NamedTuple):
         """Our change in % from the condition compared with, and Welch's p; None where there is none."""
         if self.against is None:
             return None, None
-        before, now = estimate_of(self.against, measure), self.ours(measure)
-        return _percent(before, now), welch(before, now)
+        p = welch(evidence(self.against, measure), evidence(self.results, measure))
+        return _percent(estimate_of(self.against, measure), self.ours(measure)), p
 
     def their_change(self, measure: Measure) -> float | None:
         """The paper's change in %, from its means."""
@@ -56,8 +56,8 @@ class ComparisonLine(NamedTuple):
 
 
 def _percent(before: Estimate | Figure | None, now: Estimate | Figure | None) -> float | None:
-    """The change of the mean in %; None where there is none, or from zero."""
-    if before is None or now is None or not before.mean:
+    """The change of the mean in %; None where there is none, and from zero or less, where it would say the opposite."""
+    if before is None or now is None or before.mean <= 0.0:
         return None
     return 100.0 * (now.mean - before.mean) / before.mean
 
@@ -102,8 +102,11 @@ def _table(lines: Sequence[ComparisonLine], words: Words) -> str:
     for line in lines:
         row = [line.condition, str(line.challenge), line.label, count_words(words, line.results)]
         for measure in COMPARED:
-            ours = value_text(words, line.ours(measure)) + words.decimal(_change_words(*line.change(measure)))
-            theirs = _figure_words(line.theirs(measure)) + _change_words(line.their_change(measure), None)
+            ours, theirs = value_text(words, line.ours(measure)), _figure_words(line.theirs(measure))
+            if line.against is not None and line.ours(measure) is not None:
+                ours += words.decimal(_change_words(*line.change(measure)))
+            if (change := line.their_change(measure)) is not None:
+                theirs += _change_words(change, None)
             row += [ours, words.decimal(theirs)]
         rows.append(row)
     tables = sorted({line.table for line in lines if line.table})
@@ -112,7 +115,7 @@ def _table(lines: Sequence[ComparisonLine], words: Words) -> str:
 
 
 def _change_words(percent: float | None, p: float | None) -> str:
-    return "" if percent is None else f" ({percent:+.1f} %{stars(p)})"
+    return f" ({'–' if percent is None else f'{percent:+.1f} %'}{stars(p)})"
 
 
 def _figure_words(figure: Figure | None) -> str:

@@ -2,11 +2,11 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from movingout.matches.match import MatchResult
-from movingout.matches.results.significance import holm, welch
+from movingout.matches.results.significance import evidence, holm, welch
 from movingout.matches.results.table import Measure, ResultRow
 from movingout.matches.run import GridRun
 from movingout.recordings import RecordingError, read_episode
@@ -59,26 +59,28 @@ class MatchMoment:
 def matrix(rows: Iterable[ResultRow], measure: Measure) -> Matrix:
     """The matrix of the rows of one condition, challenge and map."""
     rows = list(rows)
-    found = {(row.agent, row.partner): row.estimate(measure) for row in rows}
-    counts = {(row.agent, row.partner): row.distinct for row in rows}
+    found = {(row.agent, row.partner): row for row in rows}
     agents = tuple(dict.fromkeys(agent for agent, _ in found))
     partners = tuple(dict.fromkeys(partner for _, partner in found))
     cells: dict[tuple[str, str], Cell] = {}
     for partner in partners:
         column = {agent: found[agent, partner] for agent in agents if (agent, partner) in found}
-        judged = _judged(column, measure).items()
-        cells |= {(agent, partner): replace(cell, distinct=counts[agent, partner]) for agent, cell in judged}
+        cells |= {(agent, partner): cell for agent, cell in _judged(column, measure).items()}
     return Matrix(measure, agents, partners, cells)
 
 
-def _judged(column: dict[str, Estimate | None], measure: Measure) -> dict[str, Cell]:
+def _judged(column: dict[str, ResultRow], measure: Measure) -> dict[str, Cell]:
     """Each value of a column compared with the best."""
     sign = 1.0 if measure.more_is_better else -1.0
-    means = {agent: sign * found.mean for agent, found in column.items() if found is not None}
+    found = {agent: row.estimate(measure) for agent, row in column.items()}
+    means = {agent: sign * one.mean for agent, one in found.items() if one is not None}
     best = max(means, key=means.__getitem__) if len(set(means.values())) > 1 else ""
-    tests = [None if not best or agent == best else welch(column[best], found) for agent, found in column.items()]
-    corrected = holm(tests)
-    return {agent: Cell(found, agent == best, p) for (agent, found), p in zip(column.items(), corrected, strict=True)}
+    shown = {agent: evidence(row.results, measure) for agent, row in column.items()}
+    corrected = holm([None if not best or agent == best else welch(shown[best], one) for agent, one in shown.items()])
+    return {
+        agent: Cell(found[agent], agent == best, p, row.distinct)
+        for (agent, row), p in zip(column.items(), corrected, strict=True)
+    }
 
 
 def worst_matches(run: GridRun) -> list[MatchResult]:

@@ -1,13 +1,27 @@
-"""Whether two means differ: Welch's test, Holm's correction, the usual marks."""
+"""Whether two means differ: Welch's test, Holm's correction, the usual marks. Copies of an episode prove nothing."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
+from movingout.matches.match import MatchResult
+from movingout.matches.paper.pooling import of_matches
+from movingout.matches.results.table import Measure
 from movingout.world.estimates import Estimate
 
 
+def evidence(results: Iterable[MatchResult], measure: Measure) -> Estimate | None:
+    """The mean of a measure as a test takes it: n and the standard error are those of the different episodes.
+
+    Ten copies of an episode are one observation; a single one has no standard error.
+    """
+    found, episodes = of_matches(results, measure)
+    return found if found is None or episodes is None else found._replace(n=episodes)
+
+
 def welch(one: Estimate | None, other: Estimate | None) -> float | None:
-    """Two-sided p of Welch's test that two means are equal; None where one has no standard error.
+    """Two-sided p of Welch's test that two means are equal.
+
+    None where one has no standard error, and where both are 0: a test says nothing without any spread.
 
     The tail of Student's t is computed as the regularised incomplete beta function I_x(v/2, 1/2), x = v / (v + t^2).
     """
@@ -15,7 +29,7 @@ def welch(one: Estimate | None, other: Estimate | None) -> float | None:
         return None
     spread = one.stderr**2 + other.stderr**2
     if spread == 0.0:
-        return 1.0 if one.mean == other.mean else 0.0
+        return None
     t_squared = (one.mean - other.mean) ** 2 / spread
     freedom = spread**2 / (one.stderr**4 / (one.n - 1) + other.stderr**4 / (other.n - 1))
     return _beta_tail(freedom / (freedom + t_squared), freedom / 2.0, 0.5)

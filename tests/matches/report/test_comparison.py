@@ -45,7 +45,6 @@ def _run(grid: Grid, values: Sequence[float]) -> GridRun:
     [  # R: t.test(x, y); the second by the closed form for 4 degrees of freedom, near 3/8 cos(atan(t/2))^4
         ([1.0, 2.0, 3.0, 4.0, 5.0], [2.0, 3.0, 4.0, 5.0, 6.0], 0.3465935),
         ([0.0, 0.1, 0.2], [5.0, 5.1, 5.2], 4.259e-07),
-        ([1.0, 1.0], [1.0, 1.0], 1.0),
     ],
 )
 def test_welchs_test_gives_the_p_that_statistics_programs_give(one: list[float], other: list[float], p: float) -> None:
@@ -60,6 +59,47 @@ def test_welchs_test_gives_the_p_of_scipy() -> None:
             one, other = random.normal(0.0, 1.0, sizes[0]), random.normal(apart, 2.0, sizes[1])
             expected = scipy.stats.ttest_ind(one, other, equal_var=False).pvalue
             assert welch(estimate(one.tolist()), estimate(other.tolist())) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("other", [[1.0, 1.0], [0.5, 0.5]])
+def test_without_any_spread_welchs_test_says_nothing(other: list[float]) -> None:
+    """Two deterministic agents were said to differ with p = 0."""
+    assert welch(estimate([1.0, 1.0]), estimate(other)) is None
+
+
+def test_copies_of_an_episode_make_no_difference_certain() -> None:
+    grid = small_grid(agents=["idle", "scripted"], partners=["idle"], seeds=8, maps=["HandOff"])
+    plan = planned_matches(grid)
+    good = {entry.match for entry in plan if entry.agent == "scripted"}
+
+    def p_of(episodes: int) -> float | None:
+        results = {}
+        for match in matches_of(plan):
+            play, other = match.seed % episodes, match in good
+            found = _result(match, 0.4 * play / episodes + 0.5 * other)
+            results[match] = replace(found, play_hash=f"{play}-{other}")
+        return matrix(rows_of(plan, results), TCR).cells["idle", "idle"].p
+
+    assert p_of(1) is None
+    two, all_eight = p_of(2), p_of(8)
+    assert two == pytest.approx(welch(estimate([0.0, 0.2]), estimate([0.5, 0.7])), rel=1e-9)
+    assert all_eight is not None and two is not None and all_eight < 0.001 < two
+
+
+def test_a_change_is_no_percentage_of_nothing_or_of_less() -> None:
+    """From -0.5 to 0.5 was -200 %."""
+    conditions = [{"name": "old", "agents": ["idle"]}, {"name": "new", "agents": ["scripted"], "against": "old"}]
+    for one in conditions:
+        one["agents"] = [{"agent": one["agents"][0], "label": "A"}]
+    grid = small_grid(agents=None, conditions=conditions, seeds=4, maps=["HandOff"])
+    plan = planned_matches(grid)
+    nfd = {"old": -0.5, "new": 0.5}
+    results = {one.match: _result(one.match, 0.5, nfd[one.condition] + one.match.seed / 100) for one in plan}
+    run = GridRun(Path("nowhere"), grid, plan, results)
+    line = next(one for one in comparison_lines(run) if one.condition == "new")
+    percent, p = line.change(MEASURES[1])
+    assert percent is None and p is not None and p < 0.001
+    assert " (–***) " in markdown_report([run])
 
 
 def test_holm_corrects_for_the_number_of_tests() -> None:
