@@ -57,7 +57,7 @@ def _decide_together(group: list[MatchSeat], answers: list[Answer], timer: Decis
                 raise AgentError(f"{len(given)} chunks for {len(group)} observations")
     except AgentFault as fault:
         for seat in group:
-            seat.lose(fault.reason)
+            seat.lose(fault.reason, together=len(group) > 1)
         return
     answers += zip(group, given, strict=True)
 

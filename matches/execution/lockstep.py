@@ -1,7 +1,7 @@
 """Plays many matches in one process, tick by tick together, so that agents of one kind decide in one batch.
 
 The result of a match depends on the match alone, neither on the matches beside it nor on their order. A fault of an
-agent ends its own match and no other.
+agent ends its own match and no other: where a batch fails, each of its matches is played again on its own.
 """
 
 import time
@@ -108,6 +108,11 @@ class RunningMatch:
         states = [*(state for state, _ in self._played), self.state]
         return own_values(self.match.world_map(), states, np.array([actions for _, actions in self._played]))
 
+    def abandon(self) -> None:
+        """Stop without a result; what was recorded is removed."""
+        if self.recorder is not None:
+            self.recorder.discard()
+
     def fail(self, seat: int, reason: str) -> MatchResult:
         """The result of a match that failed; closes its recording."""
         tick = self.state.tick
@@ -132,8 +137,10 @@ class Lockstep:
         self._record = record
         self._batch_size = batch_size
         self._load = load
+        self._heartbeat = heartbeat
         self._timer = DecisionTimer(agent_limit_s, heartbeat)
         self._free: dict[str, list[Agent]] = defaultdict(list)  # loaded agents without a seat
+        self._again: list[Match] = []  # to be played on their own
         self._cpu_s = 0.0  # process time at the end of the last tick
 
     def play(self, matches: Iterable[Match]) -> Iterator[MatchResult]:
@@ -145,8 +152,20 @@ class Lockstep:
             with self._timer.running():
                 over = self._play_until_one_ends(waiting, playing)
             yield from over
-            if not (playing or over):
+            again, self._again = self._again, []
+            for match in again:
+                yield from self._play_alone(match)
+            if not (playing or over or again):
                 return
+
+    def _play_alone(self, match: Match) -> Iterator[MatchResult]:
+        """Play a match from its start, with new agents and none beside it."""
+        limit_s = self._timer.limit_s
+        alone = Lockstep(
+            record=self._record, agent_limit_s=limit_s, batch_size=1, load=self._load, heartbeat=self._heartbeat
+        )
+        yield from alone.play([match])
+        self._cpu_s = time.process_time()  # the matches that go on did not spend it
 
     def _play_until_one_ends(self, waiting: Iterator[Match], playing: list[RunningMatch]) -> list[MatchResult]:
         """Play until at least one match is over; return no results when none is left."""
@@ -191,6 +210,7 @@ class Lockstep:
         if self._record is not None:
             for live, seat in deciding:
                 live.keep_decision(seat)
+        self._set_aside(playing)
         ended = [result for live in playing if (result := self._advance(live)) is not None]
         now = time.process_time()
         share, self._cpu_s = (now - self._cpu_s) / max(len(playing), 1), now
@@ -200,6 +220,15 @@ class Lockstep:
             over = {result.match for result in ended}
             playing[:] = [live for live in playing if live.match not in over]
         return ended
+
+    def _set_aside(self, playing: list[RunningMatch]) -> None:
+        """Take out the matches whose agents failed in one call with those of others, to play each on its own."""
+        if len(playing) == 1:
+            return
+        for live in [live for live in playing if any(seat.failed_together for seat in live.seats)]:
+            live.abandon()
+            playing.remove(live)
+            self._again.append(live.match)
 
     def _advance(self, live: RunningMatch) -> MatchResult | None:
         for seat in live.seats:

@@ -59,6 +59,11 @@ class MatchRecorder:
         self._writer.event(Event(tick, "end", -1, -1, outcome))
         return finalise(self._writer.close(outcome))
 
+    def discard(self) -> None:
+        """Remove what was recorded: the match is played again."""
+        self._writer.abandon()
+        self._writer.path.unlink(missing_ok=True)
+
 
 def hand_events(
     before: list[int], after: list[int], pressed: npt.NDArray[np.bool_]

@@ -34,6 +34,7 @@ class MatchSeat:
         self.state = state  # the world before the coming tick
         self.rows: list[WorldAction] = []  # still to be played
         self.fault: AgentFault | None = None
+        self.failed_together = False  # in one call with other seats, any of which may be at fault
         # Agents of one group decide in one batch; None decides alone. Determined once, as the check is slow.
         self.group: Hashable = batch_group(agent)
 
@@ -44,9 +45,10 @@ class MatchSeat:
     def next_action(self) -> WorldAction:
         return self.rows.pop(0)
 
-    def lose(self, reason: str) -> None:
-        """Note what the agent did wrong; only the first fault counts."""
+    def lose(self, reason: str, together: bool = False) -> None:
+        """Note what the agent did wrong, maybe `together` with others; only the first fault counts."""
         self.fault = self.fault or AgentFault(self.episode.seat, reason)
+        self.failed_together |= together
 
 
 @contextmanager

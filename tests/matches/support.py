@@ -55,6 +55,21 @@ class Keyless(Fleet):
         raise ValueError("no key")
 
 
+class Stumbling(Fleet):
+    """Fails in a match with an odd seed at tick 8, and with it the whole batch."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        super().reset(episode)
+        self.doomed = episode.seed % 2 == 1
+
+    @staticmethod
+    def act_many(agents: Sequence["Fleet"], observations: Sequence[Observation]) -> Sequence[ActionChunk]:
+        for agent, seen in zip(agents, observations, strict=True):
+            if seen.tick >= 8 and isinstance(agent, Stumbling) and agent.doomed:
+                raise ValueError("I fell")
+        return Fleet.act_many(agents, observations)
+
+
 class Listed(Fleet):
     """Says with whom it goes together by what cannot be hashed."""
 

@@ -61,6 +61,19 @@ def test_agents_that_can_are_asked_in_one_batch_with_the_same_result() -> None:
     assert [one.metrics for one in together] == [one.metrics for one in _by_seed(list(alone))]
 
 
+@pytest.mark.parametrize("red", ["Stumbling", "Wanderer"])
+def test_who_fails_in_a_batch_loses_its_match_and_no_other(red: str, tmp_path: Path) -> None:
+    """The whole batch failed, so that results depended on its size."""
+    matches = _matches(f"{HERE}:Stumbling", 5, red=f"{HERE}:{red}")
+    alone = list(Lockstep(batch_size=1).play(matches))
+    together = list(Lockstep(record=tmp_path).play(matches))
+    assert _by_seed(together) == alone
+    assert [result.ending for result in alone] == ["time", "failed", "time", "failed", "time"]
+    assert {result.failure.partition(" (")[0] for result in alone if result.failure} == {"blue"}
+    assert sorted(tmp_path.iterdir()) == sorted(Path(result.recording) for result in together)
+    assert all(verify(Path(result.recording)).identical for result in together)
+
+
 @pytest.mark.parametrize(
     ("agent", "reason"),
     [
