@@ -3,8 +3,8 @@
 import json
 import os
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from movingout.matches.execution.agent_objects import AgentLike, AgentObjects
 from movingout.matches.execution.dispatch import WorkerPool, dispatch
 from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.execution.lockstep import AGENT_LIMIT_S, Lockstep
+from movingout.matches.execution.recorder import recorded_before, recordings_of_matches
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed, matches_of, missing_agents, planned_matches
 from movingout.matches.match import Challenge, Match, MatchResult, check_numbers
@@ -42,6 +43,8 @@ OnProgress = Callable[[int, int], None]
 """Called with the number of finished matches and of all."""
 OnAgain = Callable[[int], None]
 """Called with the number of matches that failed before and are played again."""
+OnUnrecorded = Callable[[int], None]
+"""Called with the number of matches that are to be recorded and were played before without a recording."""
 OnResult = Callable[[MatchResult], None]
 """Called with each result as it arrives."""
 WorkerPoolFactory = Callable[[int, float, Path | None], WorkerPool]
@@ -55,6 +58,12 @@ def no_op(*_: object) -> None:
 def played_again(failed: int) -> str:
     """`2 matches failed before: played again`"""
     return f"{failed:,} match{'es' * (failed != 1)} failed before: played again"
+
+
+def played_unrecorded(matches: int) -> str:
+    """`2 matches were played before without a recording; use another --out to record them`"""
+    what = f"{matches:,} match{'es were' if matches != 1 else ' was'}"
+    return f"{what} played before without a recording; use another --out to record {'them' if matches != 1 else 'it'}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +129,7 @@ def play(
     `challenge`: 1 plays the maps as designed; 2 varies the items' sizes and shapes by the seed.
     `ticks`: limit of a match; a tick is 0.1 s.
     `workers`: processes; default: one per processor core.
-    `record`: a folder that gets a recording of each match.
+    `record`: a folder that gets a recording of each match. Recordings that it has already stay; a warning says so.
 
     An agent that raises an exception or exceeds its time limit ends its match with `ending` "failed" and a reason in
     `failure`; a warning says so. Raises MovingOutError, before anything is played, for an unknown agent or map.
@@ -138,6 +147,8 @@ def play(
     results = _play_here(matches, objects, folder) if objects else play_matches(matches, workers=workers, record=folder)
     if failed := [result for result in results if result.ending == "failed"]:
         warnings.warn(f"{len(failed)} of {len(results)} matches failed: {failed[0].failure}", stacklevel=2)
+    if note := recorded_before(results):
+        warnings.warn(note, stacklevel=2)
     return results
 
 
@@ -196,6 +207,7 @@ def run_grid(
     pool: WorkerPoolFactory = LocalWorkerPool,
     progress: OnProgress = no_op,
     again: OnAgain = no_op,
+    unrecorded: OnUnrecorded = no_op,
 ) -> GridRun:
     """Play the matches of a grid that the folder `out` does not hold yet; returns all results in it.
 
@@ -207,7 +219,7 @@ def run_grid(
     Matches that failed are then played again.
 
     `grid`: a `Grid` or the path of a YAML file (docs/matches.md).
-    `record`: also write a recording of each match, into `out`/recordings.
+    `record`: also write a recording of each match that is played, into `out`/recordings.
     `shard`: (i, n) plays every n-th match from the i-th on, for arrays of jobs that share a folder.
     `pool`: makes the workers (default: processes of this machine; `ray_worker_pool` for a cluster).
 
@@ -236,8 +248,12 @@ def run_grid(
         if failed := sum(match.id in finished for match in todo):
             again(failed)
         recordings = folder / "recordings" if record else None
+        earlier: Mapping[str, Sequence[Path]] = {}
         if recordings is not None:
             make_folder(recordings)
+            earlier = recordings_of_matches(recordings)
+            if lacking := _unrecorded(matches, finished):
+                unrecorded(lacking)
         done = len(matches) - len(todo)
         progress(done, len(matches))
         if todo:
@@ -245,6 +261,7 @@ def run_grid(
             with closing(dispatch(workers_here, todo)) as results:
                 for result in _relative(results, folder):
                     file.append([result])
+                    _replace(earlier.get(result.match.id, ()), result)
                     done += 1
                     progress(done, len(matches))
     return finish(folder, grid, plan)
@@ -306,6 +323,20 @@ def _relative(results: Iterator[MatchResult], folder: Path) -> Iterator[MatchRes
         if result.recording and path.is_relative_to(folder.resolve()):
             result = replace(result, recording=str(path.relative_to(folder.resolve())))
         yield result
+
+
+def _unrecorded(matches: Sequence[Match], finished: Mapping[str, MatchResult]) -> int:
+    """How many of these matches are not played again and have no recording."""
+    todo = {match.id for match in to_play(matches, finished)}
+    return sum(match.id not in todo and not finished[match.id].recording for match in matches)
+
+
+def _replace(earlier: Iterable[Path], result: MatchResult) -> None:
+    """Remove recordings of a match that had no result, or failed, now that it has one with a recording of its own."""
+    for path in earlier if result.recording else ():
+        if path.name != Path(result.recording).name:
+            with suppress(OSError):  # a file that stays is no reason to stop
+                path.unlink()
 
 
 def _workers(wanted: int | None, matches: int) -> int:

@@ -24,7 +24,7 @@ from movingout.matches.report.parquet import write_parquet
 from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import GRID, open_folder, order_of, read_results, to_play
 from movingout.matches.results.table import ALL_MAPS, markdown
-from movingout.matches.run import GridRun, check_own_maps, check_variants, played_again, run_grid
+from movingout.matches.run import GridRun, check_own_maps, check_variants, played_again, played_unrecorded, run_grid
 from movingout.recordings.report.words import DEFAULT, LANGUAGES
 from movingout.world.exactness import inexact_engine
 
@@ -64,7 +64,7 @@ def perform(args: argparse.Namespace) -> int:
         with bar("matches") as progress:
             run = run_grid(
                 grid, folder, workers=workers_of(args), record=args.record, shard=shard, pool=pool,
-                progress=progress, again=_say_again,
+                progress=progress, again=_say_again, unrecorded=_say_unrecorded,
             )  # fmt: skip
     except KeyboardInterrupt:
         print("movingout: stopped; finished matches are kept, run the same command again to continue", file=sys.stderr)
@@ -78,6 +78,10 @@ def perform(args: argparse.Namespace) -> int:
 
 def _say_again(failed: int) -> None:
     print(f"movingout: {played_again(failed)}", file=sys.stderr)
+
+
+def _say_unrecorded(matches: int) -> None:
+    print(f"movingout: {played_unrecorded(matches)}", file=sys.stderr)
 
 
 def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:

@@ -18,6 +18,7 @@ from movingout.matches.commands import grid, report
 from movingout.matches.commands.progress import bar
 from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
 from movingout.matches.errors import MatchError
+from movingout.matches.execution.recorder import recorded_before
 from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed
 from movingout.matches.match import Match, MatchResult, check_numbers
 from movingout.matches.results.table import MEASURES, ResultRow, copies_note, rows_of
@@ -91,6 +92,8 @@ def _pair(args: argparse.Namespace) -> int:
         print(json.dumps(document, indent=2))
     else:
         print(_table(args.blue, args.red, rows_of(plan, found)))
+    if note := recorded_before(results):
+        print(f"movingout: {note}", file=sys.stderr)
     lost = failure_lines(results)
     for line in lost:
         print(f"movingout: {line}", file=sys.stderr)

@@ -1,7 +1,10 @@
 """Records a match in the same format as a live room, so that it can be replayed, verified and exported alike."""
 
+import re
 import time
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -9,22 +12,27 @@ import numpy.typing as npt
 
 from movingout.agents.catalogue import unseen_map
 from movingout.agents.recording_metadata import cards, seat_info
-from movingout.matches.match import Match
+from movingout.matches.match import Match, MatchResult
 from movingout.recordings import AgentDecision, EpisodeHeader, EpisodeWriter, Event, TickRecord, finalise
 from movingout.recordings.episode import EventKind, Outcome
-from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.recordings.errors import BusyError, UnreadableError
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX, owned, scan
+from movingout.recordings.file_format.reader import episode_of_journal
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.world.state import Floats, WorldState
 
+_NAME = re.compile(rf"-([0-9a-f]{{16}})(-\d+)?(?:{re.escape(SUFFIX)}|{re.escape(JOURNAL_SUFFIX)})$")
+
 
 class MatchRecorder:
-    """Writes the recording of one match. Raises RecordingError when it cannot be written."""
+    """Writes the recording of one match. Raises RecordingError when it cannot be written, or another process does so.
+
+    A finished recording of the same match stays: the new one has a number behind its name.
+    """
 
     def __init__(self, folder: Path, match: Match, initial: WorldState) -> None:
         the_map = match.world_map()
-        name = f"{the_map.file_name[:40]}-{match.id}"
-        for suffix in (SUFFIX, JOURNAL_SUFFIX):  # left by a run that was killed before it wrote the result
-            (folder / f"{name}{suffix}").unlink(missing_ok=True)
+        name = _free_name(folder, f"{the_map.file_name[:40]}-{match.id}")
         blue, red = (seat_info(agent_id) for agent_id in match.seats)
         header = EpisodeHeader(
             name, the_map, match.seed, match.ticks, (blue, red), time.time_ns(), "match", {"match": match.id}
@@ -63,6 +71,63 @@ class MatchRecorder:
         """Remove what was recorded: the match is played again."""
         self._writer.abandon()
         self._writer.path.unlink(missing_ok=True)
+
+
+def recordings_of_matches(folder: Path) -> dict[str, list[Path]]:
+    """The recordings and leftover journals in a folder by the id of the match."""
+    found: dict[str, list[Path]] = defaultdict(list)
+    for path in folder.iterdir():
+        if named := _NAME.search(path.name):
+            found[named[1]].append(path)
+    return found
+
+
+def recorded_before(results: Iterable[MatchResult]) -> str:
+    """A sentence when the folder had recordings of some of these matches already; else empty."""
+    names = [named for result in results if (named := _NAME.search(Path(result.recording).name)) and named[2]]
+    if not names:
+        return ""
+    matches = f"{len(names):,} match{'es were' if len(names) > 1 else ' was'}"
+    return (
+        f"{matches} recorded in this folder before: the new recordings have a number behind their names ({names[0][2]})"
+    )
+
+
+def _free_name(folder: Path, name: str) -> str:
+    """The name, or the first of NAME-2, NAME-3, … that has no recording; an unfinished journal of a killed run goes.
+
+    Raises BusyError where another process records this match.
+    """
+    for number in count(1):
+        free = f"{name}-{number}" if number > 1 else name
+        journal = folder / f"{free}{JOURNAL_SUFFIX}"
+        if (folder / f"{free}{SUFFIX}").exists():
+            continue
+        if not journal.exists() or _removed_unfinished(journal):
+            return free
+    raise AssertionError("numbers do not end")
+
+
+def _removed_unfinished(journal: Path) -> bool:
+    """Remove the journal of a killed run. False for a whole one, of which `recordings recover` makes a recording."""
+    try:
+        with owned(journal) as data:
+            if _is_whole(data, journal.name):
+                return False
+            journal.unlink()
+    except BusyError as error:
+        raise BusyError(
+            f"another process records this match here ({journal}); wait until it is over, or choose another folder"
+        ) from error
+    return True
+
+
+def _is_whole(data: bytes, name: str) -> bool:
+    found = scan(data)
+    try:
+        return episode_of_journal(data[: found.end], name, found.damage).outcome != "interrupted"
+    except UnreadableError:
+        return False
 
 
 def hand_events(
