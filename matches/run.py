@@ -25,10 +25,10 @@ from movingout.matches.execution.recorder import recorded_before, recordings_of_
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed, matches_of, missing_agents, planned_matches
 from movingout.matches.match import Challenge, Match, MatchResult, check_numbers
-from movingout.matches.results.provenance import lists_of, provenance_of
+from movingout.matches.results.provenance import named_by, provenance_of
 from movingout.matches.results.results_folder import (
     Shard,
-    check_lists,
+    check_named,
     open_folder,
     order_of,
     read_head,
@@ -302,7 +302,7 @@ def open_run(folder: Path | str) -> GridRun:
     except ValidationError as error:
         said = "; ".join(str(fault["msg"]).removeprefix("Value error, ") for fault in error.errors()[:3])
         raise MatchError(f"the grid of {folder} can no longer be read: {said}") from error
-    check_lists(folder, head, lists_of(grid))
+    check_named(folder, head, named_by(grid))
     plan = planned_matches(grid, order_of(folder))
     found = {result.match: result for result in read_results(folder).values()}
     return GridRun(folder, grid, plan, {match: found[match] for match in matches_of(plan) if match in found})

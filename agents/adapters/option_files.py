@@ -1,4 +1,4 @@
-"""The files and folders that the options of an agent's id name, such as weights, by their hash."""
+"""The files and folders that an agent's id names, such as weights or the recording of a ghost, by their hash."""
 
 import hashlib
 import os
@@ -11,13 +11,14 @@ from movingout.agents.agent_options import parse_options
 from movingout.agents.built_in import BUILT_IN
 from movingout.agents.errors import AgentError
 from movingout.agents.llm.model_id import LLM
+from movingout.recordings.recorded_seat import GHOST
 
 _BLOCK = 1 << 20
 _COMPILED = "__pycache__"  # Python writes it when a module is imported
 
 
 def file_fingerprint(agent_id: str) -> str:
-    """The SHA-256 of the file, or of all files of the folder with their names, that the options of an id name.
+    """The SHA-256 of the file, or of all files of the folder with their names, that an id or its options name.
 
     Of several, that of their hashes; empty where there is none. Agents that come with the project take no files.
     """
@@ -28,6 +29,10 @@ def file_fingerprint(agent_id: str) -> str:
 def _named_paths(agent_id: str) -> Iterator[Path]:
     """Those that exist, in the order of the options."""
     head, _, rest = agent_id.strip().partition(":")
+    if head == GHOST:
+        recording = Path(rest.rpartition("#")[0])
+        yield from [recording] if recording.is_file() else []
+        return
     if head in BUILT_IN or head == LLM or "@" in head:
         return
     first, _, behind = rest.partition(":")

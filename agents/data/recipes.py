@@ -10,7 +10,7 @@ from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.data.corrections import load_correction, read_about
 from movingout.agents.data.dagger import EXPERT, LabellingJob
 from movingout.agents.errors import DataError
-from movingout.agents.partners.identity import inner_id
+from movingout.agents.partners.identity import acting_id
 from movingout.maps import MapSpec, map_from_json
 from movingout.maps.errors import MapError
 from movingout.maps.files.input_file import open_input
@@ -30,7 +30,7 @@ _LARGEST_MAP = 1 << 20  # bytes
 
 def weights_of(agent_ids: Iterable[str]) -> dict[str, str]:
     """The hashes of those that have any; inside another agent, too."""
-    return {one: sha for one in sorted(set(agent_ids)) if (sha := fingerprint(inner_id(one) or one))}
+    return {one: sha for one in sorted(set(agent_ids)) if (sha := fingerprint(acting_id(one)))}
 
 
 def labelling_recipe(job: LabellingJob) -> dict[str, object]:
@@ -63,11 +63,12 @@ def check_recording(path: Path, the_map: MapSpec, agent_ids: tuple[str, str], ti
     players = [(records.get(STUDY, {}).get(colour), seat) for colour, seat in zip(SEAT_COLOURS, SEATS, strict=True)]
     ids = [agent_id for agent_id, _ in players if agent_id]
     hashes = {agent_id: records.get(seat, {}).get("checkpoint_sha256", "") for agent_id, seat in players if agent_id}
+    of_before = {"", *(sha256(agent_id.encode()).hexdigest() for agent_id in hashes)}  # where no weights were noted
     there = {
         "map": _map(path, _map_document(path)),
         "ticks": records.get(EPISODE, {}).get("limit_ticks"),
         "agents": sorted(ids) if len(ids) == len(SEATS) else None,
-        "weights": {one: sha for one, sha in hashes.items() if sha != sha256(one.encode()).hexdigest()},  # as before
+        "weights": {one: sha for one, sha in hashes.items() if sha not in of_before},
     }
     now = {"map": the_map, "ticks": str(ticks), "agents": sorted(agent_ids), "weights": weights_of(agent_ids)}
     _check(path, there, now)

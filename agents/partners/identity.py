@@ -18,9 +18,10 @@ def inner_id(agent_id: str) -> str:
 
 
 def acting_id(agent_id: str) -> str:
-    """The id of the agent that decides: the one inside, the usual one where none is named, or the agent itself."""
-    outer = agent_id.strip().partition(":")[0]
-    return inner_id(agent_id) or USUAL_INSIDE.get(outer, agent_id)
+    """The id of the agent that decides: the innermost one, the usual one where none is named, or the agent itself."""
+    while inside := inner_id(agent_id) or USUAL_INSIDE.get(agent_id.strip().partition(":")[0], ""):
+        agent_id = inside
+    return agent_id
 
 
 def person_behind(name: str) -> str:

@@ -1,14 +1,13 @@
-"""What the results of a grid depend on beside its own text, by SHA-256: weights, own code, own map files and lists."""
+"""What the results of a grid depend on beside its own text, by SHA-256: weights, own code, own maps, lists, groups."""
 
 import hashlib
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import code_fingerprint
-from movingout.agents.partners.families import group, is_own
-from movingout.agents.partners.identity import inner_id
+from movingout.agents.partners.families import group, is_group, is_own
+from movingout.agents.partners.identity import acting_id
 from movingout.maps import load_map, map_to_json
 from movingout.maps.files.list_file import LIST
 from movingout.maps.library import is_generated_or_shipped
@@ -25,33 +24,33 @@ class Provenance:
     code: dict[str, str]  # of one's own agents: the file that defines them, not what it imports
     maps: dict[str, str]  # of one's own map files: what they say, not how it is written
     lists: dict[str, str] = field(default_factory=dict)  # of lists (@FILE) and families of packages: whom they name
+    groups: dict[str, str] = field(default_factory=dict)  # of our populations and families: who of them is here
 
 
 def provenance_of(grid: Grid) -> Provenance:
     """What a grid would be played with now. Raises MovingOutError for an agent or a map that cannot be loaded."""
     matches = [entry.match for entry in planned_matches(grid)]
     seated = {agent_id for match in matches for agent_id in match.seats}
-    agents = sorted(seated | {inner for agent_id in seated if (inner := inner_id(agent_id))})
+    agents = sorted(seated | {acting_id(agent_id) for agent_id in seated})
     own_maps = [name for name in sorted({match.map for match in matches}) if not is_generated_or_shipped(name)]
     return Provenance(
         checkpoints={agent_id: sha for agent_id in agents if (sha := fingerprint(agent_id))},
         code={agent_id: sha for agent_id in agents if (sha := code_fingerprint(agent_id))},
         maps={name: _map_fingerprint(name) for name in own_maps},
-        lists=lists_of(grid),
+        **named_by(grid),
     )
 
 
-def lists_of(grid: Grid) -> dict[str, str]:
-    """Whom and what the lists of a grid name now."""
-    return {name: _fingerprint(named) for name, named in sorted(_lists(grid))}
-
-
-def _lists(grid: Grid) -> Iterator[tuple[str, list[str]]]:
-    """The lists that a grid names, and what each of them names."""
+def named_by(grid: Grid) -> dict[str, dict[str, str]]:
+    """Whom and what the lists and the groups of a grid name now: the matches of a grid depend on it."""
     words = [grid.maps] if isinstance(grid.maps, str) else grid.maps
-    yield from ((word, selected_maps(word)) for word in words if word.startswith(LIST))
-    names = [name for name in agent_names(grid) if is_own(name)]
-    yield from ((name, [partner.agent_id for partner in group(name)]) for name in names)
+    maps = {word: _fingerprint(selected_maps(word)) for word in words if word.startswith(LIST)}
+    names = sorted(name for name in agent_names(grid) if is_group(name))
+    members = {name: _fingerprint([partner.agent_id for partner in group(name)]) for name in names}
+    return {
+        "lists": maps | {name: sha for name, sha in members.items() if is_own(name)},
+        "groups": {name: sha for name, sha in members.items() if not is_own(name)},
+    }
 
 
 def _map_fingerprint(name: str) -> str:

@@ -1,6 +1,6 @@
 """A results folder: the grid, and one line per finished match, appended and never changed.
 
-grid.json              the grid, its hash, and the versions, checkpoints, own code, maps and lists of the first run
+grid.json              the grid, its hash, and of the first run the versions, checkpoints, own code, maps, lists, groups
 results-0-of-1.jsonl   one file per shard; a torn last line (a killed driver, a full disk) is cut off by the next run
 """
 
@@ -30,7 +30,9 @@ _PROVENANCE = {
     "code": "other code of",
     "maps": "another version of the map",
     "lists": "another version of the list",
+    "groups": "other members of",
 }
+_PUT_BACK = {"lists": "put that one back", "groups": "the trained agents of then are to be here, and no others"}
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -80,11 +82,15 @@ def order_of(folder: Path) -> int:
     return int(read_head(folder).get("order", 1)) if (folder / GRID).exists() else ORDER
 
 
-def check_lists(folder: Path, head: dict[str, Any], now: dict[str, str]) -> None:
-    """Raises MatchError where a list names others now than when the folder was begun: its matches cannot be told."""
-    before: dict[str, str] = head.get("lists", {})
-    if changed := [name for name, sha in now.items() if before.get(name, sha) != sha]:
-        raise MatchError(f"{folder} was played with {_PROVENANCE['lists']} {', '.join(changed)}; put that one back")
+def check_named(folder: Path, head: dict[str, Any], now: Mapping[str, Mapping[str, str]]) -> None:
+    """Raises MatchError where a list or a group names others now than when the folder was begun.
+
+    Which matches it holds cannot be told then. What an earlier version did not write down does not count.
+    """
+    for key, hashes in now.items():
+        before: dict[str, str] = head.get(key, {})
+        if changed := [name for name, sha in hashes.items() if before.get(name, sha) != sha]:
+            raise MatchError(f"{folder} was played with {_PROVENANCE[key]} {', '.join(changed)}; {_PUT_BACK[key]}")
 
 
 def read_head(folder: Path) -> dict[str, Any]:

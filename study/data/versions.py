@@ -8,7 +8,7 @@ from pathlib import Path
 import movingout
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import module_sha256
-from movingout.agents.partners.identity import inner_id
+from movingout.agents.partners.identity import acting_id
 from movingout.maps import load_map, map_to_json
 from movingout.maps.library import is_generated_or_shipped
 from movingout.recordings.versions import versions
@@ -31,13 +31,13 @@ def model_hashes(study: Study) -> dict[str, str]:
     With options, too, and inside another: `late:agent=dp@mine`. Maps of one's own are there as `map:NAME`, because
     their files may not change either.
     """
-    agents = {agent_id: fingerprint(inner_id(agent_id) or agent_id) for agent_id in agent_ids(study)}
+    agents = {agent_id: fingerprint(acting_id(agent_id)) for agent_id in agent_ids(study)}
     return agents | {f"{MAP}{name}": _map_sha256(name) for name in _own_maps(study)}
 
 
 def agent_code(study: Study) -> dict[str, str]:
     """SHA-256 of the source file of each agent that is somebody's own code, as `agent:ID`."""
-    code = {agent_id: module_sha256(inner_id(agent_id) or agent_id) for agent_id in agent_ids(study)}
+    code = {agent_id: module_sha256(acting_id(agent_id)) for agent_id in agent_ids(study)}
     return {f"agent:{agent_id}": sha for agent_id, sha in code.items() if sha}
 
 

@@ -25,6 +25,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("mine:Agent:path=weights", "weights/a"),
         ("mine:Agent:path=weights", "weights/b"),
         ("installed:path=p.zip,speed=2", "p.zip"),
+        ("ghost:p.zip#red", "p.zip"),
     ],
 )
 def test_each_file_that_an_option_names_counts(agent_id: str, file: str, folder: Path) -> None:
@@ -48,7 +49,7 @@ def test_a_single_file_has_the_hash_that_it_has_in_folders_of_before(folder: Pat
         "mine:Agent:path",
         "late:agent=greedy",  # the agent, not the file of that name
         "dp@all:path=p.zip",
-        "ghost:p.zip#red",
+        "ghost:none.mcap#red",
     ],
 )
 def test_an_agent_without_such_options_has_none(agent_id: str, folder: Path) -> None:

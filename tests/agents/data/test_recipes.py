@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.data import recipes
 from movingout.agents.data.corrections import load_correction, save_correction
 from movingout.agents.data.dagger import EXPERT, LabellingJob
 from movingout.agents.data.demonstrations import EpisodeJob, label_all, write_all
-from movingout.agents.data.recipes import check_labels
+from movingout.agents.data.recipes import check_labels, weights_of
 from movingout.agents.errors import DataError
 from movingout.maps import MapSpec, load_map, map_from_json, map_to_json
 from movingout.recordings import read_episode
@@ -111,6 +112,17 @@ def test_recordings_of_earlier_weights_are_refused(tmp_path: Path, monkeypatch: 
     assert read_episode(made.path).header.seats[1].checkpoint_sha256 == "old"
     with pytest.raises(DataError, match="is there already, with other weights of greedy; choose another --out"):
         list(write_all([EPISODE], tmp_path, 1))
+
+
+def test_recordings_of_before_an_agent_had_a_hash_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (made,) = write_all([EPISODE], tmp_path, 1)
+    assert read_episode(made.path).header.seats[1].checkpoint_sha256 == ""
+    monkeypatch.setattr(recipes, "fingerprint", lambda agent_id: "new")
+    assert list(write_all([EPISODE], tmp_path, 1)) == []
+
+
+def test_the_usual_agent_inside_another_has_its_weights() -> None:
+    assert weights_of(["clone:seed=3"]) == {"clone:seed=3": fingerprint("dp@all")}
 
 
 def test_a_file_that_is_no_episode_is_not_kept(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Results that were played with another map file or other code of one's own are not taken for those of today."""
 
 import json
+import shutil
 import sys
 from pathlib import Path
 
@@ -8,9 +9,11 @@ import numpy as np
 import pytest
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.agents.checkpoint.checkpoint import SHIPPED
 from movingout.maps import load_map, map_to_json
 from movingout.matches import MatchError, open_run, play, run_grid
 from movingout.matches.results.provenance import provenance_of
+from movingout.matches.results.results_folder import open_folder
 from tests.matches.support import small_grid
 
 AGENT = """
@@ -80,6 +83,50 @@ def test_results_of_earlier_weights_that_an_option_names_are_not_added_to(
     with pytest.raises(MatchError, match=r"started with other weights of .*weighted:Weighted:path=\S*policy.pkl"):
         run_grid(grid, tmp_path / "out", workers=1)
     del sys.modules["weighted"]
+
+
+@pytest.mark.slow
+def test_results_with_an_earlier_recording_of_a_ghost_are_not_added_to(tmp_path: Path) -> None:
+    [one, other] = [Path(result.recording) for result in play(
+        "idle", "greedy", "HandOff", episodes=2, ticks=3, workers=1, record=tmp_path / "played"
+    )]  # fmt: skip
+    file = tmp_path / "seat.mcap"
+    shutil.copy(one, file)
+    grid = small_grid(agents=["idle"], partners=[f"ghost:{file}#red"], maps=["HandOff"], seeds=1, ticks=2)
+    run_grid(grid, tmp_path / "out", workers=1)
+    run_grid(grid, tmp_path / "out", workers=1)
+    shutil.copy(other, file)
+    with pytest.raises(MatchError, match=r"started with other weights of ghost:\S*seat.mcap#red"):
+        run_grid(grid, tmp_path / "out", workers=1)
+
+
+@pytest.mark.parametrize("agent_id", ["clone:seed=3", "clone", "late:agent=clone:seed=3;jitter=0.1,delay=2"])
+def test_the_usual_agent_inside_another_counts_and_so_does_the_innermost(agent_id: str) -> None:
+    """Only agents inside that were named counted, and only one level of them."""
+    grid = small_grid(agents=["idle"], partners=[agent_id], maps=["HandOff"], seeds=1)
+    assert list(provenance_of(grid).checkpoints) == ["dp@all"]
+
+
+def test_results_with_other_members_of_a_family_are_not_added_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A trained agent that came later made a finished folder incomplete, and the next run changed its pairs."""
+    grid = small_grid(agents=["idle"], partners=["family:clone", "families"], maps=["Simple"], seeds=1, ticks=2)
+    document = provenance_of(grid)
+    assert set(document.groups) == {"family:clone", "families"} and document.lists == {}
+    open_folder(tmp_path, grid, document)
+    missing = open_run(tmp_path).missing
+    shutil.copytree(SHIPPED, tmp_path / "models", ignore=lambda _, names: {"gru-all"} & set(names))
+    monkeypatch.setattr("movingout.agents.checkpoint.checkpoint.SHIPPED", tmp_path / "models")
+    with pytest.raises(MatchError, match="started with other members of families, family:clone; choose another folder"):
+        open_folder(tmp_path, grid, provenance_of(grid))
+    with pytest.raises(MatchError, match="played with other members of families, family:clone; the trained agents of"):
+        open_run(tmp_path)
+    head = json.loads((tmp_path / "grid.json").read_text())
+    del head["groups"]  # as an earlier version wrote it
+    (tmp_path / "grid.json").write_text(json.dumps(head))
+    assert open_run(tmp_path).missing == missing
+    open_folder(tmp_path, grid, provenance_of(grid))
 
 
 @pytest.mark.parametrize("where", ["partners", "maps"])

@@ -45,12 +45,13 @@ def test_trained_agents_have_a_hash_with_options_and_inside_others_too(tmp_path:
         "dp@all:execute=4",
         "late:agent=dp@all:execute=4;lag=1,delay=2",
         f"onnx:path={network}",
+        "clone:seed=3",
         "scripted",
     ]
     partners = tuple(study().partners[0].model_copy(update={"id": str(at), "agent": id}) for at, id in enumerate(ids))
     before = model_hashes(study().model_copy(update={"partners": partners}))
-    assert [bool(before[id]) for id in ids] == [True, True, True, True, False]
-    assert before[ids[0]] == before[ids[1]] == before[ids[2]]
+    assert [bool(before[id]) for id in ids] == [True, True, True, True, True, False]
+    assert before[ids[0]] == before[ids[1]] == before[ids[2]] == before[ids[4]]
     network.write_bytes(b"others")
     after = model_hashes(study().model_copy(update={"partners": partners}))
     assert [id for id in ids if after[id] != before[id]] == [ids[3]]
