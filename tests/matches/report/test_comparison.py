@@ -88,9 +88,8 @@ def test_copies_of_an_episode_make_no_difference_certain() -> None:
 
 def test_a_change_is_no_percentage_of_nothing_or_of_less() -> None:
     """From -0.5 to 0.5 was -200 %."""
-    conditions = [{"name": "old", "agents": ["idle"]}, {"name": "new", "agents": ["scripted"], "against": "old"}]
-    for one in conditions:
-        one["agents"] = [{"agent": one["agents"][0], "label": "A"}]
+    old, new = ([{"agent": agent_id, "label": "A"}] for agent_id in ("idle", "scripted"))
+    conditions = [{"name": "old", "agents": old}, {"name": "new", "agents": new, "against": "old"}]
     grid = small_grid(agents=None, conditions=conditions, seeds=4, maps=["HandOff"])
     plan = planned_matches(grid)
     nfd = {"old": -0.5, "new": 0.5}
