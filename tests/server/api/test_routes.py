@@ -69,6 +69,7 @@ def test_a_room_has_tokens_for_the_seats_at_this_screen_only(live: Live) -> None
     _, view = live.call(f"/api/rooms/{room['room']}")
     assert (view["phase"], view["map"], view["open_seats"]) == ("lobby", "Simple", [1])
     assert [seat["colour"] for seat in view["seats"]] == ["blue", "red"]
+    assert view["subprotocol"] == m.SUBPROTOCOL
 
 
 def test_a_limit_that_cannot_be_is_refused_for_practice_too(live: Live) -> None:
