@@ -5,7 +5,7 @@
  */
 
 import { openWithToken } from "../components/admin_token.js";
-import { ApiError, request, requestJson } from "../core/api.js";
+import { ApiError, requestBlob, requestJson } from "../core/api.js";
 import { namedBadge } from "../components/named_badge.js";
 import { byId, el, notice } from "../core/dom.js";
 import { ticksOf } from "../core/ticks.js";
@@ -301,7 +301,7 @@ class AnnotatePage {
 
   async #download() {
     try {
-      save(await (await request(`${API}/annotations.csv`, { token: this.token })).blob(), "annotations.csv");
+      save(await requestBlob(`${API}/annotations.csv`, { token: this.token }), "annotations.csv");
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       this.#problem(error);
