@@ -277,6 +277,7 @@ def test_the_page_is_accessible_before_and_after_all_are_judged(
     assert violations(page) == []
     for done in range(2):
         expect(page.locator("#progress")).to_contain_text(f"{done} ")
+        expect(page.locator(".annotate-span")).to_be_attached(timeout=30_000)
         page.keyboard.press("1")
     expect(page.locator("#problem .notice")).to_be_visible()
     assert violations(page) == []

@@ -61,7 +61,7 @@ export class Transport {
   }
 
   /**
-   * Listens to the buttons, to the keys of every replay and to those of the page, which do nothing more while held down.
+   * Listens to the buttons, to the keys of every replay and to those of the page, which do one thing per press.
    * @param {Keys} keys
    */
   listen(keys) {

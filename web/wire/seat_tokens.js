@@ -4,7 +4,7 @@
 
 const LEFT = "movingout.left";
 
-/** What could not be stored, by room: a page without storage still comes back after a loss. @type {Map<string, string[]>} */
+/** What could not be stored, by room: this page still comes back after a loss. @type {Map<string, string[]>} */
 const ofThisPage = new Map();
 
 /** @param {string} room */

@@ -68,7 +68,7 @@ test("two people at one screen are told their keys, and who does not play what h
   assert.equal(seatsNote(["here", "link"]), "");
 });
 
-test("two people at one screen who have changed their keys are told their own, as printed on their keyboard", async () => {
+test("two people at one screen are told the keys that they chose, as printed on their keyboard", async () => {
   const own = withKey(withKey(structuredClone(DEFAULTS), 0, "grab", "KeyE"), 1, "up", "Numpad8");
   await readLayout({ getLayoutMap: async () => new Map(Object.entries({ KeyW: "z", KeyA: "q" })) });
   const note = seatsNote(["here", "here"], kept(JSON.stringify(own)));

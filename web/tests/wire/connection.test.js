@@ -267,7 +267,7 @@ test("handshakes that a server of another protocol keeps refusing ask for a relo
   assert.match(String(statuses.at(-1)), /^over: .*reload/);
 });
 
-test("handshakes that a server of this protocol refuses are tried until it takes one, and people read why", async () => {
+test("handshakes that a server of this protocol refuses are tried on, and people read why", async () => {
   storage.set(KEY, '["mine"]');
   Object.assign(globalThis, { fetch: async () => Response.json({ subprotocol: wire.SUBPROTOCOL }) });
   connect();
