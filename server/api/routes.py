@@ -156,6 +156,7 @@ def _room_view(room: Room) -> dict[str, Any]:
         "open_seats": [seat.index for seat in room.seats if seat.open],
         "seats": msgspec.to_builtins(state.seats),
         "weighs": agent_debug.weighs(room),
+        "subprotocol": m.SUBPROTOCOL,  # a handshake that is refused tells a page nothing
     }
 
 

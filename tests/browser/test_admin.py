@@ -103,6 +103,26 @@ def test_all_rooms_of_an_address_are_closed_at_once(server: Server, open_page: O
         expect(page.locator(f"[data-room='{room}']")).to_have_count(0)
 
 
+def test_why_a_room_could_not_be_closed_stays_until_the_next_action(browser: Browser, server: Server) -> None:
+    room = server.make_room("FourCorners", blue="link", red="idle")["room"]
+    refusal = {"error": {"code": "fault", "message": "", "values": {}}}
+    with complaining_page(browser, server, "") as page:
+        page.add_init_script(unlocked(server))
+        page.route("**/close", lambda route: route.fulfill(status=500, json=refusal))
+        page.goto("/admin")
+        close = page.locator(f"[data-room='{room}']").get_by_role("button", name="Close")
+        close.click()
+        page.get_by_role("button", name="Close the room").click()
+        problem = page.get_by_role("alert").filter(has_text="Something went wrong")
+        expect(problem).to_have_text("Something went wrong on the server. Please try again.")
+        for _ in range(2):
+            with page.expect_response("**/api/admin/state"):
+                pass
+        expect(problem).to_be_visible()
+        close.click()
+        expect(problem).to_have_count(0)
+
+
 def test_the_keyboard_keeps_its_place_while_the_figures_change(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("LeftRight", blue="link", red="idle")["room"]
     page = open_page("/admin", script=unlocked(server))

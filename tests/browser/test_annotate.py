@@ -78,6 +78,7 @@ def test_all_findings_are_judged_with_the_keyboard_and_an_answer_can_be_changed(
     expect(question).to_have_text("Red needs help with the large rectangle. Does Blue fail to come?")
     for done in range(2):
         expect(page.locator("#progress")).to_have_text(f"{done} of 2 judged")
+        expect(page.locator(".annotate-span")).to_be_attached(timeout=30_000)
         page.keyboard.press("1")
     expect(page.locator("#problem")).to_have_text("You have judged all of these. Thank you!")
     assert judged(folder) == ["confirmed"] * 2
@@ -89,6 +90,43 @@ def test_all_findings_are_judged_with_the_keyboard_and_an_answer_can_be_changed(
     expect(row).to_contain_text("No")
     page.reload()
     expect(page.locator("#progress")).to_have_text("2 of 2 judged", timeout=30_000)
+
+
+@pytest.mark.parametrize("key", ["1", "Enter"])
+def test_a_key_held_down_and_a_double_click_judge_one_finding(
+    open_page: OpenPage, server: Server, folder: Path, key: str
+) -> None:
+    page = annotating(open_page, server)
+    yes = page.locator("#confirmed")
+    yes.focus()
+    page.keyboard.down(key)
+    expect(page.locator("#progress")).to_have_text("1 of 2 judged")
+    expect(page.locator(".annotate-span")).to_be_attached(timeout=30_000)
+    page.keyboard.down(key)  # repeated, by now about the other finding
+    page.keyboard.up(key)
+    yes.dispatch_event("click", {"detail": 2})
+    page.keyboard.press("2")
+    expect(page.locator("#progress")).to_have_text("2 of 2 judged")
+    assert judged(folder) == ["confirmed", "rejected"]
+
+
+def test_a_finding_is_judged_once_it_is_shown_and_where_it_cannot_be_only_as_unclear(
+    open_page: OpenPage, server: Server, folder: Path
+) -> None:
+    page = annotating(open_page, server)
+    held: list[Route] = []
+    page.route("**/poses", lambda route: held.append(route))
+    page.keyboard.press("1")
+    expect(page.locator("#progress")).to_have_text("1 of 2 judged")
+    page.keyboard.press("1")  # nothing of it has been seen
+    until(page, lambda: bool(held))
+    held[0].fulfill(body=b"")
+    expect(page.locator("#problem")).to_contain_text("This recording has 0 pictures")
+    expect(page.locator("#confirmed")).to_be_disabled()
+    page.keyboard.press("2")
+    page.keyboard.press("3")
+    expect(page.locator("#progress")).to_have_text("2 of 2 judged")
+    assert judged(folder) == ["confirmed", "unsure"]
 
 
 def test_who_chooses_another_finding_while_a_verdict_is_saved_stays_there(
@@ -239,6 +277,7 @@ def test_the_page_is_accessible_before_and_after_all_are_judged(
     assert violations(page) == []
     for done in range(2):
         expect(page.locator("#progress")).to_contain_text(f"{done} ")
+        expect(page.locator(".annotate-span")).to_be_attached(timeout=30_000)
         page.keyboard.press("1")
     expect(page.locator("#problem .notice")).to_be_visible()
     assert violations(page) == []

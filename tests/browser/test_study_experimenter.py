@@ -217,6 +217,23 @@ def test_everything_can_be_paused_and_alerts_are_put_away(open_page: OpenPage) -
     assert [action for action, _ in study.heard] == ["pause", "resume"]
 
 
+def test_why_not_everything_could_be_paused_stays_until_the_next_action(browser: Browser, server: Server) -> None:
+    study = FakeDashboard()
+    with complaining_page(browser, server, "/healthz") as page:
+        page.add_init_script(UNLOCKED)
+        study.open(page)
+        study.refuse = "The disk is full."
+        page.get_by_role("button", name="Pause all").click()
+        problem = page.get_by_role("alert").filter(has_text="The disk is full.")
+        expect(problem).to_have_text("The disk is full.")
+        with page.expect_response("**/api/experimenter/state"):
+            pass
+        expect(problem).to_be_visible()
+        study.refuse = ""
+        page.get_by_role("button", name="Pause all").click()
+        expect(problem).to_have_count(0)
+
+
 def test_the_next_participants_link_is_a_code_to_scan_and_notes_and_payments_are_kept(
     open_page: OpenPage, server: Server, pictures: Path
 ) -> None:

@@ -152,6 +152,8 @@ function seats({ seats, spectators }) {
 
 /** @param {string} room */
 async function closeRoom(room) {
+  const problem = byId("problem", HTMLElement);
+  problem.replaceChildren();
   const dialog = byId("close-dialog", HTMLDialogElement);
   byId("close-text", HTMLElement).textContent = say("admin.closeRoom.text", { room });
   const rooms = shown.get(room)?.rooms ?? 0;
@@ -167,7 +169,7 @@ async function closeRoom(room) {
     await update();
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
-    setLost(sayError(error));
+    problem.replaceChildren(notice("bad", sayError(error)));
   }
 }
 

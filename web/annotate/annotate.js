@@ -5,7 +5,7 @@
  */
 
 import { openWithToken } from "../components/admin_token.js";
-import { ApiError, request, requestJson } from "../core/api.js";
+import { ApiError, requestBlob, requestJson } from "../core/api.js";
 import { namedBadge } from "../components/named_badge.js";
 import { byId, el, notice } from "../core/dom.js";
 import { ticksOf } from "../core/ticks.js";
@@ -18,7 +18,7 @@ import { colourName, mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 import { askName, forgetName, keptName } from "./annotator.js";
 import { highlight } from "./highlight.js";
-import { CASES, hasBoth, judged, neighbour, nextOpen, wantedFindings } from "./queue.js";
+import { CASES, hasBoth, judged, mayJudge, neighbour, nextOpen, wantedFindings } from "./queue.js";
 
 /** @typedef {import("./queue.js").Finding} Finding */
 /** @typedef {import("./queue.js").Said} Said */
@@ -73,6 +73,8 @@ class AnnotatePage {
   #current = null;
   /** @type {import("../replay/data.js").Replay | null} */
   #replay = null;
+  /** @type {import("./queue.js").Sight} */
+  #sight = "loading";
   #stopsAt = Infinity; // ticks; where the excerpt ends, unless somebody moves on
   #visits = 0; // findings opened so far
   /** @type {Set<Finding>} whose verdicts are on their way */
@@ -107,6 +109,8 @@ class AnnotatePage {
     this.#current = finding;
     this.#visits += 1;
     this.#replay = null;
+    this.#sight = "loading";
+    byId("marks", HTMLElement).replaceChildren();
     this.#showList();
     this.#ask();
     if (finding === null) return;
@@ -115,11 +119,15 @@ class AnnotatePage {
       if (this.#current !== finding) return; // another one was chosen meanwhile
       this.#replay = replay;
       this.transport.open(replay);
+      this.#sight = "shown";
       this.#markSpan(finding, replay.ticks);
       this.watch();
     } catch (error) {
       if (!(error instanceof ApiError) && !(error instanceof ReplayError)) throw error;
-      if (this.#current === finding) this.#problem(error);
+      if (this.#current !== finding) return;
+      this.#sight = "unreadable";
+      this.#press();
+      this.#problem(error);
     }
   }
 
@@ -135,7 +143,7 @@ class AnnotatePage {
   /** @param {Verdict} verdict */
   async judge(verdict) {
     const finding = this.#current;
-    if (finding === null || this.#saving.has(finding)) return;
+    if (finding === null || this.#saving.has(finding) || !mayJudge(verdict, this.#sight)) return;
     const visit = this.#visits;
     this.#saving.add(finding);
     const said = { verdict, note: noteInput.value.trim() };
@@ -170,8 +178,7 @@ class AnnotatePage {
   }
 
   #listen() {
-    for (const verdict of VERDICTS)
-      byId(verdict, HTMLElement).addEventListener("click", () => void this.judge(verdict));
+    for (const verdict of VERDICTS) this.#listenTo(byId(verdict, HTMLElement), verdict);
     byId("again", HTMLElement).addEventListener("click", () => this.watch());
     byId("download", HTMLElement).addEventListener("click", () => void this.#download());
     const rename = byId("rename", HTMLElement);
@@ -188,6 +195,15 @@ class AnnotatePage {
       ",": () => this.move(-1),
       ".": () => this.move(1),
     });
+  }
+
+  /**
+   * One press is one verdict: a double click, or a key held down, does not judge the next finding.
+   * @param {HTMLElement} button @param {Verdict} verdict
+   */
+  #listenTo(button, verdict) {
+    button.addEventListener("click", (event) => event.detail < 2 && void this.judge(verdict));
+    button.addEventListener("keydown", (event) => event.repeat && event.preventDefault());
   }
 
   #showFilters() {
@@ -267,7 +283,7 @@ class AnnotatePage {
     const said = this.#current ? this.said[this.#current.id] : undefined;
     for (const verdict of VERDICTS) {
       const button = byId(verdict, HTMLButtonElement);
-      button.disabled = this.#current === null;
+      button.disabled = this.#current === null || (this.#sight === "unreadable" && !mayJudge(verdict, this.#sight));
       button.setAttribute("aria-pressed", String(said?.verdict === verdict));
     }
   }
@@ -301,7 +317,7 @@ class AnnotatePage {
 
   async #download() {
     try {
-      save(await (await request(`${API}/annotations.csv`, { token: this.token })).blob(), "annotations.csv");
+      save(await requestBlob(`${API}/annotations.csv`, { token: this.token }), "annotations.csv");
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       this.#problem(error);

@@ -18,6 +18,7 @@
  */
 /** @typedef {{verdict: Verdict, note: string}} Said */
 /** @typedef {Readonly<Record<string, Said>>} SaidById */
+/** @typedef {"loading" | "shown" | "unreadable"} Sight of the replay of a finding */
 
 export const CASES = /** @type {const} */ (["keeps", "stays_away", "no_grasp"]);
 
@@ -49,6 +50,15 @@ export function nextOpen(findings, said, current) {
 export function neighbour(findings, current, direction) {
   const at = findings.findIndex((one) => one.id === current);
   return (at < 0 ? findings[0] : findings[at + direction]) ?? null;
+}
+
+/**
+ * Whether a finding can be judged so: one that was not seen cannot, and of one whose recording cannot be opened nobody
+ * can tell.
+ * @param {Verdict} verdict @param {Sight} sight
+ */
+export function mayJudge(verdict, sight) {
+  return sight === "shown" || (sight === "unreadable" && verdict === "unsure");
 }
 
 /** How many of the findings are judged. @param {readonly Finding[]} findings @param {SaidById} said */

@@ -31,12 +31,7 @@ export async function request(path, { token, body, method, signal } = {}) {
   if (token) headers.set("Authorization", `Bearer ${token}`);
   if (body !== undefined) headers.set("Content-Type", "application/json");
   const init = { method: method ?? (body === undefined ? "GET" : "POST"), headers, signal: signal ?? null };
-  const answer = await fetch(path, body === undefined ? init : { ...init, body: JSON.stringify(body) }).catch(
-    (error) => {
-      if (error instanceof DOMException && error.name === "AbortError") throw error;
-      throw new ApiError("offline", SERVER_GONE, 0);
-    },
-  );
+  const answer = await fetch(path, body === undefined ? init : { ...init, body: JSON.stringify(body) }).catch(noAnswer);
   if (!answer.ok) throw await refusal(answer);
   return answer;
 }
@@ -46,8 +41,31 @@ export async function request(path, { token, body, method, signal } = {}) {
  * @param {{token?: string, body?: unknown, method?: string, signal?: AbortSignal}} [options]
  * @returns {Promise<any>}
  */
-export async function requestJson(path, options) {
-  return (await request(path, options)).json();
+export function requestJson(path, options) {
+  return contentOf(request(path, options), "json");
+}
+
+/** A file, whole. @param {string} path @param {{token?: string}} [options] @returns {Promise<Blob>} */
+export function requestBlob(path, options) {
+  return contentOf(request(path, options), "blob");
+}
+
+/**
+ * What an answer contains, all of it. One that breaks off, or is no JSON, such as the page with which a public network
+ * asks for a login, is an ApiError like no answer at all.
+ * @template {"json" | "blob" | "arrayBuffer" | "text"} Kind
+ * @param {Promise<Response>} answer @param {Kind} kind
+ * @returns {Promise<Awaited<ReturnType<Response[Kind]>>>}
+ */
+export async function contentOf(answer, kind) {
+  const content = /** @type {Promise<any>} */ ((await answer)[kind]());
+  return content.catch(noAnswer);
+}
+
+/** @param {unknown} error with which a request failed @returns {never} */
+function noAnswer(error) {
+  if (error instanceof DOMException && error.name === "AbortError") throw error;
+  throw new ApiError("offline", SERVER_GONE, 0);
 }
 
 /**

@@ -4,7 +4,7 @@
  */
 
 import { SERVE_EVERYWHERE, linkButtons, loopbackWarning } from "../components/link.js";
-import { request, requestJson } from "../core/api.js";
+import { contentOf, request, requestBlob, requestJson } from "../core/api.js";
 import { el, notice } from "../core/dom.js";
 import { say, sayError } from "../text/catalogue.js";
 import { actionsFor } from "./words.js";
@@ -129,8 +129,8 @@ export async function openNext(token, act) {
   try {
     const { code, path } = /** @type {{code: string, path: string}} */ (await act("open-next", {}));
     const address = new URL(path, location.href).href;
-    const answer = await request(`/api/experimenter/qr.svg?code=${encodeURIComponent(code)}`, { token });
-    const picture = `data:image/svg+xml,${encodeURIComponent(await answer.text())}`;
+    const drawn = request(`/api/experimenter/qr.svg?code=${encodeURIComponent(code)}`, { token });
+    const picture = `data:image/svg+xml,${encodeURIComponent(await contentOf(drawn, "text"))}`;
     box.replaceChildren(
       el("img", { class: "qr", src: picture, alt: say("experimenter.qr"), width: 200, height: 200 }),
       el("p", { class: "next-code" }, code),
@@ -147,8 +147,7 @@ export async function openNext(token, act) {
 /** Downloads what everybody is to be paid. @param {string} token @param {HTMLElement} said */
 export async function downloadPayments(token, said) {
   try {
-    const answer = await request("/api/experimenter/payments.csv", { token });
-    const address = URL.createObjectURL(await answer.blob());
+    const address = URL.createObjectURL(await requestBlob("/api/experimenter/payments.csv", { token }));
     el("a", { href: address, download: "payments.csv" }).click();
     setTimeout(() => URL.revokeObjectURL(address), 1000);
     said.textContent = say("experimenter.saved");

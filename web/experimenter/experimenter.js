@@ -104,11 +104,13 @@ class Dashboard {
 
   /** @param {string} action @param {Record<string, unknown>} body */
   async #do(action, body) {
+    const problem = byId("problem", HTMLElement);
+    problem.replaceChildren();
     try {
       await this.act(action, body);
       await this.#ask();
     } catch (error) {
-      this.#setLost(sayError(error));
+      problem.replaceChildren(notice("bad", sayError(error)));
     }
   }
 

@@ -28,7 +28,13 @@ export const BUTTON_ACTIONS = /** @type {ButtonAction[]} */ (Object.keys(BUTTONS
 export const DEAD_ZONES = /** @type {const} */ ([0.3, 0.15]); // 0.3 is the official collector's
 /** Keys that pause the game, whatever else is chosen. */
 export const PAUSE_KEYS = Object.freeze(["Escape", "KeyP"]);
+const SHORTCUT_KEY = /^(Control|Alt|Meta|OS)/; // Firefox once said OSLeft, and a key without a place is AltGraph
 const STORAGE_KEY = "movingout.mapping";
+
+/** Whether a key is for shortcuts: what is pressed with it is the browser's. @param {string} code */
+export function isShortcutKey(code) {
+  return SHORTCUT_KEY.test(code);
+}
 
 /** @param {0 | 1} set @returns {KeySet} */
 function defaultKeys(set) {
@@ -57,7 +63,7 @@ function completed(kept) {
   const codes = filledIn(
     slots.map(({ set, action }) => DEFAULTS.keys[set][action]),
     slots.map(({ set, action }) => kept.keys?.[set]?.[action]),
-    (code) => typeof code === "string" && !PAUSE_KEYS.includes(code),
+    (code) => typeof code === "string" && !PAUSE_KEYS.includes(code) && !isShortcutKey(code),
   );
   const indices = filledIn(
     BUTTON_ACTIONS.map((action) => BUTTONS[action]),

@@ -3,7 +3,9 @@
  * What can be chosen in the lobby, and the request that a choice becomes. Knows neither page nor network.
  */
 
+import { lastingStorage } from "../core/browser_storage.js";
 import { secondsOf, ticksOf } from "../core/ticks.js";
+import { keyName, loadMapping, moveName } from "../input/mapping.js";
 import { LIMIT_TICKS } from "../messages.js";
 import { say } from "../text/catalogue.js";
 import { partnerLine, partnerName } from "./partners.js";
@@ -119,11 +121,16 @@ export function roomRequest(choice, maps, practice = false, proposed = undefined
 /**
  * What the two seats together mean, in one sentence; empty when it is plain.
  * @param {readonly [string, string]} seats
+ * @param {Pick<Storage, "getItem">} [storage] with the reader's own keys
  */
-export function seatsNote(seats) {
+export function seatsNote(seats, storage = lastingStorage()) {
   const [blue, red] = seats;
   if (blue === "here" && red === "here") {
-    return say("lobby.note.twoHere");
+    const [first, second] = loadMapping(storage).keys;
+    return say("lobby.note.twoHere", {
+      ...{ move1: moveName(first), grab1: keyName(first.grab) },
+      ...{ move2: moveName(second), grab2: keyName(second.grab) },
+    });
   }
   if (!seats.includes("here")) return say(seats.some(isOpen) ? "lobby.note.links" : "lobby.note.watch");
   return "";

@@ -24,7 +24,8 @@ export class Announcer {
     const company = companyText(game.room, game.own);
     this.#before = { phase, delivered, stalled: scene.stalled, tick: scene.tick, company };
     const limit = game.round?.limit_ticks ?? 0;
-    const passed = (/** @type {number} */ tick) => limit > 0 && before.tick < tick && scene.tick >= tick;
+    const seen = limit > 0 && before.tick > 0; // who comes later has not seen what passed before
+    const passed = (/** @type {number} */ tick) => seen && before.tick < tick && scene.tick >= tick;
     if ((phase === "lobby" || isOver(phase)) && phase === before.phase && company !== before.company)
       this.#next = company;
     if (phase === "countdown" && before.phase !== "countdown") this.#next = say("play.announce.countdown");

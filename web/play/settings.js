@@ -8,6 +8,7 @@ import {
   buttonName,
   DEAD_ZONES,
   DEFAULTS,
+  isShortcutKey,
   KEY_ACTIONS,
   keyName,
   PAUSE_KEYS,
@@ -172,6 +173,7 @@ export class Settings {
     const name = keyName(code);
     if (code === "Escape") return this.#draw();
     if (PAUSE_KEYS.includes(code)) return this.#draw(notice("bad", say("play.settings.pauses", { name })));
+    if (isShortcutKey(code)) return this.#draw(notice("bad", say("play.settings.shortcuts", { name })));
     const use = useOfKey(this.mapping, code, set, action);
     const changed = withKey(this.mapping, set, action, code);
     if (use === null) return this.#change(changed);

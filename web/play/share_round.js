@@ -4,7 +4,7 @@
  */
 
 import { canShare } from "../components/link.js";
-import { request } from "../core/api.js";
+import { requestBlob } from "../core/api.js";
 import { el } from "../core/dom.js";
 import { currentLanguage, say, sayError } from "../text/catalogue.js";
 
@@ -44,8 +44,8 @@ function button(what, kind, shared, said) {
  */
 async function hand(kind, { room, token, recording }) {
   const path = `/api/rooms/${room}/rounds/${recording}.${kind}?language=${currentLanguage()}`;
-  const answer = await request(path, { token: token() });
-  const file = new File([await answer.blob()], `${say("play.result.fileName")}.${kind}`, { type: `image/${kind}` });
+  const picture = await requestBlob(path, { token: token() });
+  const file = new File([picture], `${say("play.result.fileName")}.${kind}`, { type: `image/${kind}` });
   if (canShare() && navigator.canShare?.({ files: [file] })) {
     const sent = await navigator.share({ files: [file] }).then(
       () => true,

@@ -4,7 +4,7 @@
  */
 
 import { openWithToken } from "../components/admin_token.js";
-import { request } from "../core/api.js";
+import { requestBlob } from "../core/api.js";
 import { decodeValues } from "../core/metric_values.js";
 import { namedBadge } from "../components/named_badge.js";
 import { byId, el, notice } from "../core/dom.js";
@@ -143,10 +143,7 @@ function outcomeWords(outcome) {
 /** Fetched, since a link cannot carry the token that a study's server requires. @param {string} id */
 async function download(id) {
   try {
-    save(
-      await (await request(`/api/recordings/${encodeURIComponent(id)}/file`, { token: adminToken })).blob(),
-      `${id}.mcap`,
-    );
+    save(await requestBlob(`/api/recordings/${encodeURIComponent(id)}/file`, { token: adminToken }), `${id}.mcap`);
   } catch (error) {
     byId("ask", HTMLElement).replaceChildren(notice("bad", sayError(error)));
   }

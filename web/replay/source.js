@@ -5,7 +5,7 @@
  */
 
 import { openWithToken } from "../components/admin_token.js";
-import { ApiError, request, requestJson } from "../core/api.js";
+import { ApiError, contentOf, request, requestBlob, requestJson } from "../core/api.js";
 import { decodeCurves, decodeValues } from "../core/metric_values.js";
 import { say } from "../text/catalogue.js";
 import { Replay } from "./data.js";
@@ -33,10 +33,10 @@ export class ReplaySource {
   async load(ask) {
     const summary = await this.#summary(ask);
     // The server has computed and kept the poses with the summary.
-    const poses = await request(`${this.path}/poses`, { token: this.#token });
+    const poses = await contentOf(request(`${this.path}/poses`, { token: this.#token }), "arrayBuffer");
     const { metrics, curves } = summary;
     const decoded = { ...summary, metrics: decodeValues(metrics), curves: decodeCurves(curves) };
-    return new Replay(decoded, await poses.arrayBuffer());
+    return new Replay(decoded, poses);
   }
 
   /** @returns {Promise<DecisionTrace[]>} in order of ticks */
@@ -45,8 +45,8 @@ export class ReplaySource {
   }
 
   /** The recording itself. */
-  async file() {
-    return (await request(`${this.path}/file`, { token: this.#token })).blob();
+  file() {
+    return requestBlob(`${this.path}/file`, { token: this.#token });
   }
 
   /** @param {HTMLElement} ask */

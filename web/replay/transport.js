@@ -60,7 +60,10 @@ export class Transport {
     return tickAt(this.player.timeMs);
   }
 
-  /** Listens to the buttons, to the keys of every replay and to those of the page. @param {Keys} keys */
+  /**
+   * Listens to the buttons, to the keys of every replay and to those of the page, which do one thing per press.
+   * @param {Keys} keys
+   */
   listen(keys) {
     this.#play.addEventListener("click", () => this.toggle());
     byId("back", HTMLElement).addEventListener("click", () => this.step(-1));
@@ -128,7 +131,7 @@ export class Transport {
     const action = actionFor(keys, event);
     if (!action) return;
     event.preventDefault();
-    action();
+    if (!event.repeat || !Object.values(ofPage).includes(action)) action();
   }
 
   /** @param {number} now */

@@ -24,8 +24,8 @@ const FIRST_PINGS = 5; // in quick succession, to know the clock at once
 const FIRST_PING_MS = 60;
 const SILENT_MS = 5000; // the server says something every second; so long without a word and the line is dead
 const HANDSHAKE_MS = 2 * SILENT_MS; // a slow line opens within this; an unanswered handshake would last for minutes
-const REFUSED_TRIES = 3; // handshakes refused in a row before the page asks why
-const REFUSED_ANSWERS = 3; // and this often the server knew the room: this page is too old
+const FAILED_TRIES = 3; // handshakes that failed in a row before the page asks why
+const ANSWERS = 3; // and this often the server knew the room: only its live connection fails
 /** The codes with which the server closes for good. @type {Readonly<Record<number, string>>} */
 const ENDINGS = Object.freeze({
   [wire.CLOSE_KICKED]: "kicked",
@@ -42,7 +42,7 @@ export class Connection {
   /** @type {WebSocket | null} */
   #socket = null;
   #tries = 0;
-  #refused = 0;
+  #failed = 0;
   #answers = 0;
   #heardAtMs = 0;
   /** @type {wire.Bye | null} */
@@ -104,7 +104,7 @@ export class Connection {
   }
 
   #join() {
-    this.#refused = 0;
+    this.#failed = 0;
     this.#answers = 0;
     const tokens = this.mode === "play" ? loadTokens(this.room) : [];
     const claim = this.mode === "play" && tokens.length === 0 ? 1 : 0;
@@ -181,8 +181,6 @@ export class Connection {
       this.#again(0); // the room is in another process of the server, which expects this page now
       return;
     }
-    this.#refused += 1;
-    if (this.#refused >= REFUSED_TRIES) this.#askWhy();
     this.#retryLater();
   }
 
@@ -195,10 +193,12 @@ export class Connection {
   }
 
   #retryLater() {
+    this.#failed += 1;
+    if (this.#failed >= FAILED_TRIES) void this.#askWhy();
     const last = this.#goodbye?.error === "moving" ? MOVING_MS : BACK_OFF_MS.last;
     const waitMs = Math.min(last, BACK_OFF_MS.first * 2 ** this.#tries);
     this.#tries += 1;
-    this.listener.onStatus("reconnecting", undefined, lossText(this.#goodbye));
+    this.listener.onStatus("reconnecting", undefined, lossText(this.#goodbye) || this.#refusalText);
     this.#again(waitMs * (0.8 + 0.4 * Math.random())); // not everybody in the same instant
   }
 
@@ -218,17 +218,23 @@ export class Connection {
     this.#retry = setTimeout(() => this.open(), waitMs);
   }
 
-  /** The handshake fails: is the room gone, is the server away, or is this page too old? */
+  /** The handshake fails: is the room gone, the server away, this page too old, or is there no live connection now? */
   async #askWhy() {
     try {
-      await requestJson(`/api/rooms/${encodeURIComponent(this.room)}`);
+      const { subprotocol = wire.SUBPROTOCOL } = await requestJson(`/api/rooms/${encodeURIComponent(this.room)}`);
       this.#answers += 1; // once means little: the server may have come back between the handshake and this question
-      if (this.#answers >= REFUSED_ANSWERS && !this.#over) this.#end("outdated");
+      const outdated = subprotocol !== wire.SUBPROTOCOL;
+      if (outdated && this.#answers >= ANSWERS && !this.#over) this.#end("outdated");
     } catch (error) {
       const status = /** @type {{status?: number}} */ (error).status;
       if (status === 404) this.#end("notFound");
       else this.#answers = 0; // nobody answers at all: keep trying
     }
+  }
+
+  /** Browsers do not tell their pages why a handshake is refused; empty while the server may just be away. */
+  get #refusalText() {
+    return this.#answers >= ANSWERS ? say("play.noLiveConnection") : "";
   }
 
   /** @param {string} [kind] a value of ENDINGS; none: this page hangs up @param {wire.Bye | null} [goodbye] */

@@ -4,13 +4,16 @@
 
 const LEFT = "movingout.left";
 
+/** What could not be stored, by room: this page still comes back after a loss. @type {Map<string, string[]>} */
+const ofThisPage = new Map();
+
 /** @param {string} room */
 const keyOf = (room) => `movingout.tokens.${room}`;
 
 /** @param {string} room @returns {string[]} in seat order; empty when this tab has no seat there */
 export function loadTokens(room) {
   try {
-    return textsIn(JSON.parse(sessionStorage.getItem(keyOf(room)) ?? "[]"));
+    return ofThisPage.get(room) ?? textsIn(JSON.parse(sessionStorage.getItem(keyOf(room)) ?? "[]"));
   } catch {
     return []; // storage switched off, or somebody else's value under our key
   }
@@ -18,11 +21,12 @@ export function loadTokens(room) {
 
 /** @param {string} room @param {readonly (string | null)[]} tokens  null for a seat that is not ours */
 export function saveTokens(room, tokens) {
+  const own = tokens.filter((token) => token !== null);
   try {
-    const own = tokens.filter((token) => token !== null);
     sessionStorage.setItem(keyOf(room), JSON.stringify(own));
+    ofThisPage.delete(room);
   } catch {
-    // Without storage a reload takes a new seat; the game itself goes on.
+    ofThisPage.set(room, own); // forbidden or full: only a reload takes a new seat
   }
 }
 

@@ -3,6 +3,7 @@
 import contextlib
 import gzip
 import http.client
+import json
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,8 +11,8 @@ from types import SimpleNamespace
 import pytest
 
 from movingout.agents.built_in import AgentCard
-from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR
-from movingout.agents.checkpoint.checkpoint import SHIPPED, read_checkpoint
+from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, agent_card
+from movingout.agents.checkpoint.checkpoint import SHIPPED, read_checkpoint, readable_checkpoints
 from movingout.maps import map_from_json, shipped_map_names
 from movingout.server import messages as m
 from movingout.server import status as server_status
@@ -62,6 +63,15 @@ def test_the_catalogue_says_what_a_trained_agent_learned_from_and_reaches_and_no
         assert agents[untrained]["population"] == agents[untrained]["policy"] == ""
 
 
+def test_every_language_says_whom_the_shipped_agents_learned_from() -> None:
+    cards = [agent_card(checkpoint.card.id) for checkpoint in readable_checkpoints(SHIPPED)]
+    learned = {card.population.split(";")[0] for card in cards}
+    keys = {f"lobby.population.{people.replace(' ', '-')}" for people in learned}
+    assert len(keys) >= 2
+    for path in (WEB / "words").glob("*.json"):
+        assert keys - json.loads(path.read_text("utf-8")).keys() == set(), path.name
+
+
 def test_a_room_has_tokens_for_the_seats_at_this_screen_only(live: Live) -> None:
     room = live.open_room("here", "link")
     assert isinstance(room["tokens"][0], str) and room["tokens"][1] is None
@@ -69,6 +79,7 @@ def test_a_room_has_tokens_for_the_seats_at_this_screen_only(live: Live) -> None
     _, view = live.call(f"/api/rooms/{room['room']}")
     assert (view["phase"], view["map"], view["open_seats"]) == ("lobby", "Simple", [1])
     assert [seat["colour"] for seat in view["seats"]] == ["blue", "red"]
+    assert view["subprotocol"] == m.SUBPROTOCOL
 
 
 def test_a_limit_that_cannot_be_is_refused_for_practice_too(live: Live) -> None:

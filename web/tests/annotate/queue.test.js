@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { hasBoth, judged, neighbour, nextOpen, wantedFindings } from "../../annotate/queue.js";
+import { hasBoth, judged, mayJudge, neighbour, nextOpen, wantedFindings } from "../../annotate/queue.js";
 
 /** @param {string} id @param {string} kind @param {boolean} human */
 const finding = (id, kind, human = false) => ({
@@ -35,6 +35,13 @@ test("the neighbours end at both ends", () => {
   assert.equal(neighbour(ALL, "c", 1), null);
   assert.equal(neighbour(ALL, "gone", 1), A);
   assert.equal(neighbour([], "", -1), null);
+});
+
+test("what was not seen cannot be judged, and of what cannot be opened nobody can tell", () => {
+  const verdicts = /** @type {const} */ (["confirmed", "rejected", "unsure"]);
+  const may = (/** @type {import("../../annotate/queue.js").Sight} */ sight) =>
+    verdicts.filter((verdict) => mayJudge(verdict, sight));
+  assert.deepEqual([may("loading"), may("shown"), may("unreadable")], [[], [...verdicts], ["unsure"]]);
 });
 
 test("only what is shown counts as judged", () => {

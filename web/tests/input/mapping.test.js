@@ -6,6 +6,7 @@ import {
   BUTTON_ACTIONS,
   buttonName,
   DEFAULTS,
+  isShortcutKey,
   KEY_ACTIONS,
   keyName,
   loadMapping,
@@ -35,6 +36,16 @@ test("a kept key that pauses the game gives way to the default", () => {
   kept.keys[0].grab = "KeyP";
   kept.keys[1].up = "Escape";
   assert.deepEqual(loadMapping(storage(JSON.stringify(kept))), DEFAULTS);
+});
+
+test("a kept key for shortcuts gives way to the default: it never did anything", () => {
+  for (const code of ["ControlLeft", "ControlRight", "AltLeft", "AltRight", "AltGraph", "MetaLeft", "OSRight"]) {
+    const kept = structuredClone(DEFAULTS);
+    kept.keys[0].backward = code;
+    assert.deepEqual(loadMapping(storage(JSON.stringify(kept))), DEFAULTS, code);
+    assert.ok(isShortcutKey(code), code);
+  }
+  assert.ok(DEFAULTS.keys.flatMap((keys) => Object.values(keys)).every((code) => !isShortcutKey(code)));
 });
 
 test("nothing usable in storage means the defaults", () => {

@@ -2,10 +2,15 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { readLayout } from "../../input/keyboard_layout.js";
+import { DEFAULTS, withKey } from "../../input/mapping.js";
 import { defaultPartner, parseSeed, roomRequest, seatOptions, seatRequest, seatsNote } from "../../lobby/choice.js";
 import { speak } from "../text/support.js";
 
 speak("en");
+
+/** @param {string | null} mapping */
+const kept = (mapping) => ({ getItem: () => mapping });
 
 const AGENTS = [
   { id: "idle", name: "Idle", description: "Stands still." },
@@ -57,10 +62,18 @@ test("the first partner is the server's, else scripted, else whoever moves, else
 });
 
 test("two people at one screen are told their keys, and who does not play what happens", () => {
-  assert.match(seatsNote(["here", "here"]), /W A S D/);
+  assert.match(seatsNote(["here", "here"], kept(null)), /blue on W A S D with Space and red on ↑ ← ↓ → with Enter/);
   assert.match(seatsNote(["link", "agent:idle"]), /links/);
   assert.match(seatsNote(["agent:idle", "agent:scripted"]), /watch/);
   assert.equal(seatsNote(["here", "link"]), "");
+});
+
+test("two people at one screen are told the keys that they chose, as printed on their keyboard", async () => {
+  const own = withKey(withKey(structuredClone(DEFAULTS), 0, "grab", "KeyE"), 1, "up", "Numpad8");
+  await readLayout({ getLayoutMap: async () => new Map(Object.entries({ KeyW: "z", KeyA: "q" })) });
+  const note = seatsNote(["here", "here"], kept(JSON.stringify(own)));
+  await readLayout({ getLayoutMap: async () => new Map() });
+  assert.match(note, /blue on Z Q S D with E and red on Num 8 ← ↓ → with Enter/);
 });
 
 test("a seed is one to nine digits", () => {

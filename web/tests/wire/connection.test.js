@@ -260,11 +260,37 @@ test("a server that comes back between a refused handshake and the question why 
   assert.deepEqual([statuses.at(-1), statuses.filter((status) => status.startsWith("over"))], ["open", []]);
 });
 
-test("handshakes that a living server keeps refusing ask for a reload", async () => {
-  Object.assign(globalThis, { fetch: async () => Response.json({}) });
+test("handshakes that a server of another protocol keeps refusing ask for a reload", async () => {
+  Object.assign(globalThis, { fetch: async () => Response.json({ subprotocol: "movingout.v99" }) });
   connect();
   await refuse(8);
-  assert.match(String(statuses.at(-1)), /reload/);
+  assert.match(String(statuses.at(-1)), /^over: .*reload/);
+});
+
+test("handshakes that a server of this protocol refuses are tried on, and people read why", async () => {
+  storage.set(KEY, '["mine"]');
+  Object.assign(globalThis, { fetch: async () => Response.json({ subprotocol: wire.SUBPROTOCOL }) });
+  connect();
+  await refuse(2);
+  assert.equal(statuses.at(-1), "reconnecting");
+  await refuse(8);
+  assert.match(String(statuses.at(-1)), /^reconnecting: The server takes no live connection right now/);
+  newest().opens();
+  newest().says(welcome());
+  assert.deepEqual([newest().joined.tokens, statuses.at(-1)], [["mine"], "open"]);
+  newest().closes(1006);
+  assert.equal(statuses.at(-1), "reconnecting");
+});
+
+test("people read the same where handshakes are swallowed, as by a proxy", async () => {
+  Object.assign(globalThis, { fetch: async () => Response.json({ subprotocol: wire.SUBPROTOCOL }) });
+  connect();
+  for (let time = 0; time < 8; time += 1) {
+    mock.timers.tick(10_000);
+    await new Promise((done) => setImmediate(done));
+    mock.timers.tick(6001);
+  }
+  assert.match(String(statuses.at(-1)), /^reconnecting: The server takes no live connection right now/);
 });
 
 test("nothing is sent into a socket that is not open", () => {
