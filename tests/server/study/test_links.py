@@ -106,9 +106,10 @@ def test_a_key_of_no_use_is_told_and_never_replaced(tmp_path: Path, spoil: Calla
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root meets files of others that it can read")
 def test_root_shares_the_key_of_the_user_that_the_server_runs_as(tmp_path: Path) -> None:
     os.chown(tmp_path, 12345, 12345)
-    made = LinkSigner.in_folder(tmp_path, "solo").query("P01", LATER)
-    assert (tmp_path / "link-key").stat().st_uid == 12345, "the server could not read it"
-    assert LinkSigner.in_folder(tmp_path, "solo").query("P01", LATER) == made
+    own = tmp_path / "studies" / "solo"  # not there before the study is served
+    made = LinkSigner.in_folder(own, "solo").query("P01", LATER)
+    assert {path.stat().st_uid for path in tmp_path.rglob("*")} == {12345}, "the server could not use it"
+    assert (own / "link-key").is_file() and LinkSigner.in_folder(own, "solo").query("P01", LATER) == made
 
 
 @pytest.mark.slow
