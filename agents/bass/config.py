@@ -61,7 +61,7 @@ class BassConfig(Optimisation):
         "ensemble; 0: never asks",
     )
     sub_steps: int = documented(
-        20, "--dynamics engine: its steps per tick, 20 as in the world, or 10 for half the time"
+        20, "--dynamics engine: its steps per tick, 20 as in the world, or 10 for half the time", "free"
     )
 
     def spec(self) -> DynamicsSpec:

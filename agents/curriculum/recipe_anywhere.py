@@ -119,8 +119,9 @@ def _bass(sizes: AnywhereSizes, labels: Path, listed: Path) -> list[Stage]:
 def _valued(sizes: AnywhereSizes, agent_id: str, base: str, seed: int, *folders: Path) -> TrainingStep:
     """BASS on a policy, its value learned from folders of episodes."""
     words = (
-        "train", "bass", *folders, "--base", base, "--dynamics", "engine", "--value-layout", "relative-v1",
-        "--caution", 1, "--own", 4, "--partner", 2, "--value-updates", sizes.value_updates, "--seed", seed,
+        "train", "bass", *folders, "--base", base, "--dynamics", "engine", "--sub-steps", 10,
+        "--value-layout", "relative-v1", "--caution", 1, "--own", 4, "--partner", 2,
+        "--value-updates", sizes.value_updates, "--seed", seed,
         "--threads", sizes.workers if sizes.seeds == 1 else 1,
     )  # fmt: skip
     return _training(sizes, agent_id, words)

@@ -10,12 +10,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from movingout.maps import load_map
 from movingout.maps.commands.parser import add_out
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.study.commands import backup, data
 from movingout.study.design.allocation import Visit, letters
 from movingout.study.design.consent_text import unfilled
+from movingout.study.design.definition import Study
 from movingout.study.design.review import Review, own_agents_tried, review
 from movingout.study.design.study_file import read_study
 from movingout.study.design.templates import LANGUAGES, template_names, template_text
@@ -137,20 +137,20 @@ def _print_orders(console: Console, found: Review) -> None:
     for order in found.orders[:_MOST_ORDERS]:
         for visit in order.visits:
             partner = names.get(visit.partner, "another participant")
-            table.add_row(str(order.slot + 1), visit.block, partner, _maps_in_short(visit))
+            table.add_row(str(order.slot + 1), visit.block, partner, _maps_in_short(found.study, visit))
     console.print(table)
     if len(found.orders) > _MOST_ORDERS:
         console.print(f"... and {len(found.orders) - _MOST_ORDERS} more slots; --json has all", soft_wrap=True)
 
 
-def _maps_in_short(visit: Visit) -> str:
+def _maps_in_short(study: Study, visit: Visit) -> str:
     """The maps by number, each with the seats in their order: 1B 2R, or 1BR where both are played; others by name."""
     seats: dict[str, str] = {}
     for turn in visit.turns:
         letter = SEAT_COLOURS[turn.seat][0].upper()
         known = seats.setdefault(turn.map, "")
         seats[turn.map] = known if letter in known else known + letter
-    maps = {name: load_map(name) for name in seats}
+    maps = {name: study.load_map(name) for name in seats}
     starts = {name: str(the_map.number) if the_map.number else f"{the_map.name}·" for name, the_map in maps.items()}
     return " ".join(starts[name] + letters for name, letters in seats.items())
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
+from movingout.study.data.ownership import make_file, make_folder
 from movingout.study.design.definition import Study
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
@@ -68,7 +69,8 @@ class StudyFolder:
         """
         lock = FileLock(self.own / "serving.lock", blocking=False, thread_local=False)
         try:
-            self.own.mkdir(parents=True, exist_ok=True)
+            make_folder(self.own)
+            make_file(Path(lock.lock_file))
             lock.acquire()
         except Timeout:
             problem = f"study {self.study.id} is being served from {self.data}; stop that server first"

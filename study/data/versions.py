@@ -9,8 +9,7 @@ import movingout
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import module_sha256
 from movingout.agents.partners.identity import acting_id
-from movingout.maps import load_map, map_to_json
-from movingout.maps.library import is_generated_or_shipped
+from movingout.maps import MapSpec, map_to_json
 from movingout.recordings.versions import versions
 from movingout.study.design.definition import Study
 from movingout.study.design.review import agent_ids
@@ -32,7 +31,7 @@ def model_hashes(study: Study) -> dict[str, str]:
     their files may not change either.
     """
     agents = {agent_id: fingerprint(acting_id(agent_id)) for agent_id in agent_ids(study)}
-    return agents | {f"{MAP}{name}": _map_sha256(name) for name in _own_maps(study)}
+    return agents | {f"{MAP}{name}": _map_sha256(study.load_map(name)) for name in study.own_maps}
 
 
 def agent_code(study: Study) -> dict[str, str]:
@@ -41,13 +40,8 @@ def agent_code(study: Study) -> dict[str, str]:
     return {f"agent:{agent_id}": sha for agent_id, sha in code.items() if sha}
 
 
-def _own_maps(study: Study) -> list[str]:
-    names = {name for block in study.blocks for name in block.maps} | {study.practice.map if study.practice else ""}
-    return [name for name in sorted(names) if name and not is_generated_or_shipped(name)]
-
-
-def _map_sha256(name: str) -> str:
-    return sha256(json.dumps(map_to_json(load_map(name)), sort_keys=True).encode()).hexdigest()
+def _map_sha256(the_map: MapSpec) -> str:
+    return sha256(json.dumps(map_to_json(the_map), sort_keys=True).encode()).hexdigest()
 
 
 @cache

@@ -7,13 +7,15 @@ the order and the seats follow from the participant's slot (`.allocation`). Time
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from movingout.agents.built_in import TUTORIAL_PARTNER
-from movingout.maps import TUTORIAL, MapError, load_map, map_names
+from movingout.maps import TUTORIAL, MapError, MapSpec, map_names
+from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.randomize import Split
 from movingout.study.design.instruments import instrument, instrument_names
 from movingout.study.design.localized_text import DEFAULT, Language, LocalizedText, shaped
+from movingout.study.design.map_files import MapFiles
 from movingout.study.questionnaire import KINDS, Kind, Questionnaire, QuestionnaireItem
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TUTORIAL_TICKS
 
@@ -75,7 +77,7 @@ class Practice(StudyModel):
     limit_ticks: Annotated[int, Field(ge=1, le=MAX_TICKS)] = 1200
     agent: str = "scripted"  # unused where people play in pairs
 
-    _known = field_validator("map")(lambda cls, name: known_map(name))
+    _known = field_validator("map")(lambda cls, name, info: known_map(name, info))
 
     @model_validator(mode="before")
     @classmethod
@@ -194,10 +196,10 @@ class Block(StudyModel):
 
     @field_validator("maps")
     @classmethod
-    def _known(cls, maps: tuple[str, ...]) -> tuple[str, ...]:
+    def _known(cls, maps: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
         if not maps or len(set(maps)) < len(maps):
             raise ValueError("a block needs one or more maps, each once; to play each three times, say rounds: 3")
-        return tuple(known_map(name) for name in maps)
+        return tuple(known_map(name, info) for name in maps)
 
 
 class MapText(StudyModel):
@@ -243,7 +245,9 @@ class Debrief(StudyModel):
 
 
 class Study(StudyModel):
-    """study.yaml."""
+    """study.yaml. Validated with `MapFiles` as the context, where it has a file and so maps beside it."""
+
+    _map_files: MapFiles = MapFiles()
 
     format: Literal[1]
     id: Name
@@ -276,6 +280,9 @@ class Study(StudyModel):
     def _switch(cls, sounds: Any) -> Any:
         return ("off", "on")[sounds] if isinstance(sounds, bool) else sounds  # as YAML 1.1 reads the words
 
+    def model_post_init(self, context: Any, /) -> None:
+        self._map_files = context or MapFiles()
+
     @property
     def units(self) -> int:
         """How many participants or pairs are wanted."""
@@ -287,6 +294,20 @@ class Study(StudyModel):
             if spec.id == name:
                 return spec.build(language)
         return instrument(name, language)
+
+    @property
+    def own_maps(self) -> tuple[str, ...]:
+        """The maps of one's own, in blocks and practice, as the file names them."""
+        names = {name for block in self.blocks for name in block.maps} | {self.practice.map if self.practice else ""}
+        return tuple(name for name in sorted(names) if name and not is_generated_or_shipped(name))
+
+    def map_source(self, name: str) -> str:
+        """What commands and `load_map` call a map that the file names."""
+        return self._map_files.source(name)
+
+    def load_map(self, name: str) -> MapSpec:
+        """A map that the file names. Raises MapError where it has gone since."""
+        return self._map_files.load(name)
 
     def map_text(self, name: str, language: str) -> tuple[str, str] | None:
         """Title and description of a map that the file has texts for."""
@@ -300,10 +321,11 @@ class Study(StudyModel):
         return next(partner for partner in self.partners if partner.id == name)
 
 
-def known_map(name: str) -> str:
+def known_map(name: str, info: ValidationInfo) -> str:
     """The name, when there is such a map."""
+    files: MapFiles = info.context or MapFiles()
     try:
-        load_map(name)
+        files.load(name)
     except MapError as error:
         raise ValueError(str(error)) from None
     return name

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from movingout.agents.catalogue import unseen_maps
 from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.agents.errors import AgentError
-from movingout.maps import load_map
 from movingout.maps.randomize import pair_text, variant_pairs
 from movingout.study.design.definition import Block, Study
 
@@ -14,7 +13,7 @@ def origin_warnings(study: Study) -> Iterator[str]:
     """Sentences for the experimenter. Agents that cannot be loaded are left out."""
     for block in study.blocks:
         for agent in _trained(study, block):
-            if sentence := unseen_maps(agent, [load_map(name).name for name in block.maps]):
+            if sentence := unseen_maps(agent, [study.load_map(name).name for name in block.maps]):
                 yield f"block {block.id}: {sentence.removesuffix('.')}"
         if block.challenge == 2 and block.split == "evaluation":
             yield from _held_out(study, block)
@@ -22,7 +21,7 @@ def origin_warnings(study: Study) -> Iterator[str]:
 
 def _held_out(study: Study, block: Block) -> Iterator[str]:
     """Variants of this split have only combinations of size and shape that are held out from those learned from."""
-    played = {pair_text(pair) for name in block.maps for pair in variant_pairs(load_map(name), block.split)}
+    played = {pair_text(pair) for name in block.maps for pair in variant_pairs(study.load_map(name), block.split)}
     silent = []
     for agent in _trained(study, block):
         learned = find_checkpoint(_reference(agent), *model_roots()).card.learned_items

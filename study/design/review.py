@@ -8,7 +8,6 @@ from typing import get_args
 from movingout.agents.errors import AgentError
 from movingout.agents.live_options import check_live_agent
 from movingout.agents.trial import play_a_tick, runs_own_code
-from movingout.maps import load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.consent_text import contradictions, unfilled
@@ -138,7 +137,7 @@ def own_agents_tried(found: Review) -> Review:
         if _fault_of(name) or not runs_own_code(name):
             continue
         try:
-            play_a_tick(name, _first_map(found.study, name))
+            play_a_tick(name, found.study.map_source(_first_map(found.study, name)))
         except AgentError as error:
             missing.append(str(error))
     return replace(found, missing=tuple(missing))
@@ -193,7 +192,9 @@ def _without_code(study: Study) -> list[str]:
 def _impatient_partners(study: Study) -> Iterator[str]:
     """A partner who can end the practice while the participant still reads the screen."""
     practice = study.practice
-    if practice is None or practice.tutorial or any(item.size == "large" for item in load_map(practice.map).items):
+    if practice is None or practice.tutorial:
+        return
+    if any(item.size == "large" for item in study.load_map(practice.map).items):
         return
     agent = practice.agent if study.group == 1 else study.pairing.agent if study.pairing.otherwise == "agent" else ""
     if agent not in ("", "idle"):
@@ -257,10 +258,10 @@ def map_warnings(study: Study) -> Iterator[str]:
     """Maps of one's own that cannot be played as they should, or would be taken for others in the data."""
     maps = list(dict.fromkeys(name for block in study.blocks for name in block.maps))
     practised = [study.practice.map] if study.practice and not study.practice.tutorial else []
-    yield from map_cautions([*maps, *practised])
+    yield from map_cautions(map(study.map_source, [*maps, *practised]))
     files: dict[str, list[str]] = defaultdict(list)
     for name in maps:
-        files[load_map(name).name].append(name)
+        files[study.load_map(name).name].append(name)
     for name, several in files.items():
         if several[1:]:
             yield f"{' and '.join(several)} have one name, {name}, and are one map in the data; change it in the files"

@@ -23,6 +23,7 @@ from movingout.maps.yaml_document import (
 )
 from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names
+from movingout.study.design.map_files import MapFiles
 from movingout.study.errors import StudyError, StudyFileError
 
 FILE_KEY = "file"
@@ -33,10 +34,13 @@ def read_study(path: Path) -> Study:
     return parse_study(_text(path), path.name, path.parent)
 
 
-def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None, *, begun: bool = False) -> Study:
-    """The study in a text; texts given as {file: NAME} are read from `folder`, if there is one.
+def parse_study(
+    text: str, name: str = "study.yaml", folder: Path | None = None, *, begun: bool = False, complete: bool = False
+) -> Study:
+    """The study in a text; texts given as {file: NAME} and maps are read from `folder`, if there is one.
 
-    Of one that has begun, the parts may contradict each other: earlier versions let some of that pass.
+    Of one that has begun, the parts may contradict each other: earlier versions let some of that pass. A complete one
+    may name no texts in files.
     """
     try:
         document = YamlDocument(text)
@@ -46,7 +50,8 @@ def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None,
         problem = "a study is a mapping of fields; `movingout study new` writes one"
         raise StudyFileError(name, [FileFault(1, path_text(()), problem)])
     try:
-        study = Study.model_validate(_with_files(document, document.value, (), folder))
+        values = _with_files(document, document.value, (), None if complete else folder)
+        study = Study.model_validate(values, context=MapFiles(folder))
     except YamlError as error:
         raise StudyFileError(name, [error.fault]) from None
     except ValidationError as error:
@@ -70,7 +75,7 @@ def complete_text(path: Path) -> str:
         parts += [text[end:start], _quoted(read_input(path.parent / name).decode("utf-8"))]
         end = stop
     complete = "".join([*parts, text[end:]])
-    if complete != text and not _is_of(complete, read_study(path)):
+    if complete != text and not _is_of(complete, read_study(path), path.parent):
         raise StudyError(
             f"{path.name} cannot be kept together with the texts of its files; write each of them as {{file: NAME}}, "
             f"without tags and *aliases inside. All of it may have {MAX_BYTES >> 20} MiB"
@@ -78,9 +83,9 @@ def complete_text(path: Path) -> str:
     return complete
 
 
-def _is_of(text: str, study: Study) -> bool:
+def _is_of(text: str, study: Study, folder: Path) -> bool:
     try:
-        return parse_study(text) == study
+        return parse_study(text, folder=folder, complete=True) == study
     except StudyFileError:
         return False
 

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from movingout.maps import load_map
 from movingout.study.design.definition import QuestionnaireSpec, QuestionSpec, Study
 from movingout.study.design.instruments import instrument_names, instrument_speaks
 from movingout.study.design.localized_text import LocalizedText
@@ -54,7 +53,7 @@ def _texts(study: Study, language: str) -> Iterator[tuple[str, bool]]:
             yield f"the title of map {name!r}", has(text.title)
             yield f"the description of map {name!r}", has(text.description)
         elif len(study.languages) > 1:  # in a study of one language, the map file has that language
-            yield f"map {name!r} (give its title and description in `map_texts`)", _pages_name(name, language)
+            yield f"map {name!r} (give its title and description in `map_texts`)", _pages_name(study, name, language)
     if study.debrief is not None:
         yield "debrief.text", has(study.debrief.text)
 
@@ -64,10 +63,10 @@ def _maps_played(study: Study) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*practice, *(name for block in study.blocks for name in block.maps)]))
 
 
-def _pages_name(name: str, language: str) -> bool:
+def _pages_name(study: Study, name: str, language: str) -> bool:
     """Whether the pages have a title and a description of the map."""
     words = page_words(language) or {}
-    known = load_map(name).name.partition(":")[0]  # the pages have words for mirrored and turned
+    known = study.load_map(name).name.partition(":")[0]  # the pages have words for mirrored and turned
     return f"map.{known}.title" in words and f"map.{known}.description" in words
 
 

@@ -24,3 +24,5 @@ def test_every_command_is_shown_and_every_shown_one_exists() -> None:
     study.configure(parser)
     (choices,) = [action.choices for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
     assert set(re.findall(r"^movingout study (\w+)", PAGE, re.MULTILINE)) == set(choices)
+    without = {name for name, command in choices.items() if "--json" not in command.format_help()}
+    assert without == {"new", "serve"} and "All but `new` and `serve` take `--json`" in PAGE

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from urllib.parse import urlencode
 
 from movingout.server.security.kept_secret import kept_secret
+from movingout.study.data.ownership import make_folder
 from movingout.study.errors import StudyError
 
 KEY_FILE = "link-key"  # in the folder of the study
@@ -38,7 +39,7 @@ class LinkSigner:
         A key of no use is not replaced: every link that was given out would end.
         """
         try:
-            own.mkdir(parents=True, exist_ok=True)
+            make_folder(own)
             key = kept_secret(own / KEY_FILE, replace=False)
         except OSError as error:
             raise StudyError(f"cannot keep the key of links in {own / KEY_FILE}: {error.strerror}") from None

@@ -1,6 +1,7 @@
 """`movingout study links`: links that only the experimenter can make, one per participant."""
 
 import argparse
+import json
 import time
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -30,11 +31,12 @@ def configure(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     add("--first", type=int, default=1, metavar="N", help="number to begin with, for more links later (%(default)s)")
     add("--days", type=float, default=14.0, metavar="D", help="begin within so many days (%(default)s)")
     add("--data", type=folder, default=DATA, metavar="DIR", help="the data folder (%(default)s), which has the key")
+    add("--json", action="store_true", help="one JSON document on standard output")
     parser.set_defaults(perform=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print "id<tab>link" lines. Raises MovingOutError."""
+    """Print "id<tab>link" lines, or a document whose `until` are seconds since the epoch. Raises MovingOutError."""
     study = read_study(args.file)
     address = urlsplit(args.address)
     if address.scheme not in ("http", "https") or not address.netloc:
@@ -49,6 +51,10 @@ def run(args: argparse.Namespace) -> int:
     signer = LinkSigner.in_folder(StudyFolder(study, args.data).own, study.id)
     until = int(time.time() + args.days * 86_400)
     base = f"{address.scheme}://{address.netloc}{address.path.rstrip('/')}/study"
-    for id in dict.fromkeys(ids):
-        print(f"{id}\t{base}?{signer.query(id, until)}")
+    urls = {id: f"{base}?{signer.query(id, until)}" for id in ids}
+    if args.json:
+        links = [{"id": id, "url": url, "until": until} for id, url in urls.items()]
+        print(json.dumps({"study": study.id, "links": links}, indent=2))
+    else:
+        print("\n".join(f"{id}\t{url}" for id, url in urls.items()))
     return 0

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from movingout.maps import MapSpec
+from movingout.maps import MapSpec, map_to_json
 from movingout.server.public_host import PublicHost
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
@@ -24,6 +24,8 @@ class RoomSetup:
         self._letters = letters(study)
         self._splits = {block.id: block.split for block in study.blocks}
         self._pings = {block.id: block.pings == "on" for block in study.blocks}
+        # As they are now: rooms in other processes and on other nodes do not know where the study file lies.
+        self._own_maps = {name: map_to_json(study.load_map(name)) for name in study.own_maps}
 
     async def prepare(self, step: Step) -> None:
         """Make the randomised map of a round ahead, in another process."""
@@ -37,8 +39,10 @@ class RoomSetup:
 
     def config(self, step: Step, unit: StudyUnit | None = None) -> RoomConfig:
         practice, turn = self._study.practice, step.turn
+        name = turn.map if turn else practice.map if practice else ""
         return RoomConfig(
-            maps=(turn.map if turn else practice.map if practice else "",),
+            maps=(name,),
+            own_maps={name: self._own_maps[name]} if name in self._own_maps else {},
             limit_ticks=step.limit_ticks,
             practice=turn is None,
             tutorial=turn is None and practice is not None and practice.tutorial,

@@ -1,7 +1,10 @@
 """What is trained to play anywhere: on training seeds alone, on all labels, and what is done is not done again."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+from movingout.agents.checkpoint.checkpoint import SHIPPED, find_checkpoint
 from movingout.agents.curriculum.recipe_anywhere import (
     BASS_ANY,
     DP_ANY,
@@ -12,6 +15,7 @@ from movingout.agents.curriculum.recipe_anywhere import (
     recipe_anywhere,
 )
 from movingout.agents.curriculum.steps import TrainingStep
+from movingout.agents.kinds.bass import BASS
 
 
 def steps(folder: Path, **changes: object) -> list[TrainingStep]:
@@ -56,6 +60,19 @@ def test_the_value_is_learned_again_from_what_it_led_to(tmp_path: Path) -> None:
     assert [(option(step, "--learner"), option(step, "--expert")) for step in played] == [
         (DP_ANY, DP_ANY), (FIRST_ANY, FIRST_ANY),
     ]  # fmt: skip
+
+
+def test_bass_chooses_as_the_one_that_ships(tmp_path: Path) -> None:
+    shipped = find_checkpoint(BASS_ANY, SHIPPED).card.selection
+    assert shipped is not None
+    trained = [step.words for step in steps(tmp_path) if step.words[1] == "bass"]
+    for words in trained:
+        given = {word[2:].replace("-", "_"): words[at + 1] for at, word in enumerate(words) if word.startswith("--")}
+        told: dict[str, Any] = {
+            name: float(given[name]) for name in ("own", "partner", "caution", "sub_steps") if name in given
+        }
+        assert replace(BASS.presets["fast"], dynamics="engine", **told).selection() == shipped
+    assert len(trained) == 2
 
 
 def test_reinforcement_learning_is_asked_for_and_steers_the_imitated_policy(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from movingout.agents.catalogue import load_agent
+from movingout.agents.checkpoint.checkpoint import SHIPPED
 from movingout.agents.curriculum.partners import clone_stage
 from movingout.agents.curriculum.recipe import Sizes
 from movingout.agents.curriculum.recipe_anywhere import check_partners
@@ -16,6 +17,7 @@ from movingout.agents.errors import AgentError, DataError
 from movingout.agents.partners.families import MEMBERS, Family, families, group, is_group, member, to_try
 from movingout.agents.partners.families import test_people_caution as caution
 from movingout.server.cli import main
+from tests.support import ROOT
 
 BUILT_IN = ("planner", "greedy", "porter", "novice", "late", "clone")
 
@@ -81,6 +83,17 @@ def test_a_family_of_trained_partners_has_the_members_whose_checkpoints_are_here
     )
     with pytest.raises(AgentError, match="family 'learned' has no trained members here: clone:policy=nobody@here"):
         group("family:learned")
+
+
+def test_the_pages_say_how_many_members_ship(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("movingout.agents.partners.families.model_roots", lambda: (SHIPPED,))
+    sizes = {name: len(family.members) for name, family in families().items()}
+    assert {name: size for name, size in sizes.items() if size != MEMBERS} == {"clone": 10}
+    learning, matches = (" ".join((ROOT / f"docs/{page}.md").read_text().split()) for page in ("learning", "matches"))
+    assert "each has twenty members (`clone` ten of them until" in learning
+    both_seats = 2 * MEMBERS, 2 * sizes["clone"], 2 * len(group("families"))
+    said = "{} of a family, {} of family:clone with the policies that ship, {} of families".format(*both_seats)
+    assert said in matches.replace("# ", "")
 
 
 def test_the_recipe_of_clones_trains_what_the_family_names(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from movingout.agents.errors import DataError
+from movingout.agents.kinds.bass import BASS
 from movingout.agents.kinds.policy import DP
 from movingout.agents.policies.config import PolicyConfig
 from movingout.agents.training.optimisation import Optimisation
@@ -33,6 +34,14 @@ def test_a_longer_training_or_other_play_is_gone_on_with(run: Path) -> None:
     longer = dataclasses.replace(CONFIGURATION, updates=9000, event_weight=4, threads=2, restless=1.0)
     begin(run, {**ABOUT, "preset": "paper"}, longer, on_purpose=False)
     assert json.loads((run / CONFIG).read_text())["updates"] == 9000
+
+
+def test_bass_that_simulates_in_other_steps_is_gone_on_with(tmp_path: Path) -> None:
+    before = dataclasses.replace(BASS.presets["fast"], dynamics="engine")
+    begin(tmp_path, ABOUT, before, on_purpose=False)
+    (tmp_path / RESUME).touch()
+    begin(tmp_path, ABOUT, dataclasses.replace(before, sub_steps=10), on_purpose=False)
+    assert json.loads((tmp_path / CONFIG).read_text())["sub_steps"] == 10
 
 
 @pytest.mark.parametrize(

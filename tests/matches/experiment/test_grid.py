@@ -2,6 +2,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.agents.partners.families import families
 from movingout.maps import map_names
 from movingout.matches import MatchError, read_grid
 from movingout.matches.experiment.plan import matches_of, planned_matches
@@ -12,6 +13,7 @@ from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.workspace import Workspace
 from movingout.server.cli import configured
 from tests.matches.support import HERE, small_grid, written
+from tests.support import ROOT
 
 
 def test_a_grid_plays_everybody_with_everybody_on_every_map_once() -> None:
@@ -97,6 +99,18 @@ def test_a_faulty_grid_is_refused_with_line_and_place(text: str, message: str, t
 def test_a_grid_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(MatchError, match=r"cannot read .*nothing\.yaml: No such file"):
         read_grid(tmp_path / "nothing.yaml")
+
+
+def test_the_page_says_what_the_grid_of_families_leaves_out() -> None:
+    page = (ROOT / "docs/matches.md").read_text(encoding="utf-8")
+    row = next(line for line in page.splitlines() if line.startswith("| `families` | scripted"))
+    (condition,) = read_grid(grid_path(Path("families"))).all_conditions
+    met = {partner.removeprefix("family:") for partner in condition.partners or ()}
+    assert families().keys() - met == {"latent"} and "seven of the eight families of partners (without `latent`)" in row
+    assert len(met) == 7 and len(families()) == 8
+    trained = {one.agent for one in condition.contestants if "@" in one.agent}
+    assert all(f"`{agent}`" in row.split("|")[3] for agent in trained)
+    assert "12 generated test maps" in row
 
 
 @pytest.mark.parametrize("name", shipped_grids())

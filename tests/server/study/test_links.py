@@ -1,5 +1,6 @@
 """Who may take whose place: signed links, another browser, and people who never consented."""
 
+import json
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -106,9 +107,10 @@ def test_a_key_of_no_use_is_told_and_never_replaced(tmp_path: Path, spoil: Calla
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root meets files of others that it can read")
 def test_root_shares_the_key_of_the_user_that_the_server_runs_as(tmp_path: Path) -> None:
     os.chown(tmp_path, 12345, 12345)
-    made = LinkSigner.in_folder(tmp_path, "solo").query("P01", LATER)
-    assert (tmp_path / "link-key").stat().st_uid == 12345, "the server could not read it"
-    assert LinkSigner.in_folder(tmp_path, "solo").query("P01", LATER) == made
+    own = tmp_path / "studies" / "solo"  # not there before the study is served
+    made = LinkSigner.in_folder(own, "solo").query("P01", LATER)
+    assert {path.stat().st_uid for path in tmp_path.rglob("*")} == {12345}, "the server could not use it"
+    assert (own / "link-key").is_file() and LinkSigner.in_folder(own, "solo").query("P01", LATER) == made
 
 
 @pytest.mark.slow
@@ -123,6 +125,20 @@ def test_the_command_makes_links_that_the_server_admits(tmp_path: Path, capsys: 
     with served(tmp_path / "data", signed=True) as study:
         assert study.visitor(**dict(parse_qsl(rows[0][1].partition("?")[2]))).kind == "consent"
     assert (tmp_path / "data" / "studies" / "solo" / "link-key").stat().st_mode & 0o077 == 0
+
+
+def test_links_come_as_one_document_on_demand(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SOLO)
+    words = ["study", "links", str(file), "--address", "https://x.example", "--data", str(tmp_path), "--ids", "Ann"]
+    assert main([*words, "Bo", "Ann", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["study"] == "solo" and [one["id"] for one in document["links"]] == ["Ann", "Bo"]
+    for one in document["links"]:
+        given = dict(parse_qsl(one["url"].partition("?")[2]))
+        assert one["url"].startswith("https://x.example/study?") and given["until"] == str(one["until"])
+        signer = LinkSigner.in_folder(tmp_path / "studies" / "solo", "solo")
+        assert signer.checked(given, one["until"]) == (one["id"], False)
 
 
 @pytest.mark.parametrize("options", [["--ids", "a b"], ["--ids", "x" * 65], [], ["--number", "-1"], ["--ids", "a\n"]])

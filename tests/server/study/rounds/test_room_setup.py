@@ -1,10 +1,13 @@
 """The rules of a study's rooms follow from its blocks."""
 
+import json
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from movingout.maps import load_map, map_to_json
 from movingout.server.study.rounds.room_setup import RoomSetup
 from movingout.study.design.allocation import assign
 from movingout.study.design.steps import steps
@@ -27,3 +30,15 @@ def test_pings_are_on_in_the_blocks_that_say_so_and_in_the_practice_for_them(tex
     setup = RoomSetup(study, host, simulated=False)
     played = [step for step in steps(study, assign(study, 0)) if step.kind in ("practice", "round")]
     assert {step.block or "practice": setup.config(step).pings for step in played} == rooms
+
+
+def test_a_room_has_the_maps_of_ones_own_with_it(tmp_path: Path) -> None:
+    den = load_map("FourCorners:mirror")
+    (tmp_path / "den.json").write_text(json.dumps(map_to_json(den)), encoding="utf-8")
+    study = parse_study(SOLO.replace("maps: [HandOff", "maps: [den.json, HandOff"), folder=tmp_path)
+    host: Any = SimpleNamespace(settings=SimpleNamespace(countdown_s=3.0))
+    setup = RoomSetup(study, host, simulated=False)
+    (tmp_path / "den.json").unlink()
+    played = [setup.config(step) for step in steps(study, assign(study, 0)) if step.kind in ("practice", "round")]
+    assert {config.maps[0]: config.designed(0) for config in played}["den.json"] == den
+    assert all(set(config.own_maps) == {"den.json"} & set(config.maps) for config in played)

@@ -1,0 +1,33 @@
+"""Where the maps are that a study names: those that come with the project by name, others as files beside the study."""
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from movingout.maps import MapSpec, load_map
+from movingout.maps.library import is_generated_or_shipped
+from movingout.maps.symmetry import split_name
+
+
+@dataclass(frozen=True, slots=True)
+class MapFiles:
+    """The maps of a study file in `folder`; of a text without a file, None.
+
+    The folder is no part of what a study says, so studies are equal wherever their files lie.
+    """
+
+    folder: Path | None = field(default=None, compare=False)
+
+    def source(self, name: str) -> str:
+        """The path of a file beside the study, also with symmetries after it; else the name as it is.
+
+        A path that leads nowhere from there begins in the current folder, as every path did when earlier versions
+        began studies.
+        """
+        if self.folder is None or is_generated_or_shipped(name):
+            return name
+        return str(self.folder / name) if os.path.isfile(self.folder / split_name(name)[0]) else name
+
+    def load(self, name: str) -> MapSpec:
+        """The map that a study names. Raises MapError."""
+        return load_map(self.source(name))
