@@ -15,7 +15,8 @@ HANDSHAKE_COST = 2.5  # plain connections
 class ConnectionLimits:
     """Counts all connections, and those of each address; a trusted proxy has no limit of its own.
 
-    `most` there may be of all addresses together, with the `websockets`, which are counted elsewhere.
+    `most` there may be of all addresses together, with the `websockets`: those that were admitted are counted
+    elsewhere, from then on until they are gone.
     """
 
     def __init__(

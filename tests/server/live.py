@@ -245,6 +245,22 @@ def limits(**changed: Any) -> Limits:
     return replace(_UNHURRIED, **changed)
 
 
+def wait_until(holds: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + WAIT_S
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def handshake(path: str = "/ws", protocol: str = m.SUBPROTOCOL) -> bytes:
+    """The request for a websocket; names of headers are in small letters, as processes hand them over."""
+    return (
+        f"GET {path} HTTP/1.1\r\nhost: localhost\r\nupgrade: websocket\r\nconnection: Upgrade\r\n"
+        f"sec-websocket-version: 13\r\nsec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+        f"sec-websocket-protocol: {protocol}\r\n\r\n"
+    ).encode()
+
+
 def raw_socket(live: Live) -> socket.socket:
     return socket.create_connection(("127.0.0.1", live.port), timeout=WAIT_S)
 
