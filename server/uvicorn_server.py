@@ -18,7 +18,7 @@ from starlette.applications import Starlette
 
 from movingout.maps.errors import MovingOutError
 from movingout.server.connection.admission import AdmissionControl
-from movingout.server.connection.connection_limits import ConnectionLimits
+from movingout.server.connection.connection_limits import ConnectionLimits, both_forms
 from movingout.server.connection.tls_acceptor import TlsAcceptor
 from movingout.server.connection.uvicorn_protocols import (
     GOODBYE_S,
@@ -216,7 +216,7 @@ def game_server(
         access_log=False,
         server_header=False,
         proxy_headers=bool(settings.trusted_proxies),
-        forwarded_allow_ips=list(settings.trusted_proxies),
+        forwarded_allow_ips=both_forms(settings.trusted_proxies),
         ssl_certfile=_path(certificate and certificate.certificate),
         ssl_keyfile=_path(certificate and certificate.key),
     )

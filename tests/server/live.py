@@ -213,7 +213,7 @@ def serve(
     **settings: Any,
 ) -> Iterator[Live]:
     """A server for one `with` block."""
-    listening = listen("127.0.0.1", port)
+    listening = listen(settings.get("host", "127.0.0.1"), port)
     port = listening.getsockname()[1]
     settings = {"countdown_s": 0.3, **settings}
     chosen = Settings(port=port, data=data, admin_token=ADMIN, limits=limits or _UNHURRIED, **settings)
