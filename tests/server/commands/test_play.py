@@ -28,6 +28,11 @@ from movingout.server.settings import Settings
         (Settings(tls=True), "The certificate is self-signed: the browser asks once whether to trust it."),
         (Settings(trusted_proxies=("127.0.0.1",)), "These addresses lie behind the proxy; give people the proxy's."),
         (
+            Settings(allowed_hosts=("game.example.org",)),
+            "Only this machine can connect. Name its reverse proxy, or everybody shares the limits of one address: "
+            "movingout play --proxy 127.0.0.1",
+        ),
+        (
             Settings(host="0.0.0.0", trusted_proxies=("*",)),
             "These addresses lie behind the proxy; give people the proxy's.",
         ),
