@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from movingout.server.security import self_signed
 from movingout.server.security.certificate import Certificate, certificate_in
 
 HOST = "127.0.0.1"
@@ -58,7 +57,7 @@ def test_one_of_the_future_is_made_anew(tmp_path: Path, monkeypatch: pytest.Monk
             return super().now(tz) + datetime.timedelta(days=30)
 
     with monkeypatch.context() as ahead:
-        ahead.setattr(self_signed.datetime, "datetime", Ahead)
+        ahead.setattr(datetime, "datetime", Ahead)
         first = certificate_in(tmp_path, HOST).certificate.read_bytes()
     second = certificate_in(tmp_path, HOST).certificate.read_bytes()
     assert second != first
