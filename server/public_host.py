@@ -17,6 +17,7 @@ from movingout.server import messages as m
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl
+from movingout.server.connection.other_nodes import RoomCount
 from movingout.server.notices import NOTHING, ErrorCode, Notice
 from movingout.server.overload import ProcessHealth
 from movingout.server.own_maps.folder import MapFolder
@@ -248,21 +249,33 @@ class PublicHost(ABC):
         """
         if not self.admission.may_record(address) or not self.admission.may_open_room(address):
             return False  # first, because asking each of the open rooms may be a call to another process
-        limits = self.settings.limits
         elsewhere = await self.admission.other_nodes.may_open_room(self.admission.owner(address))
         if elsewhere is None:
             return False
-        new = 1 + self.admission.being_opened(address)
+        allowed = False
+        self.admission.opening_began(address)  # before this waits, so that who asks meanwhile counts it, too
+        try:
+            allowed = await self._has_place(address, elsewhere)
+        finally:
+            if not allowed:
+                self.admission.opening_ended(address)
+        return allowed
+
+    async def _has_place(self, address: str, elsewhere: RoomCount) -> bool:
+        """Whether the rooms that an address has leave one for the last of those that are being opened."""
+        limits, new = self.settings.limits, self.admission.being_opened(address)
         opened = [state for room in self.admission.rooms_of(address) if (state := await self._left_state(room))]
         unjoined = sum(not was_joined for _, was_joined, _ in opened)
         if new + unjoined + elsewhere.unjoined > limits.unjoined_rooms_per_address:
             return False
-        if new + len(opened) + elsewhere.open > limits.open_rooms_per_address:
-            empty_s, _, left = max(opened, default=(-1.0, False, ""))
-            if empty_s < LEFT_BEHIND_S:
-                return False
-            await self.close_room(left, m.CLOSE_ROOM_OVER, NOBODY_HERE)
-        self.admission.opening_began(address)
+        over = new + len(opened) + elsewhere.open - limits.open_rooms_per_address
+        in_return = min(max(over, 0), new)  # those for the ones before may be closed only after this has asked
+        left = sorted((state for state in opened if state[0] >= LEFT_BEHIND_S), reverse=True)[:in_return]
+        if len(left) < in_return:
+            return False
+        for _, _, room in left:
+            with contextlib.suppress(NoRoom):
+                await self.close_room(room, m.CLOSE_ROOM_OVER, NOBODY_HERE)
         return True
 
     async def _left_state(self, room_id: str) -> tuple[float, bool, str] | None:

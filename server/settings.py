@@ -5,10 +5,11 @@ import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from movingout.agents.worker.thread_budget import MOST_CORES
 from movingout.maps.commands.parser import filled, folder
-from movingout.server.network_options import host_name, page_origin, proxy_address, served_address
+from movingout.server.network_options import host_name, is_loopback, page_origin, proxy_address, served_address
 from movingout.server.options import option
 from movingout.world.constants import TICK_SECONDS
 
@@ -208,7 +209,14 @@ class Settings:
     @property
     def private(self) -> bool:
         """Whether only programs of this machine reach the server: then nobody who comes is a stranger."""
-        return self.host in ("127.0.0.1", "::1", "localhost") and not self.trusted_proxies
+        here = self.host in ("127.0.0.1", "::1", "localhost")
+        return here and not self.trusted_proxies and not self.has_public_name
+
+    @property
+    def has_public_name(self) -> bool:
+        """Whether people elsewhere have a name for the server: where it is on loopback, that of a proxy before it."""
+        origins = (urlsplit(origin).hostname or "" for origin in self.origins)
+        return not all(is_loopback(name) for name in (*self.allowed_hosts, *origins))
 
     @property
     def in_cluster(self) -> bool:

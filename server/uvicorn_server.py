@@ -8,6 +8,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any, Protocol, cast
@@ -17,9 +18,14 @@ from starlette.applications import Starlette
 
 from movingout.maps.errors import MovingOutError
 from movingout.server.connection.admission import AdmissionControl
-from movingout.server.connection.connection_limits import ConnectionLimits
+from movingout.server.connection.connection_limits import ConnectionLimits, both_forms
 from movingout.server.connection.tls_acceptor import TlsAcceptor
-from movingout.server.connection.uvicorn_protocols import CountedHttpProtocol, GameWebSocketProtocol, http_protocol
+from movingout.server.connection.uvicorn_protocols import (
+    GOODBYE_S,
+    CountedHttpProtocol,
+    GameWebSocketProtocol,
+    http_protocol,
+)
 from movingout.server.open_files import most_connections
 from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Settings
@@ -152,17 +158,23 @@ class GameServer(uvicorn.Server):
                 connection,
                 ssl=self.config.ssl,
                 ssl_handshake_timeout=TLS_HANDSHAKE_S if self.config.is_ssl else None,
+                ssl_shutdown_timeout=GOODBYE_S if self.config.is_ssl else None,
             )
         finally:
             if protocol.transport is None:  # it did not get as far as to count itself out
                 self._connections.closed(address)
 
     async def adopt_request(self, connection: socket.socket, request: bytes) -> None:
-        """Serve a connection whose request for a websocket was read elsewhere. Raises OSError."""
-        _, protocol = await asyncio.get_running_loop().connect_accepted_socket(
-            lambda: GameWebSocketProtocol(**self._parts), connection
-        )
-        protocol.data_received(request)
+        """Serve a connection whose request for a websocket was read elsewhere, and count it. Raises OSError."""
+        address = connection.getpeername()[0]
+        protocol = GameWebSocketProtocol(**self._parts)
+        await asyncio.get_running_loop().connect_accepted_socket(lambda: protocol, connection)
+        allowed = self._connections.opened(address)
+        protocol.count_until_gone(partial(self._connections.closed, address))
+        if allowed:
+            protocol.data_received(request)
+        else:
+            protocol.abort()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         if self._acceptor is not None:
@@ -204,7 +216,7 @@ def game_server(
         access_log=False,
         server_header=False,
         proxy_headers=bool(settings.trusted_proxies),
-        forwarded_allow_ips=list(settings.trusted_proxies),
+        forwarded_allow_ips=both_forms(settings.trusted_proxies),
         ssl_certfile=_path(certificate and certificate.certificate),
         ssl_keyfile=_path(certificate and certificate.key),
     )

@@ -128,6 +128,8 @@ async def _checked(host: PublicHost, document: object) -> Checked:
         raise ApiError(503, "map_busy", str(error)) from None
     except TooSlow as error:
         raise ApiError(422, "map_slow", f"This map could not be checked: {error}.") from None
+    except RecursionError:  # as `body_of`, which reads a little more than can be sent to another process
+        raise ApiError(422, "bad_request", "the request is not understood: it is nested too deeply") from None
 
 
 def _taken_name(name: str) -> MapFault:

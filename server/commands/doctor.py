@@ -97,14 +97,16 @@ def _speed() -> DoctorFinding:
 
 
 def _data(folder: Path) -> DoctorFinding:
-    existing = next(parent for parent in (folder.resolve(), *folder.resolve().parents) if parent.exists())
+    existing = folder
     try:
+        existing = next(parent for parent in (folder.resolve(), *folder.resolve().parents) if parent.exists())
         with tempfile.TemporaryFile(dir=existing) as probe:
             probe.write(b"x")
-    except OSError as error:
-        say = f"cannot write to {existing} ({error.strerror}); choose another one: --data DIR"
+        free = shutil.disk_usage(existing).free
+    except (OSError, RuntimeError) as error:  # RuntimeError: a circle of links
+        why = getattr(error, "strerror", None) or error
+        say = f"cannot write to {existing} ({why}); choose another one: --data DIR"
         return DoctorFinding("data folder", "fault", say)
-    free = shutil.disk_usage(existing).free
     if free < FREE_BYTES:
         say = f"only {free / 1e6:.0f} MB are free at {existing}; games go on without recording when it is full"
         return DoctorFinding("data folder", "note", say)

@@ -171,6 +171,10 @@ def hints(settings: Settings, command: str) -> list[str]:
     """Hints to print after the links."""
     if settings.trusted_proxies:
         return ["These addresses lie behind the proxy; give people the proxy's.", ""]
+    if is_loopback(settings.host) and settings.has_public_name:
+        proxy = "::1" if ":" in settings.host else "127.0.0.1"
+        say = "Only this machine can connect. Name its reverse proxy, or everybody shares the limits of one address"
+        return [f"{say}: {command} --proxy {proxy}", ""]
     if is_loopback(settings.host) and not settings.tls:
         return [f"Only this machine can connect. For others in the network: {command} --host 0.0.0.0 --tls", ""]
     if not settings.tls:

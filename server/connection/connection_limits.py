@@ -15,7 +15,8 @@ HANDSHAKE_COST = 2.5  # plain connections
 class ConnectionLimits:
     """Counts all connections, and those of each address; a trusted proxy has no limit of its own.
 
-    `most` there may be of all addresses together, with the `websockets`, which are counted elsewhere.
+    `most` there may be of all addresses together, with the `websockets`: those that were admitted are counted
+    elsewhere, from then on until they are gone.
     """
 
     def __init__(
@@ -77,7 +78,24 @@ def is_trusted(address: str, proxies: Collection[str]) -> bool:
         parsed = ipaddress.ip_address(address)
     except ValueError:
         return False
-    return any("/" in proxy and _within(parsed, proxy) for proxy in proxies)
+    return any(_within(parsed, proxy) for proxy in both_forms(proxies))
+
+
+def both_forms(proxies: Collection[str]) -> list[str]:
+    """The same proxies for a server that listens on `::`, too, which sees 192.0.2.1 as ::ffff:192.0.2.1."""
+    if "*" in proxies:
+        return ["*"]  # alone: Uvicorn takes it for a name beside others
+    return [*proxies, *(mapped for proxy in proxies if (mapped := _mapped(proxy)))]
+
+
+def _mapped(proxy: str) -> str:
+    """The form of an IPv4 address or network in IPv6; empty for others."""
+    try:
+        network = ipaddress.IPv4Network(proxy, strict=False)
+    except ValueError:
+        return ""
+    mapped = f"::ffff:{network.network_address}"
+    return f"{mapped}/{96 + network.prefixlen}" if "/" in proxy else mapped
 
 
 def _within(address: ipaddress.IPv4Address | ipaddress.IPv6Address, network: str) -> bool:

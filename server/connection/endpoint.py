@@ -6,6 +6,7 @@ a close frame: otherwise Uvicorn would go on parsing what the client sends for t
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 
 from movingout.server import messages as m
 from movingout.server.connection.admission import AdmissionControl
@@ -50,18 +51,16 @@ class SocketEndpoint:
             self._admission.refusals["socket"] += 1
             await refuse(send, *refusal)
             return
-        try:
-            await send({"type": "websocket.accept", "subprotocol": m.SUBPROTOCOL})
-            wire: DirectSocket = scope["extensions"][WIRE]
-            if self.stopping:
-                await say_goodbye(send, CloseConnection(m.CLOSE_SHUTDOWN, RESTARTING))
-                return
-            connection = ClientConnection(
-                self._settings.limits, self._registry, self._admission, wire, address, self.absence, self._kept
-            )
-            await self._serve(connection, receive, send)
-        finally:
-            self._admission.leave(address)
+        wire: DirectSocket = scope["extensions"][WIRE]
+        wire.count_until_gone(partial(self._admission.leave, address))  # a client need not hang up after our goodbye
+        await send({"type": "websocket.accept", "subprotocol": m.SUBPROTOCOL})
+        if self.stopping:
+            await say_goodbye(send, CloseConnection(m.CLOSE_SHUTDOWN, RESTARTING))
+            return
+        connection = ClientConnection(
+            self._settings.limits, self._registry, self._admission, wire, address, self.absence, self._kept
+        )
+        await self._serve(connection, receive, send)
 
     async def _serve(self, connection: ClientConnection, receive: Receive, send: Send) -> None:
         self.open.add(connection)

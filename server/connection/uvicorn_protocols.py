@@ -3,7 +3,8 @@
 import asyncio
 import struct
 from collections.abc import Callable
-from typing import Any
+from functools import partial
+from typing import Any, cast
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
@@ -21,6 +22,7 @@ CONTROLS_PER_S = 5.0  # pings and pongs, which no message counts
 CONTROL_BURST = 50.0
 MOST_FRAGMENTS = 8  # of one message; ours are never cut
 AFTER_CLOSE_BYTES = 16 * 1024
+GOODBYE_S = 10.0  # for a client to hang up, as long as Uvicorn waits for the answer to its close frame
 FINAL_TEXT = 0x81
 FINAL_BINARY = 0x82
 MASKED = 0x80
@@ -140,8 +142,9 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
 
         def handle_websocket_upgrade(self) -> None:
             self._clear_deadline()
-            connections.closed(self._address)
             super().handle_websocket_upgrade()
+            websocket = cast(GameWebSocketProtocol, self.transport.get_protocol())
+            websocket.count_until_gone(partial(connections.closed, self._address))
 
         def _set_deadline(self) -> None:
             if self._deadline is None:
@@ -163,6 +166,8 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
     (together about half the cost of a message). Everything else is left to Uvicorn, which always gets whole frames.
     """
 
+    _uncount: Callable[[], None] | None = None
+    _drop: asyncio.TimerHandle | None = None
     _on_binary: OnBinary | None = None
     _on_writable: Callable[[], None] | None = None
     _head = b""  # the request that begins the connection
@@ -171,6 +176,30 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
     _controls = 0.0
     _controls_at = 0.0
     _fragments = 0
+
+    def count_until_gone(self, uncount: Callable[[], None]) -> None:
+        """Have `uncount` called when the connection is gone; where it was counted so far, it is not from now on."""
+        self._end_count()
+        self._uncount = uncount
+        if self.disconnected:
+            self._end_count()
+
+    def _end_count(self) -> None:
+        uncount, self._uncount = self._uncount, None
+        if uncount is not None:
+            uncount()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        super().connection_lost(exc)
+        if self._drop is not None:
+            self._drop.cancel()
+        self._end_count()
+
+    def on_task_complete(self, task: "asyncio.Task[None]") -> None:
+        """All is said; Uvicorn would wait for ever for a client that takes nothing."""
+        super().on_task_complete(task)
+        if not self.disconnected:
+            self._drop = self.loop.call_later(GOODBYE_S, self.transport.abort)
 
     def handle_connect(self, event: Any) -> None:
         super().handle_connect(event)

@@ -65,9 +65,20 @@ def _write_to(folder: Path) -> None:
         probe.flush()
 
 
+@contextmanager
+def _looking_at(folder: Path) -> Iterator[None]:
+    """Raises BadDataFolder where the system does not let this program look, or knows no such name."""
+    try:
+        yield
+    except OSError as error:
+        problem = f"cannot look at the data folder {folder} ({error.strerror}); choose another one: --data DIR"
+        raise BadDataFolder(problem) from None
+
+
 def refuse_study_folder(folder: Path) -> None:
     """Raise BadDataFolder where a study keeps its data: a server for games would show its recordings."""
-    studies = sorted(path.name for path in folder.glob("studies/*") if path.is_dir())
+    with _looking_at(folder):
+        studies = sorted(path.name for path in folder.glob("studies/*") if path.is_dir())
     if studies:
         raise BadDataFolder(
             f"the data folder {folder} holds a study ({', '.join(studies)}), whose recordings are not for players; "
@@ -77,7 +88,8 @@ def refuse_study_folder(folder: Path) -> None:
 
 def refuse_cluster_folder(folder: Path) -> None:
     """Raise BadDataFolder where nodes of a cluster keep their rooms: a server of its own would take them."""
-    nodes = sorted(path.parent.name for path in folder.glob(f"{NODES}/*/{LOCK}"))
+    with _looking_at(folder):
+        nodes = sorted(path.parent.name for path in folder.glob(f"{NODES}/*/{LOCK}"))
     if nodes:
         raise BadDataFolder(
             f"the data folder {folder} belongs to nodes of a cluster ({', '.join(nodes)}); start one of these with "
@@ -87,16 +99,17 @@ def refuse_cluster_folder(folder: Path) -> None:
 
 def refuse_served_folder(folder: Path) -> None:
     """Raise BadDataFolder where a server that is no node of a cluster uses the folder."""
-    if not (folder / LOCK).exists():
-        return
-    try:
-        with FileLock(folder / LOCK, timeout=2.0):  # another node that starts looks for a moment, too
-            pass
-    except Timeout:
-        raise BadDataFolder(
-            f"the data folder {folder} is in use by a server that is no node of a cluster; stop that one or choose "
-            "another: --data DIR"
-        ) from None
+    with _looking_at(folder):
+        if not (folder / LOCK).exists():
+            return
+        try:
+            with FileLock(folder / LOCK, timeout=2.0):  # another node that starts looks for a moment, too
+                pass
+        except Timeout:
+            raise BadDataFolder(
+                f"the data folder {folder} is in use by a server that is no node of a cluster; stop that one or choose "
+                "another: --data DIR"
+            ) from None
 
 
 def told_interrupted(folder: Path) -> str:

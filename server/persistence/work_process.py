@@ -20,33 +20,38 @@ class WorkProcess:
     def __init__(self, what: str) -> None:
         self._what = what
         self._executor = process_pool(1, NICE)
+        self._turn = asyncio.Lock()  # a process that dies concerns one call, not all that wait for it
         self._waiting = 0
+        self._closed = False
 
     async def run(self, work: Any, *arguments: Any, urgent: bool = False) -> Any:
         """The result of `work(*arguments)`; both must be picklable. Whatever it raises is raised here.
 
-        Once more in a new process if it died. RecordingError when it dies again, or (unless `urgent`) when too many
-        are waiting.
+        Once more in a new process if it died. RecordingError when it dies again, after `close`, or (unless `urgent`)
+        when too many are waiting.
         """
         if self._waiting >= MOST_WAITING and not urgent:
             raise RecordingError("too many recordings are being read at the moment; try again in a minute")
         self._waiting += 1
         try:
-            return await self._attempt(work, arguments)
-        except BrokenProcessPool:
-            log.error("the process for %s died; starting another one", self._what)
-            self._executor = process_pool(1, NICE)
-            try:
-                return await self._attempt(work, arguments)
-            except BrokenProcessPool:
-                self._executor = process_pool(1, NICE)
-                raise RecordingError(f"the process for {self._what} died twice; is there enough memory?") from None
+            async with self._turn:
+                return await self._attempt_twice(work, arguments)
         finally:
             self._waiting -= 1
 
     async def close(self) -> None:
         """Wait for what runs, not for what waits, and end the process."""
+        self._closed = True
         await asyncio.to_thread(self._executor.shutdown, cancel_futures=True)
 
-    async def _attempt(self, work: Any, arguments: tuple[Any, ...]) -> Any:
-        return await asyncio.get_running_loop().run_in_executor(self._executor, work, *arguments)
+    async def _attempt_twice(self, work: Any, arguments: tuple[Any, ...]) -> Any:
+        for _ in range(2):
+            if self._closed:
+                raise RecordingError(f"the process for {self._what} is being stopped")
+            try:
+                return await asyncio.get_running_loop().run_in_executor(self._executor, work, *arguments)
+            except BrokenProcessPool:
+                log.error("the process for %s died; another one will be started", self._what)
+                self._executor.shutdown(wait=False)
+                self._executor = process_pool(1, NICE)
+        raise RecordingError(f"the process for {self._what} died twice; is there enough memory?")

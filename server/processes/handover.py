@@ -18,6 +18,7 @@ from movingout.server.uvicorn_server import GameServer
 log = logging.getLogger(__name__)
 
 MOST_BYTES = 64 * 1024  # of a request; the HTTP server refuses longer ones
+MOST_WAITING = 100  # connections for a process that takes none: each is a file, and nothing counts them
 PLAIN, TLS, AGENTS = b"p", b"t", b"a"  # what kind of connection is handed over
 
 
@@ -57,6 +58,8 @@ class HandingOver:
                 asyncio.get_running_loop().add_writer(self._link, self._send)
             except OSError:
                 raise ProcessGone("the process of this room has ended") from None
+        if len(self._waiting) >= MOST_WAITING:
+            raise ProcessGone("the process of this room is busy; try again in a moment")
         self._waiting.append((os.dup(descriptor), message))
 
     def close(self) -> None:

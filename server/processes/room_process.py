@@ -194,8 +194,9 @@ async def _to_the_front(scope: Message, receive: Receive, send: Send) -> None:
     """A request came on a TLS connection that was expected to be a player's: the same again, on another connection."""
     if scope["type"] == "websocket":
         return
+    path = "/" + scope["raw_path"].decode("latin-1").lstrip("/\\")  # two slashes would begin another server's name
     query = f"?{scope['query_string'].decode('latin-1')}" if scope["query_string"] else ""
-    headers = {"connection": "close", "location": scope["path"] + query}
+    headers = {"connection": "close", "location": path + query}
     await Response(status_code=307, headers=headers)(scope, receive, send)
 
 

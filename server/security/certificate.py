@@ -20,10 +20,10 @@ class Certificate(NamedTuple):
 def certificate_in(folder: Path, host: str) -> Certificate:
     """The certificate of this folder, made or renewed when needed. Raises OSError, and MissingExtraError."""
     with needs_extra("tls", "--tls"):
-        from movingout.server.security.self_signed import covers, make
+        from movingout.server.security.self_signed import make, serves
     files = Certificate(folder / "certificate.pem", folder / "key.pem")
     names = host_names(host)
-    if not covers(files.certificate, names) or not files.key.is_file():
+    if not serves(files.certificate, files.key, names):
         folder.mkdir(parents=True, exist_ok=True)
         make(files.certificate, files.key, names)
     return files

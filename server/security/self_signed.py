@@ -3,6 +3,8 @@
 import datetime
 import ipaddress
 import os
+import ssl
+import tempfile
 from pathlib import Path
 
 from cryptography import x509
@@ -14,20 +16,26 @@ VALID_DAYS = 365
 RENEW_DAYS = 30
 
 
-def covers(file: Path, names: list[str]) -> bool:
-    """Whether a certificate is there, holds these names and is good for another month."""
+def serves(file: Path, key_file: Path, names: list[str]) -> bool:
+    """Whether a certificate is there with its key, holds these names, and is good now and for another month."""
     try:
+        # A key with a password is none of ours; without the answer OpenSSL would ask for it at the terminal.
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(file, key_file, password="")
         certificate = x509.load_pem_x509_certificate(file.read_bytes())
-    except (OSError, ValueError):
+        extension = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except (OSError, ValueError, x509.ExtensionNotFound):
         return False
-    extension = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     covered = {str(name.value) for name in extension}
-    soon = datetime.datetime.now(datetime.UTC) + datetime.timedelta(days=RENEW_DAYS)
-    return certificate.not_valid_after_utc > soon and covered >= set(names)
+    now = datetime.datetime.now(datetime.UTC)
+    soon = now + datetime.timedelta(days=RENEW_DAYS)
+    return certificate.not_valid_before_utc <= now and certificate.not_valid_after_utc > soon and covered >= set(names)
 
 
 def make(file: Path, key_file: Path, names: list[str]) -> None:
-    """Write a certificate of these names and its key, which only its owner can read. Raises OSError."""
+    """Write a certificate of these names and its key, which only their owner can read. Raises OSError.
+
+    The key comes first: whatever happens in between, the certificate is no use without it and is made anew.
+    """
     key = ec.generate_private_key(ec.SECP256R1())
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "Moving Out Live")])
     now = datetime.datetime.now(datetime.UTC)
@@ -43,13 +51,23 @@ def make(file: Path, key_file: Path, names: list[str]) -> None:
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         .sign(key, hashes.SHA256())
     )
-    file.write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
-    with os.fdopen(os.open(key_file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as stream:
-        stream.write(
-            key.private_bytes(
-                serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-            )
-        )
+    form = serialization.PrivateFormat.PKCS8
+    _keep(key_file, key.private_bytes(serialization.Encoding.PEM, form, serialization.NoEncryption()))
+    _keep(file, certificate.public_bytes(serialization.Encoding.PEM))
+
+
+def _keep(file: Path, content: bytes) -> None:
+    """Write atomically, and never readable by others."""
+    descriptor, part = tempfile.mkstemp(prefix=f".{file.name}-", dir=file.parent)  # mode 0600
+    try:
+        with open(descriptor, "wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(part, file)
+    except OSError:
+        os.unlink(part)
+        raise
 
 
 def _general_name(name: str) -> x509.GeneralName:

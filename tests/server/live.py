@@ -213,7 +213,7 @@ def serve(
     **settings: Any,
 ) -> Iterator[Live]:
     """A server for one `with` block."""
-    listening = listen("127.0.0.1", port)
+    listening = listen(settings.get("host", "127.0.0.1"), port)
     port = listening.getsockname()[1]
     settings = {"countdown_s": 0.3, **settings}
     chosen = Settings(port=port, data=data, admin_token=ADMIN, limits=limits or _UNHURRIED, **settings)
@@ -243,6 +243,22 @@ def serve(
 def limits(**changed: Any) -> Limits:
     """The limits of a test: the machine may be busy."""
     return replace(_UNHURRIED, **changed)
+
+
+def wait_until(holds: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + WAIT_S
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def handshake(path: str = "/ws", protocol: str = m.SUBPROTOCOL) -> bytes:
+    """The request for a websocket; names of headers are in small letters, as processes hand them over."""
+    return (
+        f"GET {path} HTTP/1.1\r\nhost: localhost\r\nupgrade: websocket\r\nconnection: Upgrade\r\n"
+        f"sec-websocket-version: 13\r\nsec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+        f"sec-websocket-protocol: {protocol}\r\n\r\n"
+    ).encode()
 
 
 def raw_socket(live: Live) -> socket.socket:

@@ -8,6 +8,7 @@
 import asyncio
 import json
 import socket
+from collections.abc import Callable
 from typing import Any, cast
 
 import httpx
@@ -58,6 +59,9 @@ FRAMES = CONTROLS.map(json.dumps) | VALUES.map(json.dumps) | st.text(max_size=40
 class _Wire:
     """A connection that takes everything."""
 
+    def count_until_gone(self, uncount: Callable[[], None]) -> None:
+        self.gone = uncount
+
     def listen(self, on_binary: object, on_writable: object) -> None: ...
 
     def stop_listening(self) -> None: ...
@@ -87,7 +91,9 @@ async def _said(table: Table, frames: list[str | bytes]) -> list[Message]:
     admission = AdmissionControl(limits(), lambda: table.now)
     endpoint = SocketEndpoint(Settings(limits=limits()), registry, admission)
     scope = {"headers": [(b"host", b"localhost:8000")], "scheme": "ws", "subprotocols": [m.SUBPROTOCOL]}
-    await endpoint(scope | {"extensions": {WIRE: _Wire()}}, receive, send)
+    wire = _Wire()
+    await endpoint(scope | {"extensions": {WIRE: wire}}, receive, send)
+    wire.gone()
     assert (admission.sockets, endpoint.open) == (0, set())
     return told
 

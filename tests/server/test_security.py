@@ -2,6 +2,7 @@
 
 import json
 import logging
+import socket
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -220,6 +221,15 @@ def test_14_a_trusted_proxy_is_believed(tmp_path: Path) -> None:
         body = {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "link"}]}
         answers = [live.call("/api/rooms", body, X_Forwarded_For=f"10.0.0.{count}")[0] for count in range(3)]
     assert answers == [200, 200, 200]
+
+
+@pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason="IPv4 and IPv6 have sockets of their own here")
+@pytest.mark.parametrize("proxy", ["127.0.0.1", "127.0.0.0/8"])
+def test_14_a_proxy_is_believed_where_ipv4_comes_as_ipv6(tmp_path: Path, proxy: str) -> None:
+    with serve(tmp_path, limits(rooms_per_address_per_minute=2), trusted_proxies=(proxy,), host="::") as live:
+        headers = {"X-Forwarded-Proto": "https", "Origin": f"https://{live.address}"}
+        found = [live.call("/api/rooms", SEATS, **headers, X_Forwarded_For=f"10.0.0.{count}")[0] for count in range(3)]
+    assert found == [200, 200, 200]
 
 
 def test_15_no_token_is_logged_and_none_is_in_an_address(

@@ -88,6 +88,14 @@ def test_4_nested_json_is_no_stack_overflow(live: Live) -> None:
     assert status == 422
 
 
+@pytest.mark.parametrize("path", ["/api/editor/check", "/api/editor/solve", "/api/rooms"])
+def test_4_a_nested_map_is_refused_as_any_other(live: Live, path: str) -> None:
+    beside = {"maps": [], "seats": [{"kind": "here"}, {"kind": "link"}]} if path == "/api/rooms" else {}
+    for depth in (100, 400, 600, 800):  # the last ones can be read, but not sent to the process that checks maps
+        status, answer = live.call(path, {"map": json.loads('{"a":' * depth + "1" + "}" * depth), **beside})
+        assert status == 422 or (status, answer["map"]) == (200, None)
+
+
 def test_4_a_join_full_of_keys_is_refused_before_any_of_them_is_compared(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:

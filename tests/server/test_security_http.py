@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from movingout.server.connection.admission import AdmissionControl
-from movingout.server.connection.connection_limits import ConnectionLimits, is_trusted
+from movingout.server.connection.connection_limits import ConnectionLimits, both_forms, is_trusted
 from movingout.server.host import Host
 from movingout.server.overload import Overload
 from movingout.server.persistence.answer_log import AnswerLog, TooManyAnswers
@@ -71,6 +71,17 @@ def test_10_the_proxy_is_not_counted_as_an_address() -> None:
     assert [connections.opened(f"2001:db8::{last}") for last in range(3)] == [True, True, False], "one /64"
     assert is_trusted("::1", ("*",)) and not is_trusted("unix", ("10.0.0.0/8",))
     assert not is_trusted("10.0.0.1", ("nonsense/x",))
+
+
+def test_10_a_proxy_is_known_in_each_form_of_its_address() -> None:
+    for proxies in (("192.0.2.1",), ("192.0.2.0/24",), ("::ffff:192.0.2.1",)):
+        assert is_trusted("::ffff:192.0.2.1", proxies) and not is_trusted("::ffff:198.51.100.1", proxies)
+    assert is_trusted("2001:db8::1", ("2001:db8:0::1",))
+    assert both_forms(("192.0.2.1", "192.0.2.0/24", "2001:db8::/32")) == [
+        *("192.0.2.1", "192.0.2.0/24", "2001:db8::/32"),
+        *("::ffff:192.0.2.1", "::ffff:192.0.2.0/120"),
+    ]
+    assert both_forms(("::1", "*")) == ["*"]
 
 
 @pytest.mark.slow

@@ -1,7 +1,11 @@
 """Agents that strangers seat: never alone, at most half of them for one address, and none that a study needs."""
 
 from pathlib import Path
+from typing import Any
 
+import pytest
+
+from movingout.server.settings import Settings
 from tests.server.live import ADMIN, Live, limits, serve
 
 ELSEWHERE = ("10.9.9.9",)  # a proxy: whoever comes may be a stranger
@@ -26,6 +30,26 @@ def test_strangers_let_no_agents_play_alone_and_the_operator_does(tmp_path: Path
 def test_on_a_server_for_this_machine_alone_one_may_watch_agents(live: Live) -> None:
     scripted = {"kind": "agent", "agent": "scripted"}
     assert ask(live, scripted, scripted)[0] == 200
+
+
+def test_behind_a_forgotten_proxy_whoever_comes_may_be_a_stranger(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(), allowed_hosts=("game.example.org",)) as live:
+        assert ask(live, BASS, BASS) == (403, "agents_only")
+
+
+@pytest.mark.parametrize(
+    ("settings", "private"),
+    [
+        ({}, True),
+        ({"host": "::1", "allowed_hosts": ("game.localhost", "127.0.0.1"), "origins": ("http://[::1]:5173",)}, True),
+        ({"allowed_hosts": ("localhost", "game.example.org")}, False),
+        ({"origins": ("https://game.example.org",)}, False),
+        ({"trusted_proxies": ("127.0.0.1",)}, False),
+        ({"host": "0.0.0.0"}, False),
+    ],
+)
+def test_a_server_with_a_name_elsewhere_is_not_for_this_machine_alone(settings: dict[str, Any], private: bool) -> None:
+    assert Settings(**settings).private == private
 
 
 def test_one_address_takes_at_most_half_of_the_agents(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """What `movingout play` prints at its start."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,12 @@ from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
 from movingout.server.commands.play import hints, tell_own_maps
 from movingout.server.own_maps.folder import MapFolder
+from movingout.server.persistence.data_folder import (
+    BadDataFolder,
+    refuse_cluster_folder,
+    refuse_served_folder,
+    refuse_study_folder,
+)
 from movingout.server.settings import Settings
 
 
@@ -20,6 +27,11 @@ from movingout.server.settings import Settings
         (Settings(host="192.168.1.5"), "On other machines gamepads need https: add --tls."),
         (Settings(tls=True), "The certificate is self-signed: the browser asks once whether to trust it."),
         (Settings(trusted_proxies=("127.0.0.1",)), "These addresses lie behind the proxy; give people the proxy's."),
+        (
+            Settings(allowed_hosts=("game.example.org",)),
+            "Only this machine can connect. Name its reverse proxy, or everybody shares the limits of one address: "
+            "movingout play --proxy 127.0.0.1",
+        ),
         (
             Settings(host="0.0.0.0", trusted_proxies=("*",)),
             "These addresses lie behind the proxy; give people the proxy's.",
@@ -45,6 +57,22 @@ def test_a_partner_that_cannot_be_made_or_played_is_refused_at_the_start(
 ) -> None:
     assert main(["play", "--partner", partner, "--port", "0", "--data", str(tmp_path)]) == 2
     assert sentence in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("more", [[], ["--cluster", "postgresql://nowhere/x", "--node", "a"]], ids=["alone", "node"])
+def test_a_data_folder_that_cannot_be_looked_at_is_named_in_a_sentence(
+    more: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As one below a folder of somebody else, which root could look at."""
+    assert main(["play", "--data", "x" * 300, "--port", "0", *more]) == 2
+    said = capsys.readouterr().err
+    assert f"cannot look at the data folder {'x' * 300} (File name too long)" in said and "Traceback" not in said
+
+
+@pytest.mark.parametrize("refuse", [refuse_study_folder, refuse_cluster_folder, refuse_served_folder])
+def test_each_look_at_a_data_folder_ends_in_a_sentence(refuse: Callable[[Path], None]) -> None:
+    with pytest.raises(BadDataFolder, match="cannot look at the data folder"):
+        refuse(Path("x" * 300))
 
 
 @pytest.mark.parametrize("inside", ["recordings", "rooms", "answers"])

@@ -62,6 +62,13 @@ def test_the_probes_end_where_the_tested_engine_ends(probe: Probe) -> None:
     assert inexact_engine() is not None or deviation(probe) == 0.0
 
 
+def test_doctor_says_which_data_folder_cannot_be_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "agent_cards", list)
+    findings = {finding.question: finding for finding in examine(0, tmp_path / ("x" * 300))}
+    assert findings["data folder"].grade == "fault" and "File name too long" in findings["data folder"].sentence
+    assert len(findings) > 5, "beside what else was found"
+
+
 @pytest.mark.slow
 def test_doctor_says_what_is_wrong(tmp_path: Path) -> None:
     with listen("127.0.0.1", 0) as taken:

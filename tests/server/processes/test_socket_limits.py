@@ -10,9 +10,11 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from movingout.server.connection.admission import FLOODS_PER_MINUTE
+from movingout.server.processes import room_link
 from movingout.server.processes.front import Front
 from movingout.server.processes.homes import home_of
-from tests.server.live import Live, limits
+from movingout.server.uvicorn_server import GameServer
+from tests.server.live import Live, handshake, limits, raw_socket, wait_until
 from tests.server.processes.cluster import cluster, links
 
 MOST = 4
@@ -78,6 +80,21 @@ def test_the_sockets_of_a_killed_process_are_no_longer_counted(live: Live, rooms
     counted(live, 2)
     os.kill(links(live)[0].pid, signal.SIGKILL)
     counted(live, 1)
+
+
+def test_a_websocket_counts_while_it_waits_for_its_process(
+    live: Live, rooms: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(room_link, "HOME_S", 60.0)
+    link, connections = links(live)[0], cast(GameServer, live.server)._connections
+    wait_until(lambda: connections._total == 0)
+    live.run(link._ready.clear)
+    with raw_socket(live) as client:
+        client.sendall(handshake(f"/ws/{rooms[0]}"))
+        wait_until(lambda: connections._total == 1)
+        live.run(link._ready.set)
+        assert client.recv(100).startswith(b"HTTP/1.1 101")
+        wait_until(lambda: connections._total == 0)
 
 
 def test_who_floods_one_process_is_kept_out_of_all(live: Live, rooms: list[str]) -> None:

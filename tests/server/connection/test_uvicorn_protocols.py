@@ -1,0 +1,97 @@
+"""A connection counts until it is gone: a client need not hang up because the server has said goodbye."""
+
+import asyncio
+import socket
+import ssl
+from pathlib import Path
+
+import pytest
+
+from movingout.server import uvicorn_server
+from movingout.server.connection import uvicorn_protocols
+from movingout.server.connection.connection_limits import ConnectionLimits
+from movingout.server.security.certificate import certificate_in
+from tests.server.live import WAIT_S, Live, handshake, limits, raw_socket, serve, wait_until
+
+MOST = 3
+NO_JOIN = b"\x81\x82" + bytes(4) + b"{}"  # a masked text frame
+CLOSE_FRAME = b"\x88\x02"
+
+
+def read_until(client: socket.socket, end: bytes) -> bytes:
+    read = b""
+    while end not in read:
+        part = client.recv(10_000)
+        assert part, read
+        read += part
+    return read
+
+
+def turned_away(live: Live) -> socket.socket:
+    """A websocket that the server has closed, and its client has not."""
+    client = raw_socket(live)
+    client.sendall(handshake())
+    read_until(client, b"\r\n\r\n")
+    client.sendall(NO_JOIN)
+    read_until(client, CLOSE_FRAME)
+    return client
+
+
+def counts(live: Live) -> ConnectionLimits:
+    assert live.server is not None
+    return live.server._connections
+
+
+def test_a_websocket_that_was_closed_counts_until_its_client_hangs_up_too(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(sockets_per_address=MOST)) as live:
+        silent = [turned_away(live) for _ in range(MOST)]
+        with raw_socket(live) as one_more:
+            one_more.sendall(handshake())
+            assert f"There are {MOST} connections from your address already".encode() in read_until(one_more, b"close")
+        for client in silent:
+            client.close()
+        wait_until(lambda: live.host.admission.sockets == 0)
+        turned_away(live).close()
+
+
+def test_who_never_hangs_up_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(uvicorn_protocols, "GOODBYE_S", 0.2)
+    with serve(tmp_path) as live, turned_away(live):
+        wait_until(lambda: live.host.admission.sockets == 0)
+
+
+def test_a_refused_websocket_counts_until_it_is_gone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over TLS its client can keep it open, by not answering the end of TLS."""
+    monkeypatch.setattr(uvicorn_server, "GOODBYE_S", 2.0)
+    certificate = certificate_in(tmp_path / "tls", "127.0.0.1")
+    context = ssl.create_default_context(cafile=str(certificate.certificate))
+    with (
+        serve(tmp_path, certificate=certificate) as live,
+        context.wrap_socket(raw_socket(live), server_hostname="localhost") as client,
+    ):
+        client.sendall(handshake(protocol="chat"))
+        read_until(client, b"movingout.v1")
+        assert counts(live)._total == 1
+        wait_until(lambda: counts(live)._total == 0)
+
+
+def test_a_connection_that_was_handed_over_counts_from_then_on(tmp_path: Path) -> None:
+    with serve(tmp_path) as live, socket.create_server(("127.0.0.1", 0)) as elsewhere:
+        assert live.server is not None
+
+        def handed_over() -> socket.socket:
+            client = socket.create_connection(elsewhere.getsockname(), WAIT_S)
+            connection, _ = elsewhere.accept()
+            connection.setblocking(False)
+            adopting = live.server.adopt_request(connection, handshake())  # type: ignore[union-attr]
+            asyncio.run_coroutine_threadsafe(adopting, live.loop).result(WAIT_S)
+            return client
+
+        with handed_over() as client:
+            read_until(client, b"\r\n\r\n")
+            assert (live.host.admission.sockets, counts(live)._total) == (1, 0)
+        wait_until(lambda: live.host.admission.sockets == 0)
+        counts(live).most = 0
+        with handed_over() as client:
+            assert client.recv(100) == b""
+        wait_until(lambda: counts(live)._total == 0)

@@ -1,0 +1,72 @@
+"""How many rooms an address may open, also when it asks for many at once and their processes answer later."""
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from movingout.server.host import Host
+from movingout.server.notices import Notice
+from movingout.server.public_host import LEFT_BEHIND_S, Away, NoRoom
+from movingout.server.settings import Settings
+from tests.server.live import limits
+
+ADDRESS = "192.0.2.1"
+
+
+class FarHost(Host):
+    """A host whose rooms are in other processes. `states` says how long each is empty, and whether somebody came."""
+
+    def __init__(self, data: Path, states: dict[str, tuple[float, bool]], **limited: int) -> None:
+        super().__init__(Settings(data=data, limits=limits(rooms_per_address_per_minute=1000, **limited)))
+        self.states = states
+        for room in states:
+            self.admission.opened_room(self.admission.owner(ADDRESS), room)
+
+    async def ask(self, room_id: str, *work: Any) -> Any:  # type: ignore[override]
+        await asyncio.sleep(0)
+        if room_id not in self.states:
+            raise NoRoom
+        return (*self.states[room_id], room_id)
+
+    async def close_room(self, room_id: str, code: int, notice: Notice, *how: Any) -> Any:
+        await asyncio.sleep(0)
+        if self.states.pop(room_id, None) is None:
+            raise NoRoom
+        self.admission.closed_room(room_id)
+
+    async def openings(self, count: int) -> list[bool]:
+        """What so many requests at once are answered."""
+        return await asyncio.gather(*(self.may_open_room(ADDRESS) for _ in range(count)))
+
+
+def test_requests_at_once_open_no_more_rooms_than_one_after_another(tmp_path: Path) -> None:
+    host = FarHost(tmp_path, {f"room{number}": (0.0, False) for number in range(3)}, unjoined_rooms_per_address=10)
+    assert asyncio.run(host.openings(20)) == [True] * 7 + [False] * 13
+    assert host.admission.being_opened(ADDRESS) == 7, "what was refused is not being opened"
+
+
+def test_each_of_them_takes_the_place_of_a_room_that_was_left_behind(tmp_path: Path) -> None:
+    states = {"played": (0.0, True), "left": (LEFT_BEHIND_S, True), "left long ago": (2 * LEFT_BEHIND_S, True)}
+    host = FarHost(tmp_path, states, open_rooms_per_address=3)
+    assert asyncio.run(host.openings(1)) == [True]
+    host.admission.opening_ended(ADDRESS)
+    assert set(host.states) == {"played", "left"}
+    host = FarHost(tmp_path, {**host.states, "left long ago": (2 * LEFT_BEHIND_S, True)}, open_rooms_per_address=3)
+    assert asyncio.run(host.openings(5)) == [True, True, False, False, False]
+    assert set(host.states) == {"played"}
+
+
+@pytest.mark.parametrize("error", [Away("restarting"), asyncio.CancelledError()], ids=["away", "cancelled"])
+def test_an_opening_that_fails_while_rooms_are_asked_counts_no_longer(tmp_path: Path, error: BaseException) -> None:
+    host = FarHost(tmp_path, {"room": (0.0, True)})
+
+    async def ask(room_id: str, *work: Any) -> Any:
+        assert host.admission.being_opened(ADDRESS) == 1
+        raise error
+
+    host.ask = ask  # type: ignore[method-assign]
+    with pytest.raises(type(error)):
+        asyncio.run(host.openings(1))
+    assert host.admission.being_opened(ADDRESS) == 0
