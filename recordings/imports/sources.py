@@ -131,7 +131,7 @@ def _row(file: Path, number: int, row: Any) -> TrajectoryFile:
         red=str(row.get("red") or ""),
         time="",
         recorded_ns=file.stat().st_mtime_ns,
-        trajectory_id=str(row.get("trajectory_id") or ""),
+        trajectory_id=str(row["trajectory_id"]) if row.get("trajectory_id") is not None else "",  # 0 is one
         kinds=(str(row.get("blue_kind") or ""), str(row.get("red_kind") or "")),
         simulated=row.get("simulated") == "yes",
     )
