@@ -21,7 +21,7 @@ from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.exports.split import divided, has_people, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
-from movingout.recordings.storage.listing import Players, Summary, read_players, read_summary
+from movingout.recordings.storage.listing import Players, Summary, misnamed, read_players, read_summary
 from movingout.recordings.storage.study_rounds import uncounted_episodes
 from movingout.recordings.styles import Styles, style_of_pair, styles_of
 
@@ -209,6 +209,8 @@ def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
     for row in rows:
+        if bad := misnamed(row.path):
+            raise RecordingError(bad.problem)
         file = row.path.resolve()
         shown = file.relative_to(here) if file.is_relative_to(here) else file
         simulated = "yes" if row.simulated else ""

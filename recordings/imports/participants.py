@@ -1,8 +1,8 @@
 """Who played trajectories that do not say so themselves, as the official data set: a CSV file trajectory_id,blue,red.
 
 A trajectory is named by its own `trajectory_id`, by its 16 digits at the end of the recording's name, or by file and
-place as the report has them: `demos.json episode 3`. Our own exports number `trajectory_id` anew on each map: a name that
-several trajectories have is refused.
+place as the report has them: `demos.json episode 3`. Our own exports number `trajectory_id` anew on each map: a name
+that several trajectories have is refused.
 """
 
 import csv

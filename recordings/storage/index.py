@@ -17,7 +17,7 @@ from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.progress import with_progress
 from movingout.recordings.storage.finished import SUFFIX
-from movingout.recordings.storage.listing import Summary, Unreadable, read_summary, summary_from_json
+from movingout.recordings.storage.listing import Summary, Unreadable, misnamed, read_summary, summary_from_json
 
 INDEX_NAME = ".index.sqlite"
 _VERSION = 2  # of this table; another one is rebuilt
@@ -63,15 +63,16 @@ def list_recordings(
 
     Journals are read as far as they go, unless `running` is False.
     """
-    files, journals = _files(folder)
+    files, journals, nameless = _files(folder)
     if not running:
         journals = []
     try:
-        return _look(folder / INDEX_NAME, folder, files, journals, wanted or Filter())
+        found, unreadable = _look(folder / INDEX_NAME, folder, files, journals, wanted or Filter())
     except sqlite3.DatabaseError as error:  # an unwritable folder, a locked or broken index: the files are the truth
         if not isinstance(error, sqlite3.OperationalError):
             _discard(folder / INDEX_NAME)
-        return _look(":memory:", folder, files, journals, wanted or Filter())
+        found, unreadable = _look(":memory:", folder, files, journals, wanted or Filter())
+    return found, unreadable + nameless
 
 
 def _look(
@@ -94,21 +95,24 @@ def _look(
         return summaries, [Unreadable(folder / name, problem) for name, problem in problems]
 
 
-def _files(folder: Path) -> tuple[dict[str, Stamp], list[str]]:
-    """The recordings with their stamps, and the journals."""
+def _files(folder: Path) -> tuple[dict[str, Stamp], list[str], list[Unreadable]]:
+    """The recordings with their stamps, the journals, and those among both whose names nothing else takes."""
     files: dict[str, Stamp] = {}
     journals: list[str] = []
+    nameless: list[Unreadable] = []
     try:
         with os.scandir(folder) as entries:
             for entry in entries:
-                if entry.name.endswith(SUFFIX):
+                if entry.name.endswith((SUFFIX, JOURNAL_SUFFIX)) and (bad := misnamed(folder / entry.name)):
+                    nameless.append(bad)
+                elif entry.name.endswith(SUFFIX):
                     with suppress(FileNotFoundError):  # deleted meanwhile
                         files[entry.name] = file_stamp(entry)
                 elif entry.name.endswith(JOURNAL_SUFFIX):
                     journals.append(entry.name)
     except OSError as error:
         raise cannot("list", folder, error) from error
-    return files, journals
+    return files, journals, nameless
 
 
 def file_stamp(entry: os.DirEntry[str]) -> Stamp:
@@ -152,8 +156,9 @@ def _row(path: Path, stamp: Stamp) -> tuple[str | int, ...]:
     try:
         entry = read_summary(path)
     except RecordingError as error:
-        return (path.name, *stamp, str(error), "", "", "", "", "", "", "{}")
-    text = orjson.dumps(entry.to_json()).decode()
+        problem = str(error).encode(errors="backslashreplace").decode()  # it may name a folder that is not UTF-8
+        return (path.name, *stamp, problem, "", "", "", "", "", "", "{}")
+    text = orjson.dumps(entry.to_json() | {"path": path.name}).decode()
     study = orjson.dumps(entry.study).decode()
     return (
         *(path.name, *stamp, "", text),

@@ -72,6 +72,16 @@ class Unreadable:
     problem: str
 
 
+def misnamed(path: Path) -> Unreadable | None:
+    """A file whose name is not UTF-8 text, with that name escaped: no database, list or page takes it as it is."""
+    try:
+        path.name.encode()
+    except UnicodeEncodeError:
+        escaped = os.fsencode(path.name).decode(errors="backslashreplace")
+        return Unreadable(path.with_name(escaped), f"{escaped}: its name is not UTF-8 text; rename it")
+    return None
+
+
 def recording_paths(folder: Path) -> list[Path]:
     """The recordings and journals in a folder, by name; RecordingError when there is no such folder."""
     try:

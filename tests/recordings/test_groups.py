@@ -1,5 +1,6 @@
 """Recordings are divided into groups that share no participant, and the list of them is read back."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -153,3 +154,9 @@ def test_a_full_disk_leaves_no_part_of_a_list(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="cannot write"), limited(60):
         write_groups(target, rows)
     assert not list(tmp_path.glob("*groups.csv*"))
+
+
+def test_a_file_whose_name_is_not_utf8_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    odd = recorded(tmp_path, "odd", ticks=9).rename(tmp_path / os.fsdecode(b"caf\xe9.mcap"))
+    with pytest.raises(RecordingError, match=r"caf\\xe9\.mcap: its name is not UTF-8 text; rename it"):
+        write_groups(tmp_path / "groups.csv", grouped([odd], 1))
