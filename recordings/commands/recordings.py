@@ -18,8 +18,8 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, recover_journal
-from movingout.recordings.storage.index import Filter, list_recordings
-from movingout.recordings.storage.listing import Summary, path_of, recording_paths
+from movingout.recordings.storage.index import Filter, list_recordings, path_of
+from movingout.recordings.storage.listing import Summary, recording_paths
 from movingout.recordings.storage.repair import recover_recording
 from movingout.recordings.terminal import printable
 from movingout.world.constants import TICKS_PER_SECOND

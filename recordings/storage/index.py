@@ -6,15 +6,18 @@ are new, changed or gone (name, size, time of change). Journals are few and chan
 
 import os
 import sqlite3
+import time
 from collections.abc import Iterable
 from contextlib import closing, suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import orjson
 
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.recordings.file_format.metadata import EPISODE_ID
 from movingout.recordings.progress import with_progress
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import Summary, Unreadable, misnamed, read_summary, summary_from_json
@@ -27,6 +30,8 @@ CREATE TABLE IF NOT EXISTS recordings (
     map TEXT, started TEXT, outcome TEXT, blue TEXT, red TEXT, study TEXT
 )
 """
+
+_TELLS_NS = 1_000_000_000  # older times of change tell whether there was one more; two in a few ms may have the same
 
 Stamp = tuple[int, int]  # size, time of change in ns
 
@@ -73,6 +78,43 @@ def list_recordings(
             _discard(folder / INDEX_NAME)
         found, unreadable = _look(":memory:", folder, files, journals, wanted or Filter())
     return found, unreadable + nameless
+
+
+def path_of(folder: Path, episode_id: str) -> Path:
+    """The file of an episode id in a folder, finished or journal, whatever it is called.
+
+    RecordingError for anything else, `../` included.
+    """
+    if EPISODE_ID.fullmatch(episode_id):
+        for suffix in (SUFFIX, JOURNAL_SUFFIX):
+            path = folder / f"{episode_id}{suffix}"
+            if path.is_file():
+                return path
+        if renamed := renamed_file(folder, episode_id):
+            return renamed
+    raise RecordingError(f"there is no recording {episode_id!r} in {folder}; `movingout recordings list` names them")
+
+
+def renamed_file(folder: Path, episode_id: str, *, running: bool = True) -> Path | None:
+    """The file of an episode that is not called after it, as a copy under a name of somebody's own."""
+    try:
+        changed_ns = folder.stat().st_mtime_ns
+        if time.time_ns() - changed_ns < _TELLS_NS:
+            _renamed_files.cache_clear()
+        found = _renamed_files(folder, changed_ns, running)
+    except (OSError, RecordingError):
+        return None
+    return found.get(episode_id)
+
+
+@lru_cache(4)
+def _renamed_files(folder: Path, changed_ns: int, running: bool) -> dict[str, Path]:
+    """By episode id. A folder changes when a file in it comes, goes or gets another name."""
+    found: dict[str, Path] = {}
+    for entry in list_recordings(folder, running=running)[0]:
+        if entry.path.name not in (f"{entry.id}{SUFFIX}", f"{entry.id}{JOURNAL_SUFFIX}"):
+            found.setdefault(entry.id, entry.path)
+    return found
 
 
 def _look(

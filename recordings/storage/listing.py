@@ -15,7 +15,6 @@ from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.metadata import (
-    EPISODE_ID,
     RECORDING,
     RESULT,
     SEATS,
@@ -227,13 +226,3 @@ def _of_episode(path: Path, episode: Episode) -> Summary:
 def seat_title(kind: str, name: str) -> str:
     """`human P1`, `agent scripted`; the name of a replayed seat says already what it is."""
     return name if name.startswith(f"{kind}:") else f"{kind} {name}"
-
-
-def path_of(folder: Path, episode_id: str) -> Path:
-    """The file of an episode id in a folder, finished or journal; RecordingError for anything else, `../` included."""
-    if EPISODE_ID.fullmatch(episode_id):
-        for suffix in (SUFFIX, JOURNAL_SUFFIX):
-            path = folder / f"{episode_id}{suffix}"
-            if path.is_file():
-                return path
-    raise RecordingError(f"there is no recording {episode_id!r} in {folder}; `movingout recordings list` names them")

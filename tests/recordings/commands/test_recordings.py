@@ -9,7 +9,7 @@ import pytest
 
 from movingout.maps import load_map
 from movingout.recordings import EpisodeWriter, RecordingError, SeatInfo, finalise
-from movingout.recordings.storage.listing import path_of
+from movingout.recordings.storage.index import path_of
 from movingout.server.cli import main
 from tests.recordings.support import STARTED_NS, begin, play, record
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from movingout.recordings import finalise
+from movingout.recordings import RecordingError, finalise
 from movingout.recordings.storage import index as index_module
-from movingout.recordings.storage.index import INDEX_NAME, Filter, list_recordings
+from movingout.recordings.storage.index import INDEX_NAME, Filter, list_recordings, path_of
 from movingout.recordings.storage.listing import Summary, read_summary
 from tests.recordings.support import begin, play, record
 
@@ -110,3 +110,16 @@ def test_a_folder_whose_name_is_not_utf8_is_listed(folder: Path) -> None:
     found, unreadable = list_recordings(odd)
     assert [entry.path for entry in found] == [odd / "a.mcap"]
     assert [entry.path for entry in unreadable] == [odd / "broken.mcap"]
+
+
+def test_an_episode_is_found_by_its_id_whatever_its_file_is_called(folder: Path) -> None:
+    """It was listed by its id, which opened nothing."""
+    renamed = (folder / "a.mcap").rename(folder / "mine.mcap")
+    assert path_of(folder, "a") == renamed and path_of(folder, "b") == folder / "b.mcap"
+    renamed = renamed.rename(folder / "yours.mcap")
+    assert path_of(folder, "a") == renamed
+    renamed.unlink()
+    with pytest.raises(RecordingError, match="there is no recording 'a'"):
+        path_of(folder, "a")
+    with pytest.raises(RecordingError, match="there is no recording 'a'"):
+        path_of(folder / "nowhere", "a")
