@@ -39,6 +39,7 @@ class FailureSearch:
     recordings: list[SearchedRecording]  # finished ones, by file name
     left_out: int  # unfinished, tutorials, unreadable
     remaining: int  # recordings that were not searched for want of time
+    copies: int = 0  # of recordings that are among them
 
 
 def search_failures(folder: Path, most_s: float | None = None) -> FailureSearch:
@@ -75,8 +76,10 @@ def _search(where: Path | str, folder: Path, files: dict[str, Stamp], most_s: fl
             database.execute("INSERT OR REPLACE INTO searched VALUES (?, ?, ?, ?)", (name, *files[name], text))
             done += 1
         rows = [text for (text,) in database.execute("SELECT found FROM searched ORDER BY name")]
-        recordings = [SearchedRecording.from_json(orjson.loads(text)) for text in rows if text]
-        return FailureSearch(recordings, len(rows) - len(recordings), len(fresh) - done)
+        found_in = [SearchedRecording.from_json(orjson.loads(text)) for text in rows if text]
+        recordings = list({one.id: one for one in reversed(found_in)}.values())[::-1]  # the first of each episode
+        copies = len(found_in) - len(recordings)
+        return FailureSearch(recordings, len(rows) - len(found_in), len(fresh) - done, copies)
 
 
 def _prepare(database: sqlite3.Connection) -> None:

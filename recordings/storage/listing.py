@@ -1,7 +1,7 @@
 """The recordings in a folder: one summary each, read from the metadata alone."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -132,6 +132,24 @@ def read_players(path: Path) -> Players:
         return Players(record["episode_id"], seats_of(records), record.get("map", ""), is_simulated(study))
     except (KeyError, ValueError) as error:
         raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
+
+
+def without_copies(paths: Sequence[Path]) -> list[Path]:
+    """One file of each episode, in order: a backup in a folder below is no second play. Unreadable ones stay.
+
+    Of an episode as recording and as journal it is the recording, else the first.
+    """
+    known: set[str] = set()
+    copies: set[Path] = set()
+    for path in sorted(paths, key=lambda path: path.name.endswith(JOURNAL_SUFFIX)):
+        try:
+            episode_id = read_players(path).episode_id
+        except RecordingError:
+            continue  # whoever reads it says so
+        if episode_id in known:
+            copies.add(path)
+        known.add(episode_id)
+    return [path for path in paths if path not in copies]
 
 
 def is_tutorial(path: Path) -> bool:
