@@ -127,7 +127,7 @@ def _held(
     item_poses: Floats,
 ) -> tuple[Ints, int]:
     """Who holds what, (S, 2), and how often it had to be inferred from the poses."""
-    places = {item.id: index for index, item in enumerate(kinds) if item.id is not None}
+    places: dict[float, int] = {item.id: index for index, item in enumerate(kinds) if item.id is not None}
     held = np.full((len(robots), 2), -1, dtype=np.int64)
     inferred = 0
     for step, pair in enumerate(robots):
@@ -135,8 +135,8 @@ def _held(
             if not robot.get("hold"):
                 continue
             identity = robot.get("holded_item_id")
-            known = isinstance(identity, int | float) and identity in places
-            named = places[int(identity)] if known else _flagged(items[step], seat)
+            known = places.get(identity, -1) if isinstance(identity, int | float) else -1  # a list is no key
+            named = known if known >= 0 else _flagged(items[step], seat)
             if named < 0:
                 named = _nearest(robot_poses[step, seat], item_poses[step])
                 inferred += 1
