@@ -21,7 +21,7 @@ from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.exports.split import divided, has_people, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
-from movingout.recordings.storage.listing import Players, Summary, read_players, read_summary
+from movingout.recordings.storage.listing import Players, Summary, misnamed, read_players, read_summary, without_copies
 from movingout.recordings.storage.study_rounds import uncounted_episodes
 from movingout.recordings.styles import Styles, style_of_pair, styles_of
 
@@ -53,8 +53,8 @@ def of_challenge(paths: Sequence[Path], challenge: int) -> list[Path]:
 def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 0.0) -> list[GroupedRecording]:
     """Divide recordings into groups that share no participant.
 
-    Left out are those with a TCR below `min_tcr`, tutorials, live rounds that were broken off, and what a study does
-    not count (`storage.study_rounds`).
+    Left out are those with a TCR below `min_tcr`, tutorials, live rounds that were broken off, copies, and what a study
+    does not count (`storage.study_rounds`).
 
     Raises RecordingError for a file that cannot be read, when none is left, for too few participants, and for several
     groups of people without a name: the same person might be in two of them.
@@ -99,7 +99,7 @@ _Read = tuple[Path, Summary, Players]
 
 def _kept(paths: Sequence[Path], min_tcr: float) -> list[_Read]:
     """Those that count and are good enough. Raises RecordingError where none is."""
-    found = [(path, read_summary(path), read_players(path)) for path in paths]
+    found = [(path, read_summary(path), read_players(path)) for path in without_copies(paths)]
     valid = _valid(found)
     kept = [entry for entry in valid if _tcr(entry[1]) >= min_tcr]
     if not kept:
@@ -209,6 +209,8 @@ def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
     for row in rows:
+        if bad := misnamed(row.path):
+            raise RecordingError(bad.problem)
         file = row.path.resolve()
         shown = file.relative_to(here) if file.is_relative_to(here) else file
         simulated = "yes" if row.simulated else ""

@@ -33,6 +33,6 @@ def write_html(text: str, path: Path) -> None:
     check_name(path)
     try:
         with draft_of(path) as draft:
-            draft.write_text(text, encoding="utf-8")
+            draft.write_text(text, encoding="utf-8", errors="replace")  # names of files may be no UTF-8
     except OSError as error:
         raise cannot("write", path, error) from error

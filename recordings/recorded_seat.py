@@ -9,6 +9,7 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.storage.listing import read_players
 from movingout.world.state import Floats
 
 GHOST: Final = "ghost"  # ghost:FILE#red
@@ -18,6 +19,7 @@ GHOST: Final = "ghost"  # ghost:FILE#red
 class RecordedSeat:
     """What one seat did in one episode."""
 
+    episode_id: str
     name: str  # of who played then
     map: MapSpec
     seat: int
@@ -36,8 +38,9 @@ def read_recorded_seat(text: str) -> RecordedSeat:
     episode = read_episode(file)
     header = episode.header
     return RecordedSeat(
-        header.seats[seat].name, header.map, seat, header.seed, header.limit_ticks, episode.actions[:, seat]
-    )
+        header.episode_id, header.seats[seat].name, header.map, seat, header.seed, header.limit_ticks,
+        episode.actions[:, seat],
+    )  # fmt: skip
 
 
 def split_ghost(text: str) -> tuple[Path, int]:
@@ -49,6 +52,18 @@ def split_ghost(text: str) -> tuple[Path, int]:
 
 
 def ghost_name(agent_id: str) -> str:
-    """How `ghost:FILE#red` is named in recordings: `ghost:EPISODE#red`, without a folder of this machine."""
+    """How `ghost:FILE#red` is named in recordings: `ghost:EPISODE#red`, without a folder of this machine.
+
+    The episode is that of the file, whatever it is called; its name where it cannot be read.
+    """
     file, seat = split_ghost(agent_id.removeprefix(f"{GHOST}:"))
-    return f"{GHOST}:{file.name.partition(SUFFIX)[0]}#{SEAT_COLOURS[seat]}"
+    try:
+        episode_id = read_players(file).episode_id
+    except RecordingError:
+        episode_id = file.name.partition(SUFFIX)[0]
+    return ghost_of(episode_id, seat)
+
+
+def ghost_of(episode_id: str, seat: int) -> str:
+    """How a seat of an episode is named in recordings."""
+    return f"{GHOST}:{episode_id}#{SEAT_COLOURS[seat]}"

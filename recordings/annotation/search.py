@@ -5,7 +5,7 @@ import os
 import sqlite3
 import time
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import orjson
@@ -21,6 +21,7 @@ from movingout.recordings.report.track import Track
 from movingout.recordings.report.words import Words
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.index import Stamp, file_stamp
+from movingout.recordings.storage.listing import misnamed
 from movingout.world.metrics import EpisodeMetrics
 
 SEARCH_NAME = ".findings.sqlite"
@@ -38,6 +39,7 @@ class FailureSearch:
     recordings: list[SearchedRecording]  # finished ones, by file name
     left_out: int  # unfinished, tutorials, unreadable
     remaining: int  # recordings that were not searched for want of time
+    copies: int = 0  # of recordings that are among them
 
 
 def search_failures(folder: Path, most_s: float | None = None) -> FailureSearch:
@@ -45,13 +47,14 @@ def search_failures(folder: Path, most_s: float | None = None) -> FailureSearch:
 
     Raises RecordingError when there is no such folder.
     """
-    files = _files(folder)
+    files, nameless = _files(folder)
     try:
-        return _search(folder / SEARCH_NAME, folder, files, most_s)
+        found = _search(folder / SEARCH_NAME, folder, files, most_s)
     except sqlite3.DatabaseError as error:  # an unwritable folder, a locked or broken file: recordings are the truth
         if not isinstance(error, sqlite3.OperationalError):
             (folder / SEARCH_NAME).unlink(missing_ok=True)
-        return _search(":memory:", folder, files, None)
+        found = _search(":memory:", folder, files, None)
+    return replace(found, left_out=found.left_out + nameless)
 
 
 def _search(where: Path | str, folder: Path, files: dict[str, Stamp], most_s: float | None) -> FailureSearch:
@@ -73,8 +76,10 @@ def _search(where: Path | str, folder: Path, files: dict[str, Stamp], most_s: fl
             database.execute("INSERT OR REPLACE INTO searched VALUES (?, ?, ?, ?)", (name, *files[name], text))
             done += 1
         rows = [text for (text,) in database.execute("SELECT found FROM searched ORDER BY name")]
-        recordings = [SearchedRecording.from_json(orjson.loads(text)) for text in rows if text]
-        return FailureSearch(recordings, len(rows) - len(recordings), len(fresh) - done)
+        found_in = [SearchedRecording.from_json(orjson.loads(text)) for text in rows if text]
+        recordings = list({one.id: one for one in reversed(found_in)}.values())[::-1]  # the first of each episode
+        copies = len(found_in) - len(recordings)
+        return FailureSearch(recordings, len(rows) - len(found_in), len(fresh) - done, copies)
 
 
 def _prepare(database: sqlite3.Connection) -> None:
@@ -105,14 +110,18 @@ def _searched(path: Path) -> SearchedRecording | None:
     )  # fmt: skip
 
 
-def _files(folder: Path) -> dict[str, Stamp]:
+def _files(folder: Path) -> tuple[dict[str, Stamp], int]:
+    """The recordings with their stamps, and how many more have names that no database takes."""
     found: dict[str, Stamp] = {}
+    nameless = 0
     try:
         with os.scandir(folder) as entries:
             for entry in entries:
-                if entry.name.endswith(SUFFIX):
+                if entry.name.endswith(SUFFIX) and misnamed(folder / entry.name):
+                    nameless += 1
+                elif entry.name.endswith(SUFFIX):
                     with suppress(FileNotFoundError):  # deleted meanwhile
                         found[entry.name] = file_stamp(entry)
     except OSError as error:
         raise cannot("list", folder, error) from error
-    return dict(sorted(found.items()))
+    return dict(sorted(found.items())), nameless

@@ -5,12 +5,14 @@ import argparse
 from movingout.maps.commands.parser import add_out
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import add_paths, expanded, share
+from movingout.recordings.commands.selection import left_out_words
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports import FORMATS, export
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import SPLIT_BY, obtained
 from movingout.recordings.exports.trajectories import VIEWS
 from movingout.recordings.storage.listing import is_tutorial
+from movingout.recordings.storage.study_rounds import counted_recordings
 from movingout.world.observation import LAYOUTS
 
 
@@ -47,10 +49,13 @@ def perform(args: argparse.Namespace) -> int:
     if args.images and args.to != "lerobot":
         raise RecordingError(f"--images is for --to lerobot; {args.to} has no images")
     found = expanded(args.paths)
-    recordings = [path for path in found if path in args.paths or not is_tutorial(path)]
-    if len(recordings) < len(found):
-        tutorials = counted(len(found) - len(recordings), "tutorial recording")
-        print(f"left out {tutorials}; name a file to export it all the same")
+    counting = set(counted_recordings([path for path in found if path not in args.paths])).union(args.paths)
+    valid = [path for path in found if path in counting]
+    recordings = [path for path in valid if path in args.paths or not is_tutorial(path)]
+    left_out = [counted(len(valid) - len(recordings), "tutorial recording")] if len(recordings) < len(valid) else []
+    left_out += left_out_words(len(found) - len(valid), 0)
+    if left_out:
+        print(f"left out {', '.join(left_out)}; name a file to export it all the same")
     plan = ExportPlan(
         recordings=recordings,
         target=args.out,

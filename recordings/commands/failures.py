@@ -3,7 +3,7 @@
 import argparse
 import csv
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,10 +15,12 @@ from movingout.recordings.annotation.findings_table import finding_rows
 from movingout.recordings.annotation.search import FailureSearch, search_failures
 from movingout.recordings.annotation.verdicts import Verdicts, annotations
 from movingout.recordings.commands.arguments import add_json, print_json
+from movingout.recordings.commands.selection import left_out_words
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.report.failures import CASES, Case
 from movingout.recordings.report.words import Words
 from movingout.recordings.spreadsheet import safe_cells
+from movingout.recordings.storage.study_rounds import uncounted_in
 from movingout.recordings.terminal import printable
 from movingout.world.estimates import Estimate, estimate, estimate_text
 
@@ -53,17 +55,22 @@ def perform(args: argparse.Namespace) -> int:
     if not search.recordings:
         raise RecordingError(f"there are no finished recordings in {args.folder}; name a folder with .mcap files")
     verdicts = annotations(args.folder, args.annotations, search.recordings)
+    leaves_out = uncounted_in(args.folder)
+    recordings = [one for one in search.recordings if one.id not in leaves_out]
+    uncounted = len(search.recordings) - len(recordings)
     if args.out is not None:
-        _write(args.out, search, verdicts)
-    found = [finding for recording in search.recordings for finding in recording.findings]
-    rates = rates_by_player(search.recordings, verdicts)
+        _write(args.out, recordings, verdicts)
+    found = [finding for recording in recordings for finding in recording.findings]
+    rates = rates_by_player(recordings, verdicts)
     if args.json:
         cases = [asdict(one) | {"precision": one.precision} for one in by_case(found, verdicts)]
         pairs = [asdict(one) for one in agreements(found, verdicts)]
         players = [_rate(one) for one in rates]
-        print_json({"recordings": len(search.recordings), "rates": players, "cases": cases, "agreement": pairs})
+        left_out = {"uncounted": uncounted, "copies": search.copies}
+        print_json({"recordings": len(recordings), **left_out, "rates": players, "cases": cases, "agreement": pairs})
     else:
-        print("\n".join(map(printable, _page(search, found, rates, verdicts))))
+        counts = replace(search, recordings=recordings)
+        print("\n".join(map(printable, _page(counts, uncounted, found, rates, verdicts))))
         if args.out is not None:
             print(f"wrote {args.out}: {counted(len(found), 'finding')}")
     return 0
@@ -92,10 +99,12 @@ def _outcomes(recording: SearchedRecording, seat: int, case: Case, verdicts: Ver
 
 
 def _page(
-    search: FailureSearch, found: list[Finding], rates: Sequence[PlayerRate], verdicts: Verdicts
+    search: FailureSearch, uncounted: int, found: list[Finding], rates: Sequence[PlayerRate], verdicts: Verdicts
 ) -> Iterator[str]:
-    left_out = f", {search.left_out} left out (unfinished, tutorial or unreadable)" if search.left_out else ""
-    yield f"{counted(len(search.recordings), 'recording')}{left_out}: {counted(len(found), 'finding')} by rules"
+    left_out = [f"{search.left_out} unfinished, tutorial or unreadable"] if search.left_out else []
+    left_out += left_out_words(uncounted, search.copies)
+    rest = f" (left out: {'; '.join(left_out)})" if left_out else ""
+    yield f"{counted(len(search.recordings), 'recording')}{rest}: {counted(len(found), 'finding')} by rules"
     if simulated := sum(recording.simulated for recording in search.recordings):
         yield f"{counted(simulated, 'recording')} of a rehearsal: the people in it were simulated"
     yield ""
@@ -126,8 +135,8 @@ def _title(case: Case) -> str:
     return Words().say(f"case.{case}").lower()
 
 
-def _write(path: Path, search: FailureSearch, verdicts: Verdicts) -> None:
-    columns, rows = finding_rows(search.recordings, verdicts)
+def _write(path: Path, recordings: Sequence[SearchedRecording], verdicts: Verdicts) -> None:
+    columns, rows = finding_rows(recordings, verdicts)
     try:
         with path.open("w", encoding="utf-8", newline="") as stream:
             writer = csv.DictWriter(stream, columns)

@@ -18,8 +18,8 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, recover_journal
-from movingout.recordings.storage.index import Filter, list_recordings
-from movingout.recordings.storage.listing import Summary, path_of, recording_paths
+from movingout.recordings.storage.index import Filter, list_recordings, path_of
+from movingout.recordings.storage.listing import Summary, recording_paths
 from movingout.recordings.storage.repair import recover_recording
 from movingout.recordings.terminal import printable
 from movingout.world.constants import TICKS_PER_SECOND
@@ -215,6 +215,9 @@ def _info(args: argparse.Namespace) -> int:
 # ---- recover -----------------------------------------------------------------------------------------------
 
 
+_RECOVER_FAILED = 2  # as for a file that is named and cannot be recovered
+
+
 def _recovered(path: Path) -> list[Recovery]:
     """What became of a folder's journals, of a journal or of a finished file; RecordingError for other files."""
     if path.is_dir():
@@ -230,7 +233,10 @@ def _recover(args: argparse.Namespace) -> int:
     done: list[Recovery] = []
     usual = args.data / "recordings"
     for path in args.paths or ([usual] if usual.exists() else []):
-        done += _recovered(path)
+        try:
+            done += _recovered(path)
+        except RecordingError as error:  # the other files that were named are tried all the same
+            done.append(Recovery(path, None, 0, str(error), failed=True))
     if args.json:
         print_json(
             {
@@ -240,15 +246,19 @@ def _recover(args: argparse.Namespace) -> int:
                         "recording": str(entry.recording) if entry.recording else None,
                         "ticks": entry.ticks,
                         "note": entry.note,
+                        "failed": entry.failed,
                     }
                     for entry in done
                 ]
             }
         )
-        return 0
+        return _RECOVER_FAILED if any(entry.failed for entry in done) else 0
     for entry in done:
+        if entry.failed:
+            print(printable(f"movingout: {entry.journal.name}: {entry.note}"), file=sys.stderr)
+            continue
         made = f" -> {entry.recording.name}" if entry.recording not in (None, entry.journal) else ""
         print(printable(f"{entry.journal.name}{made}: {entry.ticks} ticks, {entry.note}"))
     if not done:
         print("nothing to recover")
-    return 0
+    return _RECOVER_FAILED if any(entry.failed for entry in done) else 0

@@ -12,6 +12,7 @@ from movingout.maps.commands.parser import add_out
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import positive
+from movingout.recordings.commands.selection import left_out_words, selected
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.html_page import SERVER, check_name, write_html
 from movingout.recordings.progress import map_in_processes
@@ -46,8 +47,10 @@ def report(args: argparse.Namespace) -> int:
     paths = recordings_below(args.folder)
     if not paths:
         raise RecordingError(f"there are no recordings in {args.folder}; name a folder with .mcap files")
-    facts = map_in_processes(partial(facts_of, grouping=args.by), paths, min(args.workers, len(paths)), "reading")
-    tally = ReportTally.of(facts)
+    chosen = selected(paths)
+    workers = max(min(args.workers, len(chosen.paths)), 1)
+    facts = map_in_processes(partial(facts_of, grouping=args.by), chosen.paths, workers, "reading")
+    tally = ReportTally.of(facts, chosen.uncounted, chosen.copies)
     write_html(ReportPage(args.folder.resolve().name, args.server, tally, Words(args.language)).html(), args.out)
     if args.json:
         print(json.dumps(_document(args.out, tally), indent=2))
@@ -60,6 +63,8 @@ def _sentence(out: Path, tally: ReportTally) -> str:
     left_out = [f"{tally.unfinished} unfinished"] if tally.unfinished else []
     left_out += [f"{len(tally.unreadable)} unreadable"] if tally.unreadable else []
     rest = f" ({', '.join(left_out)}: listed there)" if left_out else ""
+    others = left_out_words(tally.uncounted, tally.copies)
+    rest += f"; left out: {', '.join(others)}" if others else ""
     return f"wrote {out}: {counted(tally.episodes, 'episode')}, {counted(len(tally.found), 'failure case')}{rest}"
 
 
@@ -68,6 +73,8 @@ def _document(out: Path, tally: ReportTally) -> dict[str, Any]:
         "report": str(out),
         "episodes": tally.episodes,
         "broken_off": tally.unfinished,
+        "uncounted": tally.uncounted,
+        "copies": tally.copies,
         "unreadable": [{"path": str(one.path), "problem": one.problem} for one in tally.unreadable],
         "groups": [_group(group) for _, groups in tally.by_map() for group in groups],
         "failures": [_found(one) for one in tally.found],

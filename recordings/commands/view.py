@@ -8,7 +8,7 @@ from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.html_page import check_name, write_html
-from movingout.recordings.storage.listing import path_of
+from movingout.recordings.storage.index import path_of
 
 PORT = 8080
 MOST_ON_A_PAGE = 2

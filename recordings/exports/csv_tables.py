@@ -6,7 +6,15 @@ from pathlib import Path
 
 from movingout.recordings.episode import Episode
 from movingout.recordings.exports.plan import ExportPlan
-from movingout.recordings.exports.tables import TABLES, Row, data_dictionary, episode_row, event_rows, tick_rows
+from movingout.recordings.exports.tables import (
+    TABLES,
+    Row,
+    data_dictionary,
+    episode_row,
+    event_rows,
+    tables_of,
+    tick_rows,
+)
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.spreadsheet import safe_cells
 
@@ -15,7 +23,7 @@ def write(plan: ExportPlan) -> None:
     """episodes.csv, ticks.csv, events.csv and DATA_DICTIONARY.md; floats with all their digits."""
     with new_target(plan.target) as folder:
         folder.mkdir()
-        dictionary = data_dictionary("{}.csv".format, TABLES)
+        dictionary = data_dictionary("{}.csv".format, tables_of(plan.split_by))
         (folder / "DATA_DICTIONARY.md").write_text(dictionary, encoding="utf-8")
         with ExitStack() as open_files:
             writers = {name: _writer(open_files, folder, name) for name in TABLES}

@@ -10,13 +10,13 @@ import pyarrow.parquet as pq
 from movingout.recordings.episode import Episode
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.tables import (
-    TABLES,
     Column,
     Row,
     data_dictionary,
     episode_row,
     event_rows,
     observation_columns,
+    tables_of,
     tick_rows,
 )
 from movingout.recordings.exports.target import new_target
@@ -32,8 +32,8 @@ _TYPES: dict[str, Any] = {
 
 def write(plan: ExportPlan) -> None:
     """episodes.parquet, ticks.parquet (with observations), events.parquet and DATA_DICTIONARY.md."""
-    tables = dict(TABLES)
-    tables["ticks"] = [*TABLES["ticks"], *observation_columns(plan.layout)]
+    tables = tables_of(plan.split_by)
+    tables["ticks"] = [*tables["ticks"], *observation_columns(plan.layout)]
     with new_target(plan.target) as folder:
         folder.mkdir()
         dictionary = data_dictionary("{}.parquet".format, tables)

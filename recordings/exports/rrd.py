@@ -117,8 +117,8 @@ def _log_bodies(stream: rr.RecordingStream, episode: Episode) -> None:
         above = [(0.0, 0.0, 2 * meshes.ROBOT_HEIGHT)]
         name = rr.Points3D(above, radii=[0.001], labels=[episode.header.seats[seat].name])
         stream.log(f"arena/{colour}/name", name, static=True)
-    for item in episode.header.map.items:
-        stream.log(f"arena/items/{item.id}", _mesh(meshes.item_mesh(item), meshes.ITEM_RGB), static=True)
+    for place, item in enumerate(episode.header.map.items):  # by place, as events name them: ids may have gaps
+        stream.log(f"arena/items/{place}", _mesh(meshes.item_mesh(item), meshes.ITEM_RGB), static=True)
 
 
 def _mesh(mesh: Mesh, colour: Colour) -> rr.Mesh3D:
@@ -134,7 +134,7 @@ def _mesh(mesh: Mesh, colour: Colour) -> rr.Mesh3D:
 
 
 def _log_state(stream: rr.RecordingStream, state: WorldState) -> None:
-    bodies = [*SEAT_COLOURS, *(f"items/{item}" for item in range(len(state.item_poses)))]
+    bodies = [*SEAT_COLOURS, *(f"items/{place}" for place in range(len(state.item_poses)))]
     for name, (x, y, angle) in zip(bodies, [*state.robot_poses.tolist(), *state.item_poses.tolist()], strict=True):
         turned = rr.RotationAxisAngle(axis=(0, 0, 1), radians=angle)
         stream.log(f"arena/{name}", rr.Transform3D(translation=(x, y, 0.0), rotation=turned))

@@ -1,7 +1,7 @@
 """Recordings as three tables: episodes, ticks, events. One list of columns makes the rows and the data dictionary."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -9,6 +9,7 @@ import orjson
 
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.episode import Episode, TickRecord
+from movingout.recordings.exports.split import SplitBy
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.metadata import utc
 from movingout.world.constants import TICK_SECONDS
@@ -69,7 +70,7 @@ EPISODES = _columns(
     ("delivered", "int64", "items", "delivered at the end"),
     ("items", "int64", "items", "on the map"),
     *_metric_columns((*METRICS, *own_metrics())),
-    ("split", "string", "", "train or test; no participant is in both"),
+    ("split", "string", "", "train or test"),  # `tables_of` says what is in one of the two as a whole
     ("study", "string", "JSON", "pseudonymous ids of the study"),
     ("pymunk", "string", "", "version of the physics engine"),
 )
@@ -119,6 +120,18 @@ TICKS = _columns(
     *_metric_columns(when="so far: "),
 )
 TABLES = {"episodes": EPISODES, "ticks": TICKS, "events": EVENTS}
+_DIVIDED: dict[SplitBy, str] = {
+    "participant": "no participant is in both",
+    "episode": "a participant may be in both",
+    "map": "no map is in both, a participant may be",
+}
+
+
+def tables_of(split_by: SplitBy) -> dict[str, list[Column]]:
+    """The tables of an export, with what its split keeps apart."""
+    meaning = f"train or test; {_DIVIDED[split_by]}"
+    episodes = [replace(column, meaning=meaning) if column.name == "split" else column for column in EPISODES]
+    return {**TABLES, "episodes": episodes}
 
 
 def observation_columns(layout: str) -> list[Column]:

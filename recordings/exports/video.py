@@ -20,6 +20,7 @@ from movingout.recordings.replay import replay_poses
 from movingout.recordings.report.words import Words
 from movingout.world.constants import POSES_PER_TICK, TICK_SECONDS
 
+POSE_SECONDS = TICK_SECONDS / POSES_PER_TICK
 _CAPTION = 0.075  # height of the caption, in sides of the picture
 _LETTERS = 14  # of a name on the caption
 
@@ -44,10 +45,16 @@ class EpisodeVideo:
         return len(self.episode.ticks) * TICK_SECONDS
 
     def frames(self, fps: int) -> Iterator[Image.Image]:
-        """Pictures for a video of `fps` pictures per second that runs `speed` times as fast as the game."""
+        """Pictures for a video of `fps` pictures per second that runs `speed` times as fast as the game.
+
+        The end is the last one, though the one before may be nearer: it may be what delivers the last item.
+        """
         step = self.speed / fps
-        for number in range(int(self.seconds / step) + 1):
+        whole = int(self.seconds / step)
+        for number in range(whole + 1):
             yield self.at(number * step)
+        if self.seconds - whole * step > POSE_SECONDS / 2:
+            yield self.at(self.seconds)
 
     def at(self, time_s: float) -> Image.Image:
         """The picture at a time of play; between two poses the earlier one."""

@@ -76,7 +76,10 @@ def import_source(
     try:
         return _import(source, folder, salt, known or {})
     except RecordingError as error:
-        return ImportReport(*_origin(source), map=str(source.map_name), problem=str(error))
+        problem = str(error)
+    except (ValueError, TypeError, OverflowError, KeyError, IndexError) as error:  # one trajectory of many
+        problem = f"something in it is not as the official files have it ({type(error).__name__}: {error})"
+    return ImportReport(*_origin(source), map=str(source.map_name), problem=problem)
 
 
 def pseudonym(name: str, salt: str) -> str:
@@ -237,12 +240,13 @@ def _kinds(source: TrajectoryFile) -> tuple[SeatKind, SeatKind]:
 
 
 def _started(source: TrajectoryFile) -> int:
-    """The recorder's time (taken as UTC), else when the file was last changed."""
+    """The recorder's time (taken as UTC), else when the file was last changed; a file has times from 1970 to 2262."""
     try:
         moment = datetime.strptime(source.time, "%Y-%m-%d_%H:%M:%S").replace(tzinfo=UTC)
     except ValueError:
         return source.recorded_ns
-    return int(moment.timestamp()) * 1_000_000_000
+    started = int(moment.timestamp()) * 1_000_000_000
+    return started if 0 <= started < 1 << 63 else source.recorded_ns
 
 
 def _events(before: WorldState, after: WorldState, was: tuple[bool, ...], now: tuple[bool, ...]) -> list[Event]:

@@ -22,7 +22,7 @@ _MASSES: dict[str, float] = {"small": 0.1, "middle": 0.5, "large": 0.5}  # of th
 def official_map(name: Any) -> MapSpec:
     """The map of an official name or old number."""
     text = str(name)
-    known = OLD_NUMBERS.get(int(text), text) if text.isdigit() else text
+    known = next((name for number, name in OLD_NUMBERS.items() if text == str(number)), text)
     if known not in (*map_names(), "Simple", "simple"):
         raise RecordingError(f"unknown map {text!r}; known: {', '.join(map_names())}, Simple, 1000-1003, 2000-2007")
     return load_map(known.capitalize() if known == "simple" else known)
@@ -84,7 +84,7 @@ def _item(designed: MapSpec, index: int, item: OfficialItem) -> ItemSpec:
 def _rects(corners: list[Any]) -> tuple[Rect, ...]:
     try:
         return tuple(Rect(float(a[0]), float(a[1]), float(b[0]), float(b[1])) for a, b in corners)
-    except (TypeError, ValueError, IndexError) as error:
+    except (TypeError, ValueError, IndexError, KeyError, OverflowError) as error:
         raise RecordingError("walls and target_area are lists of two corners each") from error
 
 

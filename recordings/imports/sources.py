@@ -38,8 +38,8 @@ class TrajectoryFile:
     @property
     def id(self) -> str:
         """The same for the same content, so that importing twice makes no copy."""
-        content = self.steps if isinstance(self.steps, str) else json.dumps(self.steps, sort_keys=True)
-        return hashlib.sha256(f"{self.map_name}\n{content}".encode()).hexdigest()[:16]
+        content = self.steps if isinstance(self.steps, str) else json.dumps(self.steps, sort_keys=True, default=str)
+        return _digest(f"{self.map_name}\n{content}")[:16]
 
     @property
     def played(self) -> str:
@@ -49,7 +49,12 @@ class TrajectoryFile:
             content = json.dumps([[states, action] for _, states, action in steps], sort_keys=True)
         except (ValueError, TypeError, RecursionError):
             return self.id  # converting it will say what is wrong
-        return hashlib.sha256(f"{self.map_name}\n{content}".encode()).hexdigest()
+        return _digest(f"{self.map_name}\n{content}")
+
+
+def _digest(text: str) -> str:
+    """Of any text: JSON may have half a letter (`\\ud800`), which is no UTF-8."""
+    return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()
 
 
 def without_copies(found: Sequence[TrajectoryFile]) -> list[TrajectoryFile]:
@@ -131,7 +136,7 @@ def _row(file: Path, number: int, row: Any) -> TrajectoryFile:
         red=str(row.get("red") or ""),
         time="",
         recorded_ns=file.stat().st_mtime_ns,
-        trajectory_id=str(row.get("trajectory_id") or ""),
+        trajectory_id=str(row["trajectory_id"]) if row.get("trajectory_id") is not None else "",  # 0 is one
         kinds=(str(row.get("blue_kind") or ""), str(row.get("red_kind") or "")),
         simulated=row.get("simulated") == "yes",
     )

@@ -4,6 +4,7 @@ Older files lack keys that were added later (an item's id, scale and hold, `hold
 otherwise; what can be inferred is, and counted.
 """
 
+import contextlib
 import json
 import math
 from collections.abc import Mapping
@@ -66,8 +67,10 @@ def parse(steps: Any) -> OfficialSteps:
         held=held,
         inferred_holds=inferred,
         items=kinds,
-        walls=[wall for wall in states[0].get("walls") or [] if wall and wall[0] is not None],
-        goals=list(states[0].get("target_area") or []),
+        walls=[
+            wall for wall in _areas(states[0], "walls") if wall and not (isinstance(wall, list) and wall[0] is None)
+        ],
+        goals=_areas(states[0], "target_area"),
     )
 
 
@@ -96,14 +99,24 @@ def _items(state: Mapping[str, Any], where: str) -> list[Mapping[str, Any]]:
     raise RecordingError(f"{where}: no list of items under {' or '.join(ITEM_KEYS)}")
 
 
+def _areas(state: Mapping[str, Any], key: str) -> list[Any]:
+    found = state.get(key) or []
+    if not isinstance(found, list | tuple):
+        raise RecordingError(f"step 0: {key}: a list is needed, not {str(found)[:60]}")
+    return list(found)
+
+
 def _kind(item: Mapping[str, Any]) -> OfficialItem:
     identity, scale = item.get("id"), item.get("shape_scale")
-    return OfficialItem(
-        id=int(identity) if identity is not None else None,
-        shape=str(item.get("shape", "")),
-        size=str(item.get("size", "")),
-        scale=float(scale) if scale is not None else None,
-    )
+    try:
+        return OfficialItem(
+            id=int(identity) if identity is not None else None,
+            shape=str(item.get("shape", "")),
+            size=str(item.get("size", "")),
+            scale=float(scale) if scale is not None else None,
+        )
+    except (TypeError, ValueError, OverflowError) as error:
+        raise RecordingError(f"step 0: an item's id and shape_scale are numbers, not as here: {error}") from error
 
 
 def _held(
@@ -114,7 +127,7 @@ def _held(
     item_poses: Floats,
 ) -> tuple[Ints, int]:
     """Who holds what, (S, 2), and how often it had to be inferred from the poses."""
-    places = {item.id: index for index, item in enumerate(kinds) if item.id is not None}
+    places: dict[float, int] = {item.id: index for index, item in enumerate(kinds) if item.id is not None}
     held = np.full((len(robots), 2), -1, dtype=np.int64)
     inferred = 0
     for step, pair in enumerate(robots):
@@ -122,7 +135,8 @@ def _held(
             if not robot.get("hold"):
                 continue
             identity = robot.get("holded_item_id")
-            named = places[identity] if identity in places else _flagged(items[step], seat)
+            known = places.get(identity, -1) if isinstance(identity, int | float) else -1  # a list is no key
+            named = known if known >= 0 else _flagged(items[step], seat)
             if named < 0:
                 named = _nearest(robot_poses[step, seat], item_poses[step])
                 inferred += 1
@@ -164,9 +178,10 @@ def _velocity(robot: Mapping[str, Any]) -> list[float]:
 
 def _numbers(value: Any, count: int, where: str) -> list[float]:
     if isinstance(value, list | tuple) and len(value) == count and all(isinstance(n, int | float) for n in value):
-        numbers = [float(n) for n in value]
-        if all(math.isfinite(n) for n in numbers):
-            return numbers
+        with contextlib.suppress(OverflowError):  # of a whole number beyond all floats
+            numbers = [float(n) for n in value]
+            if all(math.isfinite(n) for n in numbers):
+                return numbers
     raise RecordingError(f"{where}: {count} finite number{'s' * (count > 1)} are needed, not {str(value)[:60]}")
 
 

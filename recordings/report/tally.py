@@ -101,6 +101,8 @@ class ReportTally:
     found: list[FailureFinding] = field(default_factory=list)
     unreadable: list[Unreadable] = field(default_factory=list)
     tutorials: int = 0  # recordings of tutorials, of which nothing else is shown
+    uncounted: int = 0  # recordings that their study does not count
+    copies: int = 0  # of recordings that are shown
     simulated: int = 0  # recordings of rehearsals, whose participants were programs
     unfinished: int = 0  # episodes that were neither delivered nor ran out of time
     first: str = ""  # start of the earliest and of the latest recording
@@ -109,8 +111,9 @@ class ReportTally:
     _affected: dict[tuple[str, Case], int] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, all_facts: Iterable[EpisodeFacts | Unreadable]) -> "ReportTally":
-        tally = cls()
+    def of(cls, all_facts: Iterable[EpisodeFacts | Unreadable], uncounted: int = 0, copies: int = 0) -> "ReportTally":
+        """What is shown of these; `uncounted` and `copies` were left out before."""
+        tally = cls(uncounted=uncounted, copies=copies)
         for facts in all_facts:
             if isinstance(facts, Unreadable):
                 tally.unreadable.append(facts)

@@ -128,7 +128,10 @@ def _is_done(target: Path, episode: Episode) -> bool:
     """Whether an earlier attempt got as far as the rename, so that only the journal is left to put away."""
     if not target.exists():
         return False
-    existing = read_episode(target)
+    try:
+        existing = read_episode(target)
+    except UnreadableError as error:
+        raise RecordingError(f"{target.name} is damaged, move it away and recover again ({error})") from error
     if existing.header != episode.header or len(existing.ticks) < len(episode.ticks):
         raise RecordingError(f"{target.name} exists already and is another episode; move one of the two away")
     return True
@@ -155,11 +158,22 @@ class Recovery:
     recording: Path | None  # None when there was nothing to keep or it is in use
     ticks: int
     note: str  # one sentence
+    failed: bool = False  # it is still there, and the note says what would help
 
 
 def recover(folder: Path) -> list[Recovery]:
-    """Finish every leftover journal in a folder; unreadable ones are moved aside, running ones left alone."""
-    return [recover_journal(journal) for journal in sorted(folder.glob(f"*{JOURNAL_SUFFIX}"))]
+    """Finish every leftover journal in a folder; unreadable ones are moved aside, running ones left alone.
+
+    One that cannot be finished keeps nobody from the others.
+    """
+    return [_tried(journal) for journal in sorted(folder.glob(f"*{JOURNAL_SUFFIX}"))]
+
+
+def _tried(journal: Path) -> Recovery:
+    try:
+        return recover_journal(journal)
+    except RecordingError as error:
+        return Recovery(journal, None, 0, str(error), failed=True)
 
 
 def recover_journal(journal: Path) -> Recovery:

@@ -6,18 +6,21 @@ are new, changed or gone (name, size, time of change). Journals are few and chan
 
 import os
 import sqlite3
+import time
 from collections.abc import Iterable
 from contextlib import closing, suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import orjson
 
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.recordings.file_format.metadata import EPISODE_ID
 from movingout.recordings.progress import with_progress
 from movingout.recordings.storage.finished import SUFFIX
-from movingout.recordings.storage.listing import Summary, Unreadable, read_summary, summary_from_json
+from movingout.recordings.storage.listing import Summary, Unreadable, misnamed, read_summary, summary_from_json
 
 INDEX_NAME = ".index.sqlite"
 _VERSION = 2  # of this table; another one is rebuilt
@@ -27,6 +30,8 @@ CREATE TABLE IF NOT EXISTS recordings (
     map TEXT, started TEXT, outcome TEXT, blue TEXT, red TEXT, study TEXT
 )
 """
+
+_TELLS_NS = 1_000_000_000  # older times of change tell whether there was one more; two in a few ms may have the same
 
 Stamp = tuple[int, int]  # size, time of change in ns
 
@@ -63,15 +68,53 @@ def list_recordings(
 
     Journals are read as far as they go, unless `running` is False.
     """
-    files, journals = _files(folder)
+    files, journals, nameless = _files(folder)
     if not running:
         journals = []
     try:
-        return _look(folder / INDEX_NAME, folder, files, journals, wanted or Filter())
+        found, unreadable = _look(folder / INDEX_NAME, folder, files, journals, wanted or Filter())
     except sqlite3.DatabaseError as error:  # an unwritable folder, a locked or broken index: the files are the truth
         if not isinstance(error, sqlite3.OperationalError):
             _discard(folder / INDEX_NAME)
-        return _look(":memory:", folder, files, journals, wanted or Filter())
+        found, unreadable = _look(":memory:", folder, files, journals, wanted or Filter())
+    return found, unreadable + nameless
+
+
+def path_of(folder: Path, episode_id: str) -> Path:
+    """The file of an episode id in a folder, finished or journal, whatever it is called.
+
+    RecordingError for anything else, `../` included.
+    """
+    if EPISODE_ID.fullmatch(episode_id):
+        for suffix in (SUFFIX, JOURNAL_SUFFIX):
+            path = folder / f"{episode_id}{suffix}"
+            if path.is_file():
+                return path
+        if renamed := renamed_file(folder, episode_id):
+            return renamed
+    raise RecordingError(f"there is no recording {episode_id!r} in {folder}; `movingout recordings list` names them")
+
+
+def renamed_file(folder: Path, episode_id: str, *, running: bool = True) -> Path | None:
+    """The file of an episode that is not called after it, as a copy under a name of somebody's own."""
+    try:
+        changed_ns = folder.stat().st_mtime_ns
+        if time.time_ns() - changed_ns < _TELLS_NS:
+            _renamed_files.cache_clear()
+        found = _renamed_files(folder, changed_ns, running)
+    except (OSError, RecordingError):
+        return None
+    return found.get(episode_id)
+
+
+@lru_cache(4)
+def _renamed_files(folder: Path, changed_ns: int, running: bool) -> dict[str, Path]:
+    """By episode id. A folder changes when a file in it comes, goes or gets another name."""
+    found: dict[str, Path] = {}
+    for entry in list_recordings(folder, running=running)[0]:
+        if entry.path.name not in (f"{entry.id}{SUFFIX}", f"{entry.id}{JOURNAL_SUFFIX}"):
+            found.setdefault(entry.id, entry.path)
+    return found
 
 
 def _look(
@@ -94,21 +137,24 @@ def _look(
         return summaries, [Unreadable(folder / name, problem) for name, problem in problems]
 
 
-def _files(folder: Path) -> tuple[dict[str, Stamp], list[str]]:
-    """The recordings with their stamps, and the journals."""
+def _files(folder: Path) -> tuple[dict[str, Stamp], list[str], list[Unreadable]]:
+    """The recordings with their stamps, the journals, and those among both whose names nothing else takes."""
     files: dict[str, Stamp] = {}
     journals: list[str] = []
+    nameless: list[Unreadable] = []
     try:
         with os.scandir(folder) as entries:
             for entry in entries:
-                if entry.name.endswith(SUFFIX):
+                if entry.name.endswith((SUFFIX, JOURNAL_SUFFIX)) and (bad := misnamed(folder / entry.name)):
+                    nameless.append(bad)
+                elif entry.name.endswith(SUFFIX):
                     with suppress(FileNotFoundError):  # deleted meanwhile
                         files[entry.name] = file_stamp(entry)
                 elif entry.name.endswith(JOURNAL_SUFFIX):
                     journals.append(entry.name)
     except OSError as error:
         raise cannot("list", folder, error) from error
-    return files, journals
+    return files, journals, nameless
 
 
 def file_stamp(entry: os.DirEntry[str]) -> Stamp:
@@ -152,8 +198,9 @@ def _row(path: Path, stamp: Stamp) -> tuple[str | int, ...]:
     try:
         entry = read_summary(path)
     except RecordingError as error:
-        return (path.name, *stamp, str(error), "", "", "", "", "", "", "{}")
-    text = orjson.dumps(entry.to_json()).decode()
+        problem = str(error).encode(errors="backslashreplace").decode()  # it may name a folder that is not UTF-8
+        return (path.name, *stamp, problem, "", "", "", "", "", "", "{}")
+    text = orjson.dumps(entry.to_json() | {"path": path.name}).decode()
     study = orjson.dumps(entry.study).decode()
     return (
         *(path.name, *stamp, "", text),

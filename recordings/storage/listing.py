@@ -1,7 +1,7 @@
 """The recordings in a folder: one summary each, read from the metadata alone."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,7 +15,6 @@ from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.metadata import (
-    EPISODE_ID,
     RECORDING,
     RESULT,
     SEATS,
@@ -72,6 +71,16 @@ class Unreadable:
     problem: str
 
 
+def misnamed(path: Path) -> Unreadable | None:
+    """A file whose name is not UTF-8 text, with that name escaped: no database, list or page takes it as it is."""
+    try:
+        path.name.encode()
+    except UnicodeEncodeError:
+        escaped = os.fsencode(path.name).decode(errors="backslashreplace")
+        return Unreadable(path.with_name(escaped), f"{escaped}: its name is not UTF-8 text; rename it")
+    return None
+
+
 def recording_paths(folder: Path) -> list[Path]:
     """The recordings and journals in a folder, by name; RecordingError when there is no such folder."""
     try:
@@ -123,6 +132,24 @@ def read_players(path: Path) -> Players:
         return Players(record["episode_id"], seats_of(records), record.get("map", ""), is_simulated(study))
     except (KeyError, ValueError) as error:
         raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
+
+
+def without_copies(paths: Sequence[Path]) -> list[Path]:
+    """One file of each episode, in order: a backup in a folder below is no second play. Unreadable ones stay.
+
+    Of an episode as recording and as journal it is the recording, else the first.
+    """
+    known: set[str] = set()
+    copies: set[Path] = set()
+    for path in sorted(paths, key=lambda path: path.name.endswith(JOURNAL_SUFFIX)):
+        try:
+            episode_id = read_players(path).episode_id
+        except RecordingError:
+            continue  # whoever reads it says so
+        if episode_id in known:
+            copies.add(path)
+        known.add(episode_id)
+    return [path for path in paths if path not in copies]
 
 
 def is_tutorial(path: Path) -> bool:
@@ -217,13 +244,3 @@ def _of_episode(path: Path, episode: Episode) -> Summary:
 def seat_title(kind: str, name: str) -> str:
     """`human P1`, `agent scripted`; the name of a replayed seat says already what it is."""
     return name if name.startswith(f"{kind}:") else f"{kind} {name}"
-
-
-def path_of(folder: Path, episode_id: str) -> Path:
-    """The file of an episode id in a folder, finished or journal; RecordingError for anything else, `../` included."""
-    if EPISODE_ID.fullmatch(episode_id):
-        for suffix in (SUFFIX, JOURNAL_SUFFIX):
-            path = folder / f"{episode_id}{suffix}"
-            if path.is_file():
-                return path
-    raise RecordingError(f"there is no recording {episode_id!r} in {folder}; `movingout recordings list` names them")

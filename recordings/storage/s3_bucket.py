@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.storage.listing import misnamed
 from movingout.recordings.text_lines import append_line
 
 UPLOADED_TO = "uploaded-to"  # in the data folder: the addresses, one a line, whose copies are deleted with a recording
@@ -108,9 +109,10 @@ class S3Bucket:
 
     def delete(self, names: list[str]) -> None:
         """Remove recordings; those that are not there are none to remove."""
+        possible = [name for name in names if not misnamed(Path(name))]  # others never got there
         with self._sentences("delete from"):
-            if names:
-                self._obstore.delete(self._store, names)
+            if possible:
+                self._obstore.delete(self._store, possible)
 
     def _has(self, name: str, data: bytes, digest: str) -> bool:
         """By size and ETag, the MD5 of the bytes; where the store encrypts it is another, and they are read back."""

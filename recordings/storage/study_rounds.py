@@ -28,6 +28,11 @@ def uncounted_episodes(recordings: Iterable[Path]) -> frozenset[str]:
     return frozenset(episode for database in databases for episode in _of_study(database))
 
 
+def uncounted_in(folder: Path) -> frozenset[str]:
+    """The same for all recordings in a folder. Raises RecordingError."""
+    return uncounted_episodes([folder / f"any{SUFFIX}"])
+
+
 def counted_recordings(files: Sequence[Path]) -> list[Path]:
     """Those but of episodes that a study beside them does not count; other files, and unreadable ones, stay.
 

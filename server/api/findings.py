@@ -52,7 +52,7 @@ def routes(host: PublicHost) -> APIRouter:
         search = await searched(SEARCH_S)
         return {
             "findings": sorted(_documents(search), key=_drawn_place),
-            "searched": len(search.recordings) + search.left_out,
+            "searched": len(search.recordings) + search.left_out + search.copies,
             "remaining": search.remaining,
         }
 

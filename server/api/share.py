@@ -28,6 +28,7 @@ def routes(host: PublicHost) -> APIRouter:
             raise ApiError(403, "blinded", "This is not shown in a round of a study.")
         if episode_id not in holder.recordings or kind not in SHARE_KINDS:
             raise ApiError(404, "no_recording", "There is no such round in this room.")
+        await check_there(episode_id)  # who played may have asked for the deletion
         spoken = Words(language).language
         if (key := (episode_id, kind, spoken)) not in kept:
             kept[key] = await drawn(episode_id, kind, spoken, request)
@@ -35,6 +36,12 @@ def routes(host: PublicHost) -> APIRouter:
                 kept.popitem(last=False)
         headers = {"cache-control": "private, max-age=3600"}
         return Response(kept[key], media_type=f"image/{kind}", headers=headers)
+
+    async def check_there(episode_id: str) -> None:
+        try:
+            await host.recording_service.path(episode_id)
+        except RecordingError as error:
+            raise ApiError(404, "no_recording", str(error)) from None
 
     async def drawn(episode_id: str, kind: ShareKind, language: str, request: Request) -> bytes:
         if not host.admission.may_draw(address_of(request)):

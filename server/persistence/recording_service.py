@@ -1,7 +1,7 @@
 """The recordings of a server, in two other processes, so that no tick is late: one finishes journals, the other lists
 and replays recordings and randomises maps, so that whoever asks for replays delays nobody's recording.
 
-Knows no room. Ids are unguessable, so one recording needs no token; a path is made of an id only.
+Knows no room. Ids are unguessable, so one recording needs no token; a path is that of an id, never of a name or link.
 """
 
 import asyncio
@@ -18,7 +18,7 @@ from movingout.maps import MapSpec
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import RecordingError, browser_replay, finalise
 from movingout.recordings.storage.finished import Recovery, recover_journal
-from movingout.recordings.storage.index import list_recordings
+from movingout.recordings.storage.index import list_recordings, renamed_file
 from movingout.recordings.storage.listing import Summary
 from movingout.server import messages as m
 from movingout.server.persistence.work_process import WorkProcess
@@ -42,6 +42,14 @@ class ReplayFiles(NamedTuple):
     decision_traces: bytes  # JSON
 
 
+class KeptReplay(NamedTuple):
+    """A replay in memory, and the file that it was made from, as it was then."""
+
+    files: ReplayFiles
+    path: Path
+    stamp: tuple[int, int]  # size and time of the last change in ns; (0, 0) of a file that is gone
+
+
 class RecordingService:
     """The recordings of one folder. Use inside a running event loop."""
 
@@ -53,7 +61,7 @@ class RecordingService:
         self._reading = WorkProcess("reading recordings")
         self._pending: dict[str, asyncio.Task[None]] = {}  # by journal name
         self._retries: dict[str, asyncio.TimerHandle] = {}
-        self._replays: OrderedDict[str, ReplayFiles] = OrderedDict()
+        self._replays: OrderedDict[str, KeptReplay] = OrderedDict()
         self._being_read: dict[str, asyncio.Task[ReplayFiles]] = {}
 
     @property
@@ -80,13 +88,13 @@ class RecordingService:
 
     def has_replay(self, episode_id: str) -> bool:
         """Whether a replay costs nothing more."""
-        return episode_id in self._replays or episode_id in self._being_read
+        return self._kept(episode_id) is not None or episode_id in self._being_read
 
     async def replay(self, episode_id: str) -> ReplayFiles:
         """Raises RecordingError when there is no such recording or it cannot be read."""
-        if episode_id in self._replays:
+        if kept := self._kept(episode_id):
             self._replays.move_to_end(episode_id)
-            return self._replays[episode_id]
+            return kept
         if episode_id not in self._being_read:  # whoever asks meanwhile waits for the same
             task = asyncio.create_task(self._read_replay(episode_id))
             self._being_read[episode_id] = task
@@ -94,11 +102,21 @@ class RecordingService:
         return await asyncio.shield(self._being_read[episode_id])
 
     async def _read_replay(self, episode_id: str) -> ReplayFiles:
-        files = ReplayFiles(*await self._reading.run(_replay, await self.path(episode_id)))
-        self._replays[episode_id] = files
+        path = await self.path(episode_id)
+        stamp = _stamp(path)
+        files = ReplayFiles(*await self._reading.run(_replay, path))
+        self._replays[episode_id] = KeptReplay(files, path, stamp)
         while len(self._replays) > CACHED_REPLAYS:
             self._replays.popitem(last=False)
         return files
+
+    def _kept(self, episode_id: str) -> ReplayFiles | None:
+        """What is in memory, but of a file that was changed or deleted since: who played may have asked for that."""
+        kept = self._replays.get(episode_id)
+        if kept is not None and _stamp(kept.path) != kept.stamp:
+            del self._replays[episode_id]
+            return None
+        return kept.files if kept is not None else None
 
     async def path(self, episode_id: str) -> Path:
         """The file of a recording, waiting for it to be finalised. Raises RecordingError when there is none."""
@@ -108,6 +126,8 @@ class RecordingService:
         if pending is not None:
             await asyncio.shield(pending)
         path = self.folder / f"{episode_id}{SUFFIX}"
+        if not path.is_file():
+            path = await self._reading.run(_renamed, self.folder, episode_id) or path
         if path.is_symlink() or not path.is_file():
             raise RecordingError("there is no such recording; it may still be running or may have been deleted")
         return path
@@ -178,6 +198,18 @@ class RecordingService:
         delay = RETRY_S[min(attempt, len(RETRY_S) - 1)]
         loop = asyncio.get_running_loop()
         self._retries[journal.name] = loop.call_later(delay, self._begin, journal, work, attempt + 1)
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    try:
+        found = path.stat()
+    except OSError:
+        return 0, 0
+    return found.st_size, found.st_mtime_ns
+
+
+def _renamed(folder: Path, episode_id: str) -> Path | None:
+    return renamed_file(folder, episode_id, running=False)
 
 
 def _list(folder: Path) -> bytes:

@@ -11,7 +11,7 @@ from movingout.maps import MapSpec, is_shipped, load_map
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
-from movingout.recordings.recorded_seat import GHOST, read_recorded_seat
+from movingout.recordings.recorded_seat import GHOST, ghost_of, read_recorded_seat
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 
@@ -24,6 +24,7 @@ class GhostSeat(NamedTuple):
     """One ghost, and the map on which its actions make sense."""
 
     ghost: str  # FILE#red
+    recorded_as: str  # ghost:EPISODE#red
     player: str  # who played then, empty if nobody knows
     seat: int
     map: str
@@ -36,7 +37,7 @@ class GhostSeat(NamedTuple):
         if index != self.seat:
             raise GhostError(f"This ghost was recorded in the {SEAT_COLOURS[self.seat]} seat; give it that seat.")
         agent_id = f"{GHOST}:{self.ghost}"
-        return Seat(index, GHOST, agent_id, name=self.player)
+        return Seat(index, GHOST, agent_id, name=self.player, alias=self.recorded_as)
 
 
 def ghost_seat(ghost: str) -> GhostSeat:
@@ -44,8 +45,8 @@ def ghost_seat(ghost: str) -> GhostSeat:
     recorded = read_recorded_seat(ghost)
     seed, split, own = _origin(recorded.map, recorded.seed)
     return GhostSeat(
-        ghost=ghost, player=recorded.name, seat=recorded.seat, map=recorded.map.name, challenge2_seed=seed, split=split,
-        own=own,
+        ghost=ghost, recorded_as=ghost_of(recorded.episode_id, recorded.seat), player=recorded.name,
+        seat=recorded.seat, map=recorded.map.name, challenge2_seed=seed, split=split, own=own,
     )  # fmt: skip
 
 
@@ -54,7 +55,7 @@ def ghost_config(wanted: RoomConfig, ghosts: list[GhostSeat]) -> RoomConfig:
     if not ghosts:
         return wanted
     first = ghosts[0]
-    if any(each[3:] != first[3:] for each in ghosts):
+    if any(each[4:] != first[4:] for each in ghosts):
         raise GhostError("These two ghosts were recorded on different maps; take both from one map.")
     if wanted.maps != (first.map,) or wanted.challenge2_seed not in (None, first.challenge2_seed):
         raise GhostError(f"This ghost was recorded on {first.map}; choose that map alone, without shuffled items.")

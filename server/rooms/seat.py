@@ -75,7 +75,7 @@ class Seat:
     agent_id: str = ""
     shared: bool = False
     name: str = ""
-    alias: str = ""  # the pseudonym in recordings
+    alias: str = ""  # the pseudonym in recordings; of a ghost, whose seat it was
     token: Hash | None = None
     previous_token: Hash | None = None
     superseded: deque[Hash] = field(default_factory=lambda: deque(maxlen=4))  # no longer valid, but no guesses either
@@ -202,7 +202,7 @@ class Seat:
     def info(self) -> SeatInfo:
         """The seat in the recording's header: a pseudonym for people, the id for agents."""
         if self.kind == "ghost":
-            return SeatInfo(self.kind, ghost_name(self.agent_id))
+            return SeatInfo(self.kind, self.alias or ghost_name(self.agent_id))  # rooms of before were saved without
         if self.kind == "agent":
             return SeatInfo(self.kind, self.agent_id, fingerprint(self.agent_id))
         if not self.taken_by_client:

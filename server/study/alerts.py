@@ -40,6 +40,7 @@ class Alerts:
         The same text and values again are ignored for a minute, whatever the detail: it may hold a figure that changes.
         """
         now = self._now()
+        detail = detail.encode(errors="backslashreplace").decode()  # a file's name may be no UTF-8, which JSON refuses
         recent = [one for one in self._alerts if one.about == about and 0.0 <= now - one.at < REPEAT_S]
         if any(one.values == values and one.text == _with_detail(text, one.detail) for one in recent):
             return

@@ -20,7 +20,6 @@ from movingout.server.study.unit import StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.data.erasure import is_being_recorded, named_in_recordings, remove_recordings
 from movingout.study.design.definition import Outcome
-from movingout.study.errors import StudyError
 from movingout.study.store.removal import episodes_of, has_data, withdraw_data
 
 LOOK_S = 0.5  # between two looks whether a recording is finished
@@ -100,7 +99,7 @@ class Departures:
         try:
             named = await asyncio.to_thread(named_in_recordings, self._recordings, pids)
             left = [pid for pid in pids if pid in named or await run(has_data, store, pid)]
-        except StudyError:
+        except Exception:  # noqa: BLE001 - of any kind: whoever asked for it is tried, one by one
             left = pids
         for pid in left:
             self._begin(self._delete(pid))
@@ -127,7 +126,7 @@ class Departures:
             await self._wait_until_recorded(pid, episodes)
             removed = await asyncio.to_thread(remove_recordings, self._recordings, pid, episodes)
             await run(withdraw_data, store, pid, removed)
-        except StudyError as error:
+        except Exception as error:  # noqa: BLE001 - the experimenter hears of it, and it is tried again
             self._alerts.add("deletion", f"The data of {pid} could not be deleted.", str(error), pid=pid)
             return False
         return True

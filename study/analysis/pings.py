@@ -7,7 +7,7 @@ from typing import Any
 
 from movingout.recordings import RecordingError, read_episode
 from movingout.recordings.pings import PingOutcome, ping_outcomes
-from movingout.recordings.storage.listing import path_of
+from movingout.recordings.storage.index import path_of
 from movingout.study.design.definition import Study
 
 

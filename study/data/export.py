@@ -22,7 +22,7 @@ from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.spreadsheet import safe_cells
-from movingout.recordings.storage.listing import path_of
+from movingout.recordings.storage.index import path_of
 from movingout.study.data.codebook import DERIVED, codebook
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign

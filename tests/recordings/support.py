@@ -1,6 +1,8 @@
 """Small episodes for the tests of recordings: really simulated, with everything a file can hold."""
 
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass, field, fields, is_dataclass
 from itertools import count
 from pathlib import Path
@@ -116,6 +118,15 @@ def record(folder: Path, ticks: int = 30, outcome: Outcome = "time", **start: ob
     writer, played = begin(folder, **start)  # type: ignore[arg-type]
     play(writer, played, ticks)
     return writer.close(outcome), played
+
+
+def not_counted(data: Path, *episodes: str) -> None:
+    """The database of a study, beside DATA/recordings, in which these rounds are marked as invalid."""
+    (data / "studies" / "mine").mkdir(parents=True)
+    with closing(sqlite3.connect(data / "studies" / "mine" / "study.sqlite")) as database, database:
+        database.execute("CREATE TABLE rounds (episode, unit, valid, outcome)")
+        database.execute("CREATE TABLE participants (unit, keep)")
+        database.executemany("INSERT INTO rounds VALUES (?, 1, 0, 'time')", ((name,) for name in episodes))
 
 
 def plain(value: object) -> object:

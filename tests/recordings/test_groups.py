@@ -1,5 +1,7 @@
 """Recordings are divided into groups that share no participant, and the list of them is read back."""
 
+import os
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -153,3 +155,21 @@ def test_a_full_disk_leaves_no_part_of_a_list(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="cannot write"), limited(60):
         write_groups(target, rows)
     assert not list(tmp_path.glob("*groups.csv*"))
+
+
+def test_a_file_whose_name_is_not_utf8_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    odd = recorded(tmp_path, "odd", ticks=9).rename(tmp_path / os.fsdecode(b"caf\xe9.mcap"))
+    with pytest.raises(RecordingError, match=r"caf\\xe9\.mcap: its name is not UTF-8 text; rename it"):
+        write_groups(tmp_path / "groups.csv", grouped([odd], 1))
+
+
+def test_a_copy_is_in_no_group(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A backup, or a copy under another name, was learned from twice."""
+    paths = _episodes(tmp_path / "day")
+    shutil.copytree(tmp_path / "day", tmp_path / "backup")
+    copy = Path(shutil.copy(paths[0], tmp_path / "day" / "mine.mcap"))
+    assert sorted(row.episode for row in grouped([copy, *paths], 2)) == sorted(path.stem for path in paths)
+    out = tmp_path / "groups.csv"
+    assert main(["recordings", "split", str(tmp_path), "--groups", "2", "-o", str(out)]) == 0
+    assert f"4 recordings in {out}; 5 left out, 5 copies among them\n" in capsys.readouterr().out
+    assert len({row.episode for row in read_groups(out)}) == len(read_groups(out)) == 4

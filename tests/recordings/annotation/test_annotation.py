@@ -1,6 +1,8 @@
 """Findings, what annotators say about them, and how far they agree."""
 
 import json
+import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -74,6 +76,13 @@ def test_a_broken_memory_is_made_anew_and_what_is_no_recording_is_counted(tmp_pa
     (tmp_path / SEARCH_NAME).write_bytes(b"no database at all, but long enough to look at" * 20)
     (tmp_path / "broken.mcap").write_bytes(b"broken")
     (tmp_path / f"running.mcap{JOURNAL_SUFFIX}").write_bytes(b"")
+    search = search_failures(tmp_path)
+    assert (len(search.recordings), search.left_out) == (1, 1)
+
+
+def test_a_name_that_is_not_utf8_is_left_out(tmp_path: Path) -> None:
+    one = waiting_alone(tmp_path, "one")
+    shutil.copy(one, tmp_path / os.fsdecode(b"caf\xe9.mcap"))
     search = search_failures(tmp_path)
     assert (len(search.recordings), search.left_out) == (1, 1)
 

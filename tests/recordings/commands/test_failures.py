@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from movingout.recordings.annotation.verdicts import add_verdict, new_line
 from movingout.server.cli import main
 from tests.agents.learning import recorded
 from tests.recordings.annotation.support import waiting_alone
+from tests.recordings.support import not_counted
 
 
 @pytest.fixture
@@ -58,3 +60,18 @@ def test_people_of_a_rehearsal_are_called_simulated(folder: Path, capsys: pytest
 def test_a_folder_without_recordings_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["recordings", "failures", str(tmp_path)]) == 2
     assert f"there are no finished recordings in {tmp_path}" in capsys.readouterr().err
+
+
+def test_copies_and_rounds_that_the_study_does_not_count_are_left_out_and_named(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(folder / "first.mcap", folder / "again.mcap")
+    not_counted(tmp_path, "second")
+    out = tmp_path / "findings.csv"
+    assert main(["recordings", "failures", str(folder), "-o", str(out)]) == 0
+    assert "1 recording (left out: 1 not counted by their study; 1 copy): 1 finding by rules" in capsys.readouterr().out
+    with out.open(encoding="utf-8") as stream:
+        assert [row["recording"] for row in csv.DictReader(stream)] == ["first"]
+    assert main(["recordings", "failures", str(folder), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [document[name] for name in ("recordings", "uncounted", "copies")] == [1, 1, 1]

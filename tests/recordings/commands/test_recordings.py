@@ -9,7 +9,7 @@ import pytest
 
 from movingout.maps import load_map
 from movingout.recordings import EpisodeWriter, RecordingError, SeatInfo, finalise
-from movingout.recordings.storage.listing import path_of
+from movingout.recordings.storage.index import path_of
 from movingout.server.cli import main
 from tests.recordings.support import STARTED_NS, begin, play, record
 
@@ -313,3 +313,28 @@ def test_an_episode_id_never_leaves_its_folder(data: Path) -> None:
     for name in ("../secret", "..%2fsecret", "", ".", os.sep + "etc"):
         with pytest.raises(RecordingError, match="there is no recording"):
             path_of(data / "recordings", name)
+
+
+def test_recover_goes_on_after_a_journal_that_it_cannot_finish(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The first one ended the command, and those after it stayed journals."""
+    folder = tmp_path / "recordings"
+    for name in ("a", "b", "c"):
+        record(folder, ticks=2, episode_id=name)
+    (folder / "a.mcap").write_bytes(b"of a failing disk")
+    (folder / "b.mcap.journal").unlink()
+    (folder / "b.mcap.journal").mkdir()
+    assert main(["recordings", "recover", "--data", str(tmp_path)]) == 2
+    out, err = capsys.readouterr()
+    assert out == "c.mcap.journal -> c.mcap: 2 ticks, whole\n"
+    assert "a.mcap.journal: a.mcap is damaged, move it away and recover again (a.mcap is not an MCAP file)" in err
+    assert "b.mcap.journal: cannot open" in err
+    (folder / "a.mcap").unlink()
+    assert main(["recordings", "recover", str(tmp_path / "gone.mcap"), str(folder), "--json"]) == 2
+    entries = json.loads(capsys.readouterr().out)["journals"]
+    assert [(Path(one["journal"]).name, one["failed"]) for one in entries] == [
+        ("gone.mcap", True),
+        ("a.mcap.journal", False),
+        ("b.mcap.journal", True),
+    ]

@@ -1,6 +1,7 @@
 """The export for the Rerun viewer, read back by Rerun itself."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -43,6 +44,16 @@ def test_rerun_verifies_the_file_and_finds_every_entity(recordings: list[Path], 
     printed = rerun(tmp_path, "rrd", "print", str(target))
     assert {entity for entity in ENTITIES if entity not in printed} == set()
     assert "blueprint" in printed
+
+
+def test_each_item_has_a_shape_and_moves_on_a_map_whose_ids_have_gaps(tmp_path: Path) -> None:
+    """On AdaptiveAssist (ids 0, 1, 2, 4, 5, 7) two items stood still and others moved as another one did."""
+    target = tmp_path / "gaps.rrd"
+    export("rrd", ExportPlan([finalise(record(tmp_path, ticks=3, map_name="AdaptiveAssist")[0])], target))
+    columns = set(
+        re.findall(r"/arena/items/(\d+)@(Mesh3D|Transform3D):", rerun(tmp_path, "rrd", "print", "-v", str(target)))
+    )
+    assert columns == {(str(place), what) for place in range(6) for what in ("Mesh3D", "Transform3D")}
 
 
 def test_several_recordings_become_a_folder(recordings: list[Path], tmp_path: Path) -> None:

@@ -289,6 +289,15 @@ def _official_steps(golden: Any) -> list[Json]:
         (lambda s: s[0].update(id="Nowhere"), "unknown map 'Nowhere'; known: HandOff"),
         (lambda s: s[0]["states"]["items"][0].update(shape="banana"), "shape 'banana'"),
         (lambda s: s[0]["states"].update(walls=[[1, 2]]), "walls and target_area"),
+        (lambda s: s[0]["states"].update(walls=[5]), "walls and target_area"),
+        (lambda s: s[0]["states"].update(walls=5), "walls: a list is needed, not 5"),
+        (lambda s: s[0]["states"].update(target_area=5), "target_area: a list is needed, not 5"),
+        (lambda s: s[0]["states"].update(target_area=[[{}, {}]]), "walls and target_area"),
+        (lambda s: s[0].update(id="²"), "unknown map '²'"),
+        (lambda s: s[2]["states"]["robot_1"].update(pos=[10**400, 0]), "step 2 robot pos: 2 finite numbers"),
+        (lambda s: s[0]["states"]["items"][0].update(id="abc"), "an item's id and shape_scale are numbers"),
+        (lambda s: s[0]["states"]["items"][0].update(shape_scale=[1]), "an item's id and shape_scale are numbers"),
+        (lambda s: s[0].update(red_name="\ud800"), "something in it is not as the official files have it"),
     ],
 )
 def test_a_fault_is_named_with_its_step_and_nothing_is_written(
@@ -318,6 +327,27 @@ def test_files_of_another_kind_get_a_sentence(tmp_path: Path, name: str, content
     (tmp_path / name).write_bytes(content)
     with pytest.raises(RecordingError, match=sentence):
         read(tmp_path / name)
+
+
+def test_an_odd_held_item_is_inferred_and_an_odd_time_is_that_of_the_file(recorder: Path, tmp_path: Path) -> None:
+    """Both ended in a traceback: a list is no key, and a file has no time before 1970."""
+    ((*steps,),) = json.loads(recorder.read_text())
+    steps[0]["time"] = "1960-01-01_00:00:00"
+    for step in steps:
+        step["states"]["robot_1"]["holded_item_id"] = [1]
+    path = write(recorder, [steps])
+    assert imported(path, tmp_path / "in")[1].header.started_ns == path.stat().st_mtime_ns
+
+
+def test_one_malformed_trajectory_does_not_stop_the_others(
+    recorder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows: list[Json] = [{"map_name": name, "steps_data": "[[0, {}, []]]"} for name in ("²", "\ud800", "HandOff")]
+    write(recorder.parent / "rows.json", rows)
+    options = ["--out", str(tmp_path / "in"), "--workers", "1"]
+    assert main(["recordings", "import", str(recorder.parent), *options]) == 1
+    out = capsys.readouterr().out
+    assert "1 of 4 trajectories imported" in out and out.count("refused: rows.json") == 3
 
 
 def test_the_command_imports_what_it_can_and_says_what_it_cannot(

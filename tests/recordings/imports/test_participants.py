@@ -58,3 +58,34 @@ def test_a_list_that_does_not_fit_is_refused(text: str, sentence: str, rows: Pat
     who.write_text(text, encoding="utf-8")
     with pytest.raises(RecordingError, match=sentence):
         with_participants(read(rows), read_participants(who))
+
+
+@pytest.fixture
+def two_maps(tmp_path: Path) -> Path:
+    """Rows as our own export writes them: `trajectory_id` is counted from 0 on each map."""
+    path, lines = tmp_path / "dataset.jsonl", []
+    for map_name in ("HandOff", "LeftRight"):
+        journal, _ = record(tmp_path / map_name, ticks=3, map_name=map_name)
+        lines.append(json.dumps(dataset_row(read_episode(finalise(journal)), 0)))
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return path
+
+
+def test_the_id_0_of_a_row_names_it(two_maps: Path) -> None:
+    one = read(two_maps)[:1]
+    (named,) = with_participants(one, {"0": ("Ada", "Bo")})
+    assert (named.blue, named.red) == ("Ada", "Bo")
+
+
+def test_an_id_that_several_trajectories_have_is_refused(two_maps: Path) -> None:
+    """Both got the names of the people who played one of them."""
+    sources = read(two_maps)
+    with pytest.raises(RecordingError, match=r"^0 names several.*'dataset.jsonl row 0' and 'dataset.jsonl row 1'"):
+        with_participants(sources, {"0": ("Ada", "Bo")})
+    named = with_participants(sources, {"dataset.jsonl row 0": ("Ada", "Bo"), "dataset.jsonl row 1": ("Cy", "Di")})
+    assert [source.blue for source in named] == ["Ada", "Cy"]
+
+
+def test_copies_of_one_trajectory_share_its_name(two_maps: Path) -> None:
+    one = read(two_maps)[0]
+    assert [source.red for source in with_participants([one, one], {"0": ("Ada", "Bo")})] == ["Bo", "Bo"]

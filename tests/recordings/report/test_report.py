@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from movingout.server.cli import main
 from movingout.world.estimates import Estimate
 from movingout.world.metrics import from_numbers
 from tests.recordings.report.support import english_left
-from tests.recordings.support import header, record
+from tests.recordings.support import header, not_counted, record
 from tests.support import ROOT
 
 STOOD = Phrase("detail.stood")
@@ -267,3 +268,25 @@ def test_tutorials_are_counted_and_nothing_else_is_shown_of_them() -> None:
     tally = ReportTally.of([facts(), facts("two", tutorial=True)])
     assert (tally.episodes, tally.unfinished, tally.tutorials) == (1, 0, 1)
     assert "1 recording of a tutorial is left out." in html(facts(), facts("two", tutorial=True))
+
+
+def test_copies_and_rounds_that_the_study_does_not_count_are_left_out_and_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A backup in a folder below made every episode count twice, with half the standard error."""
+    place, out = tmp_path / "recordings", tmp_path / "report.html"
+    for name in ("a", "b", "invalid"):
+        finalise(record(place, 5, episode_id=name)[0])
+    shutil.copytree(place, place / "backup")
+    not_counted(tmp_path, "invalid")
+    command = ["recordings", "report", str(place), "-o", str(out), "--workers", "1"]
+    assert main(command) == 0
+    assert (
+        ": 2 episodes, 0 failure cases; left out: 2 not counted by their study, 2 copies\n" in capsys.readouterr().out
+    )
+    page = out.read_text(encoding="utf-8")
+    assert "2 copies of recordings are left out." in page
+    assert "2 recordings are left out, because their study does not count them." in page
+    assert main([*command, "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [document[name] for name in ("episodes", "uncounted", "copies")] == [2, 2, 2]

@@ -1,13 +1,14 @@
 """The index: as fast as a database, as true as the files."""
 
 import os
+import shutil
 from pathlib import Path
 
 import pytest
 
-from movingout.recordings import finalise
+from movingout.recordings import RecordingError, finalise
 from movingout.recordings.storage import index as index_module
-from movingout.recordings.storage.index import INDEX_NAME, Filter, list_recordings
+from movingout.recordings.storage.index import INDEX_NAME, Filter, list_recordings, path_of
 from movingout.recordings.storage.listing import Summary, read_summary
 from tests.recordings.support import begin, play, record
 
@@ -89,3 +90,36 @@ def test_a_folder_that_takes_no_index_lists_all_the_same(folder: Path) -> None:
 def test_text_in_a_filter_is_never_sql(folder: Path) -> None:
     assert names(folder, Filter(map="x' OR '1'='1")) == set()
     assert names(folder, Filter(agent="scripted", study="pilot", since="2026-01-01")) == {"a", "b", "c"}
+
+
+def test_a_name_that_is_not_utf8_is_listed_as_unreadable_and_keeps_nobody_from_the_others(folder: Path) -> None:
+    """One such file ended every listing in a traceback: neither SQLite nor JSON takes its name."""
+    for suffix in (".mcap", ".mcap.journal"):
+        shutil.copy(folder / "a.mcap", folder / os.fsdecode(b"caf\xe9" + suffix.encode()))
+    found, unreadable = list_recordings(folder)
+    assert {entry.id for entry in found} == {"a", "b", "c"}
+    assert sorted(entry.path.name for entry in unreadable) == [r"caf\xe9.mcap", r"caf\xe9.mcap.journal"]
+    assert all(entry.problem.endswith("its name is not UTF-8 text; rename it") for entry in unreadable)
+
+
+def test_a_folder_whose_name_is_not_utf8_is_listed(folder: Path) -> None:
+    odd = folder / os.fsdecode(b"caf\xe9")
+    odd.mkdir()
+    shutil.copy(folder / "a.mcap", odd)
+    (odd / "broken.mcap").symlink_to("nowhere")
+    found, unreadable = list_recordings(odd)
+    assert [entry.path for entry in found] == [odd / "a.mcap"]
+    assert [entry.path for entry in unreadable] == [odd / "broken.mcap"]
+
+
+def test_an_episode_is_found_by_its_id_whatever_its_file_is_called(folder: Path) -> None:
+    """It was listed by its id, which opened nothing."""
+    renamed = (folder / "a.mcap").rename(folder / "mine.mcap")
+    assert path_of(folder, "a") == renamed and path_of(folder, "b") == folder / "b.mcap"
+    renamed = renamed.rename(folder / "yours.mcap")
+    assert path_of(folder, "a") == renamed
+    renamed.unlink()
+    with pytest.raises(RecordingError, match="there is no recording 'a'"):
+        path_of(folder, "a")
+    with pytest.raises(RecordingError, match="there is no recording 'a'"):
+        path_of(folder / "nowhere", "a")

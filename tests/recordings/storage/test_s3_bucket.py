@@ -50,6 +50,13 @@ def test_what_is_sent_is_there(store: S3Server, tmp_path: Path, encrypts: bool) 
     assert bucket().sizes() == {}
 
 
+def test_a_name_that_is_not_utf8_never_was_in_a_bucket(store: S3Server, tmp_path: Path) -> None:
+    """It kept the data of a participant from being deleted."""
+    bucket().upload(recording(tmp_path, "one"))
+    bucket().delete(["caf\udce9.mcap", "one.mcap"])
+    assert bucket().sizes() == {}
+
+
 @pytest.mark.parametrize("encrypts", [False, True])
 def test_a_store_that_keeps_other_bytes_is_found_out(store: S3Server, tmp_path: Path, encrypts: bool) -> None:
     store.spoils, store.encrypts = True, encrypts

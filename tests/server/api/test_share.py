@@ -27,6 +27,8 @@ def test_a_player_gets_the_round_as_a_picture_or_an_animation(live: Live, kind: 
     picture = Image.open(io.BytesIO(content))
     assert (picture.format, picture.width) == (kind.upper(), side)
     assert len(content) < 1_000_000
+    (live.host.settings.recordings / f"{recording}.mcap").unlink()  # a picture in memory goes with its recording
+    assert live.call(f"/api/rooms/{room}/rounds/{recording}.{kind}", token=token)[0] == 404
 
 
 @pytest.mark.slow

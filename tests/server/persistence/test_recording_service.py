@@ -1,6 +1,7 @@
 """The processes that finish and read recordings: apart, started again when they die, and asked once for the same."""
 
 import asyncio
+import json
 import os
 import signal
 import time
@@ -174,3 +175,38 @@ def test_a_server_that_ends_does_not_wait_for_a_long_queue_and_the_next_one_fini
     run(tmp_path, recover)
     assert len(list(tmp_path.glob("*.mcap"))) == len(journals)
     assert not list(tmp_path.glob("*.journal"))
+
+
+def test_a_recording_that_is_deleted_or_replaced_is_no_longer_served_from_memory(tmp_path: Path) -> None:
+    """A participant who had asked for the deletion could still be watched until eight others were."""
+    path = finalise(journal_in(tmp_path))
+    other = finalise(record(tmp_path / "elsewhere", ticks=5, map_name="LeftRight")[0])
+
+    async def work(service: RecordingService) -> None:
+        first = (await service.replay("episode")).poses
+        assert service.has_replay("episode")
+        other.replace(path)
+        assert not service.has_replay("episode")
+        assert len((await service.replay("episode")).poses) > len(first)
+        path.unlink()
+        assert not service.has_replay("episode")
+        with pytest.raises(RecordingError, match="there is no such recording"):
+            await service.replay("episode")
+
+    run(tmp_path, work)
+
+
+def test_a_recording_under_another_name_is_found_by_its_id_and_a_link_is_not(tmp_path: Path) -> None:
+    """It was listed, and Replay and Download answered that there is no such recording."""
+    path = finalise(journal_in(tmp_path / "elsewhere"))
+    (tmp_path / "link.mcap").symlink_to(path)
+
+    async def work(service: RecordingService) -> None:
+        with pytest.raises(RecordingError, match="there is no such recording"):
+            await service.path("episode")
+        (tmp_path / "link.mcap").unlink()
+        named = path.rename(tmp_path / "My best round.mcap")
+        assert await service.path("episode") == named
+        assert json.loads((await service.replay("episode")).summary)["id"] == "episode"
+
+    run(tmp_path, work)

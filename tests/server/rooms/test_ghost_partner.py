@@ -11,6 +11,8 @@ from movingout.maps import load_map
 from movingout.maps.randomize import randomize
 from movingout.recordings import finalise, read_episode
 from movingout.server.cli import main
+from movingout.server.rooms.ghost_partner import ghost_seat
+from movingout.server.rooms.seat import Seat
 from tests.recordings.support import record
 from tests.server.live import Live, serve
 
@@ -65,6 +67,12 @@ def test_the_map_comes_from_the_recording_and_no_other_is_played(live: Live, kep
 def test_only_an_id_among_the_recordings_of_the_server_is_a_ghost(live: Live, kept: str, name: str) -> None:
     status, answer = asked(live, {"kind": "here"}, {"kind": "ghost", "recording": name})
     assert (status, answer["error"]["code"]) == (422, "ghost")
+
+
+def test_a_ghost_is_recorded_under_its_episode_whatever_the_file_is_called(recording: Path, tmp_path: Path) -> None:
+    copy = shutil.copy(recording, tmp_path / "best.mcap")
+    assert ghost_seat(f"{copy}#red").seat_at(1).info().name == "ghost:then#red"
+    assert Seat(1, "ghost", f"ghost:{copy}#red").info().name == "ghost:then#red", "of a room that was saved before"
 
 
 def test_a_ghost_is_no_agent_that_anybody_may_name(live: Live, recording: Path) -> None:

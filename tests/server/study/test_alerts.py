@@ -23,3 +23,9 @@ def test_a_clock_that_is_put_back_hides_no_alert() -> None:
     now[0] -= 3600.0
     alerts.add("disk", "The disk is almost full.")
     assert len(alerts.to_json()) == 2
+
+
+def test_a_name_in_a_detail_that_is_no_utf8_can_be_sent_to_the_page() -> None:
+    alerts = Alerts()
+    alerts.add("deletion", "The data of P1 could not be deleted.", "cannot read caf\udce9.mcap", pid="P1")
+    assert alerts.to_json()[0]["detail"].encode() == rb"cannot read caf\udce9.mcap"

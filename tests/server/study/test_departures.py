@@ -74,12 +74,11 @@ def test_the_next_start_deletes_what_came_while_nobody_looked(tmp_path: Path) ->
 @pytest.mark.slow
 def test_a_deletion_that_failed_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(departures, "LOOK_AGAIN_S", (0.3,))
-    fails = [True, True]
+    faults = [StudyError("the disk hung"), TypeError("a fault of any kind ended the deletion silently")]
 
     def failing(folder: Path, pid: str, episodes: set[str]) -> int:
-        if fails:
-            fails.pop()
-            raise StudyError("the disk hung")
+        if faults:
+            raise faults.pop()
         return remove_recordings(folder, pid, episodes)
 
     monkeypatch.setattr(departures, "remove_recordings", failing)

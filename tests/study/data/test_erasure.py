@@ -1,5 +1,6 @@
 """Recordings are deleted while a server finishes others: files appear, are renamed and go between two looks."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -66,3 +67,12 @@ def test_who_is_named_in_recordings_is_found_also_in_damaged_ones(tmp_path: Path
     whole.write_bytes(whole.read_bytes()[:-60])
     assert named_in_recordings(tmp_path, [PID, "P3XYZ9", "PNOBODY"]) == {PID, "P3XYZ9"}
     assert named_in_recordings(tmp_path / "nowhere", [PID]) == set()
+
+
+def test_a_file_whose_name_is_not_utf8_stops_no_deletion_and_is_deleted_if_it_names_them(tmp_path: Path) -> None:
+    odd = tmp_path / os.fsdecode(b"caf\xe9.mcap")
+    finalise(journal(tmp_path, "other", "P3XYZ9")).rename(odd)
+    finalise(journal(tmp_path, "mine"))
+    assert remove_recordings(tmp_path, PID, {"mine"}) == 1
+    assert [path for path in tmp_path.iterdir() if path.suffix == ".mcap"] == [odd]
+    assert remove_recordings(tmp_path, "P3XYZ9", set()) == 1 and not odd.exists()

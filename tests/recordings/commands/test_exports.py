@@ -1,0 +1,31 @@
+"""`movingout recordings export` as a user types it."""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings import finalise
+from movingout.server.cli import main
+from tests.recordings.support import not_counted, record
+
+
+def test_rounds_that_the_study_does_not_count_are_left_out_unless_they_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A round that was marked as invalid was in the tables and training sets."""
+    place = tmp_path / "recordings"
+    for name in ("a", "b"):
+        finalise(record(place, 3, episode_id=name)[0])
+    not_counted(tmp_path, "b")
+
+    def exported(*paths: Path) -> set[str]:
+        out = tmp_path / f"out-{len(paths)}"
+        assert main(["recordings", "export", *map(str, paths), "--to", "csv", "-o", str(out)]) == 0
+        with (out / "episodes.csv").open(encoding="utf-8") as stream:
+            return {row["episode_id"] for row in csv.DictReader(stream)}
+
+    assert exported(place) == {"a"}
+    assert "left out 1 not counted by their study; name a file to export it" in capsys.readouterr().out
+    assert exported(place, place / "b.mcap") == {"a", "b"}
+    assert "left out" not in capsys.readouterr().out
