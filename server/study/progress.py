@@ -106,10 +106,11 @@ class Progress:
             unit.note_standing(self._paused or unit.paused or by_player, now)
 
     def _restart_waits(self, tx: Transaction, unit: StudyUnit | None) -> None:
-        """A pause does not count as absence, nor as time in the waiting room."""
+        """A pause does not count as absence, nor as time in the waiting room, where nobody of a unit is."""
         for session in self._participants if unit is None else unit.members:
             session.resumed_at = time.monotonic()
-        self._units.restart_waits(tx)
+        if unit is None:
+            self._units.restart_waits(tx)
 
     async def hold_rooms(self, tx: Transaction) -> None:
         """Stop the clocks of those who are paused, of nobody else. Repeated: a process that ends forgets it."""

@@ -199,6 +199,19 @@ def test_nobody_is_sent_away_in_a_pause_and_the_wait_begins_anew_after_it(pair: 
     assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
 
 
+def test_the_end_of_a_units_pause_lets_nobody_in_the_waiting_room_wait_longer(pair: Served) -> None:
+    first, _ = paired(pair)
+    (alone,) = waiting(pair)
+    pair.later(20)
+    pair.ask("pause", pid=first.pid)
+    pair.ask("resume", pid=first.pid)
+    assert alone.look()["step"]["since_s"] >= 20
+    pair.ask("pause")
+    pair.ask("resume")
+    assert alone.look()["step"]["since_s"] < 20, "a pause of everybody is no wait"
+    alone.stop(True)
+
+
 def test_who_has_only_questions_left_can_finish_without_the_partner(tmp_path: Path) -> None:
     with served(tmp_path, PAIR + "at_end: [nasa-tlx]\n") as study:
         first, second = paired(study)
