@@ -90,8 +90,9 @@ class StudyMonitor:
         if any(one.finished and one.record.outcome != "done" for one in unit.members):
             await departures.release_partners(tx, unit)  # where a kill or a database error interrupted `dismiss`
         absent = [one for one in unit.members if not one.finished and self._gone(one, now)]
-        waiting = [one for one in unit.members if not one.finished and one.has_rounds_left() and one.present(now)]
-        if absent and waiting:
+        staying = await self._running.units.with_rounds_left(tx, unit) if absent else []
+        waiting = [one for one in staying if one.present(now)]
+        if waiting:
             pid, partner = absent[0].pid, waiting[0].pid
             self._running.alerts.add(
                 "gone", f"{pid} did not come back; {partner} was given a code.", pid=pid, partner=partner

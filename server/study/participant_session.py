@@ -3,7 +3,7 @@
 Nothing here needs to outlive the server.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -65,9 +65,12 @@ class ParticipantSession:
         keys = [step.key for step in self.steps]
         return keys.index(LAST_SOLO_STEP) + 1 if self.record.step == WAITING else keys.index(self.record.step)
 
-    def has_rounds_left(self) -> bool:
-        """Whether rounds or the practice are still to come."""
-        return any(step.kind in ("practice", "round") for step in self.steps[self.steps_done() :])
+    def has_rounds_left(self, over: Collection[str] = ()) -> bool:
+        """Whether rounds or the practice are still to come; in blocks that are `over`, none but the current one is."""
+        return any(
+            step.kind in ("practice", "round") and (step.block not in over or step.key == self.record.step)
+            for step in self.steps[self.steps_done() :]
+        )
 
     def present(self, now: float) -> bool:
         """Whether a page of theirs is open, be it hidden behind another tab."""

@@ -10,7 +10,7 @@ from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import FinishedRound, StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.design.definition import Study
-from movingout.study.design.step_order import blocks_over, next_step
+from movingout.study.design.step_order import next_step
 
 
 class Progress:
@@ -38,7 +38,7 @@ class Progress:
         rounds, unit = self._databases.rounds, session.record.unit
         over, played = frozenset[str](), frozenset[str]()
         if unit is not None and any(block.limit_minutes for block in self._study.blocks):
-            over = blocks_over(self._study, await tx.run(rounds.block_seconds, unit))
+            over = await self._units.blocks_over(tx, unit)
             played = await tx.run(rounds.finished_steps, unit)
         step = next_step(session.steps, session.record.step, over, played)
         if step.kind == "code":

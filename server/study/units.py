@@ -12,7 +12,7 @@ from movingout.server.study.unit import StudyUnit
 from movingout.server.study.waiting_room import WaitingRoom
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
-from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING, next_step
+from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING, blocks_over, next_step
 from movingout.study.design.steps import steps
 from movingout.study.store import Unit
 
@@ -73,6 +73,18 @@ class Units:
         """Forget a unit that has finished."""
         tx.check()
         del self._units[unit.record.id]
+
+    async def blocks_over(self, tx: Transaction, unit: int) -> frozenset[str]:
+        """The blocks whose time is up for a unit: their further rounds are left out."""
+        if not any(block.limit_minutes for block in self._study.blocks):
+            return frozenset()
+        return blocks_over(self._study, await tx.run(self._databases.rounds.block_seconds, unit))
+
+    async def with_rounds_left(self, tx: Transaction, unit: StudyUnit) -> list[ParticipantSession]:
+        """Who cannot finish without the others: somebody for whom rounds are still to come."""
+        found = [one for one in unit.members if not one.finished and one.has_rounds_left()]
+        over = await self.blocks_over(tx, unit.record.id) if found else ()
+        return [one for one in found if one.has_rounds_left(over)]
 
     # ---- waiting for a partner --------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from sqlalchemy import update
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.server import messages as m
@@ -219,6 +220,28 @@ def test_who_has_only_questions_left_can_finish_without_the_partner(tmp_path: Pa
             together(first, second)
         assert first.kind == second.kind == "questionnaire"
         first.stop(True)
+        second.go_to("code")
+        assert second.step["outcome"] == "done"
+
+
+@pytest.mark.parametrize("away", [False, True])
+def test_rounds_that_a_time_limit_skips_are_not_to_come(away: bool, tmp_path: Path) -> None:
+    text = PAIR.replace("rounds: 2", "rounds: 2, limit_minutes: 1, after_round: [nasa-tlx]")
+    with served(tmp_path, text + "at_end: [nasa-tlx]\n") as study:
+        first, second = paired(study)
+        for _ in range(2):
+            together(first, second)
+        assert first.kind == second.kind == "questionnaire"
+        with study.running.databases.store.database.write() as connection:
+            connection.execute(update(rounds).values(started_ms=rounds.c.started_ms - 60_000))  # a long round
+        if away:
+            study.later(26)
+            second.look()
+        else:
+            first.stop(True)
+        study.look()
+        second.look()
+        assert second.kind == "questionnaire", "the second round is skipped: nobody is needed for it"
         second.go_to("code")
         assert second.step["outcome"] == "done"
 
