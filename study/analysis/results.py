@@ -9,6 +9,7 @@ from typing import Any
 from movingout.recordings.report.words import Phrase
 from movingout.study.analysis.pings import PingRound, ping_rounds
 from movingout.study.analysis.sessions import Sessions, sessions_of
+from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
 from movingout.study.design.localized_text import DEFAULT
 from movingout.study.questionnaire import NO_ANSWER, QuestionnaireItem
@@ -44,12 +45,16 @@ class Results:
     flags: tuple[Flag, ...]
     pings: tuple[PingRound, ...] = ()  # of rounds that count, in blocks with pings; two of each round
     sessions: Sessions = field(default_factory=Sessions)  # of rounds that count, with agents
+    blinded: bool = False  # whether nothing shown may tell which partner is which agent
 
     @property
     def partners(self) -> tuple[str, ...]:
-        """The partners played with, in the order of the study file; "" stands for another participant."""
+        """The partners played with, in the order of the study file, or of their letters; "" is another participant."""
         met = {row["partner"] for row in self.rounds}
-        known = dict.fromkeys((*(one.id for one in self.study.partners), SUBSTITUTE, ""))
+        planned = [one.id for one in self.study.partners]
+        if self.blinded:
+            planned.sort(key=list(letters(self.study)).index)
+        known = dict.fromkeys((*planned, SUBSTITUTE, ""))
         return tuple(name for name in known if name in met)
 
     @property

@@ -133,7 +133,7 @@ def pings(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     asked = {True: say("study.pings.asked_by.participant"), False: say("study.pings.asked_by.partner")}
     rows = [
         (name(partner), asked[person], *_ping_cells(rounds, words))
-        for (partner, person), rounds in sorted(groups.items(), key=lambda group: (group[0][0], not group[0][1]))
+        for (partner, person), rounds in sorted(groups.items(), key=lambda group: (name(group[0][0]), not group[0][1]))
         if person or any(one.pings for one in rounds)
     ]
     heads = (say("study.partner"), say("study.pings.asked_by"), *_ping_heads(words))
