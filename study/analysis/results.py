@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from movingout.recordings.report.words import Phrase
 from movingout.study.analysis.pings import PingRound, ping_rounds
@@ -31,6 +31,14 @@ class Flag:
     pid: str
     step: str
     reason: Phrase
+
+
+class RatedItem(NamedTuple):
+    """A rated question of a questionnaire."""
+
+    questionnaire: str
+    item: QuestionnaireItem
+    label: str  # with the questionnaire where another one has the same label
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,14 +98,21 @@ class Results:
     def texts(self) -> list[Row]:
         return [row for row in self.answers if row["text"].strip()]
 
-    def scales(self, language: str = DEFAULT) -> list[tuple[str, QuestionnaireItem]]:
-        """Every rated question of the study, with its questionnaire."""
+    def scales(self, language: str = DEFAULT) -> list[RatedItem]:
+        """Every rated question of the study."""
         names = [name for block in self.study.blocks for name in (*block.after_round, *block.after_partner)]
-        return [
+        found = [
             (name, item)
             for name in dict.fromkeys((*names, *self.study.at_end))
             for item in self.study.questionnaire(name, language).items
             if item.is_rated and item.expected is None
+        ]
+        asked_by: dict[str, set[str]] = defaultdict(set)
+        for name, item in found:
+            asked_by[item.label].add(name)
+        return [
+            RatedItem(name, item, item.label if len(asked_by[item.label]) == 1 else f"{item.label} ({name})")
+            for name, item in found
         ]
 
 

@@ -22,6 +22,7 @@ from movingout.study.analysis.tables import (
     performance,
     pings,
     pings_by_participant,
+    ratings,
 )
 from movingout.study.design.definition import SUBSTITUTE, Outcome
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
@@ -74,6 +75,17 @@ def test_a_wrong_attention_item_is_flagged_and_the_newest_answer_counts(results:
 
 def test_the_flow_counts_everybody(results: Results) -> None:
     assert dict(results.flow)["came"] == dict(results.flow)["finished"] == 6
+
+
+def test_items_of_two_questionnaires_with_one_label_are_told_apart(tmp_path: Path) -> None:
+    twice = {**SHORT, "    after_partner: [": "    after_round: [movingout-paper-eight]\n    after_partner: [nasa-tlx, "}
+    small, text = template("agent_survey", **twice)
+    _, store, _ = fill(tmp_path, small, text, 3)
+    found = collect(small, store, tmp_path)
+    rated = [row[0] for row in ratings(found, plain).rows]
+    assert {"Teamwork (movingout-paper-eight)", "Teamwork (movingout-paper-nine)", "Mental demand"} <= {*rated}
+    assert len(set(rated)) == len(rated), "nothing stands there twice"
+    assert "<h3>Teamwork (movingout-paper-nine)</h3>" in page(found, plain, "about")
 
 
 class Page(HTMLParser):
