@@ -1,7 +1,7 @@
 """The contents of a study's store, arranged for analysis: valid rounds, newest answers, participant flow."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -49,7 +49,7 @@ class Results:
     flow: tuple[tuple[str, int], ...]  # stage (a key of the report's sentences) and how many
     rounds: tuple[Row, ...]  # that count, in the order played
     people: dict[int, tuple[str, ...]]  # unit to participants
-    answers: tuple[Row, ...]  # the newest, of questionnaires about partners and at the end
+    answers: tuple[Row, ...]  # the newest, without those about rounds that do not count
     flags: tuple[Flag, ...]
     pings: tuple[PingRound, ...] = ()  # of rounds that count, in blocks with pings; two of each round
     sessions: Sessions = field(default_factory=Sessions)  # of rounds that count, with agents
@@ -138,7 +138,7 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
         flow=tuple(_flow(store, people, len(refused))),
         rounds=counted,
         people={unit: tuple(pids) for unit, pids in groups.items()},
-        answers=tuple(newest.values()),
+        answers=tuple(_about_what_counts(newest.values(), kept, counted, groups)),
         flags=(*_round_flags(study, store, kept), *_attention_flags(study, newest.values())),
         pings=ping_rounds(study, counted, store.rows(players), recordings),
         sessions=sessions_of(counted, store.rows(players), recordings, annotations),
@@ -157,6 +157,18 @@ def _name_substitutes(study: Study, kept: list[Row], said: Iterable[Row], groups
     for row in said:
         if row["pid"] in alone and row["step"].partition("/")[0] in blocks:
             row["partner"] = row["partner"] or SUBSTITUTE
+
+
+def _about_what_counts(
+    said: Iterable[Row], kept: Iterable[Row], counted: Iterable[Row], groups: dict[int, list[str]]
+) -> Iterator[Row]:
+    """Without answers about a round that does not count; those about a partner are about other rounds, too."""
+    units = {pid: unit for unit, pids in groups.items() for pid in pids}
+    played, valid = ({(row["unit"], row["step"]) for row in rows} for rows in (kept, counted))
+    for row in said:
+        about = units.get(row["pid"]), row["step"].rpartition("/")[0]
+        if about not in played or about in valid:
+            yield row
 
 
 def _flow(store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, int]]:

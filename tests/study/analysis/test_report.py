@@ -25,6 +25,7 @@ from movingout.study.analysis.tables import (
     ratings,
 )
 from movingout.study.design.definition import SUBSTITUTE, Outcome
+from movingout.study.store import Unit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import answers, rounds
 from tests.recordings.report.support import english_left
@@ -180,6 +181,25 @@ def test_rounds_that_do_not_count_and_people_who_said_no_are_left_out(tmp_path: 
     assert pids[2] not in {row["pid"] for row in found.answers}
     assert [row[2] for row in flags(found).rows] == [f"unit {first['unit']}: marked invalid by the experimenter"]
     assert {("finished", "3"), ("wanted their data deleted (also counted above)", "1")} <= set(flow(found).rows)
+
+
+def test_answers_about_a_round_that_does_not_count_go_with_it_and_those_about_a_partner_stay(tmp_path: Path) -> None:
+    with_both = {**SHORT, "    after_partner: [": "    after_round: [nasa-tlx]\n    after_partner: ["}
+    small, text = template("agent_survey", **with_both)
+    _, store, _ = fill(tmp_path, small, text, 2)
+    first = collect(small, store, tmp_path).rounds[0]
+    Rounds(store).mark(first["episode"], valid=False)
+    found = collect(small, store, tmp_path)
+    (pid,) = found.people[first["unit"]]
+    mine = {row["step"] for row in found.answers if row["pid"] == pid}
+    other = next(row["step"] for row in found.rounds if row["unit"] == first["unit"])
+    assert mine == {f"{other}/nasa-tlx", f"play/1/{FORM}"}
+    again = PlayerOutcome(pid, 0, "keyboard")
+    step = next(one for one in rounds_of(0, small) if one.key == first["step"])
+    Rounds(store).begin(Unit(first["unit"], 0, (pid,), paused=False), step, "again", [again])
+    Rounds(store).end("again", RoundOutcome("time", 500, 0.0, 0.0, 0.0, None))
+    later = {row["step"] for row in collect(small, store, tmp_path).answers if row["pid"] == pid}
+    assert f"{first['step']}/nasa-tlx" in later, "one attempt at the round counts"
 
 
 def test_who_played_with_an_agent_in_a_partners_place_is_apart_from_pairs(tmp_path: Path) -> None:
