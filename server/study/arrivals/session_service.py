@@ -46,7 +46,7 @@ class SessionService:
             if before is not None and before not in here:
                 self._refuse_other_device(before)
             session = before or await self._admit(tx, pid, arrival.source, language)
-            if arrival.source == CODE and session.finished:
+            if arrival.source == CODE and session.finished and session not in here:  # their own page has their code
                 raise ArrivalRefused("code_used", "This code was used already, by somebody who has finished.")
             if session.listeners:
                 running.alerts.add("duplicate", f"{pid} opened a second window; the first one was closed.", pid=pid)
