@@ -1,6 +1,7 @@
 """Who plays with whom, and who still waits for a partner. Reading is free; a change needs a transaction."""
 
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from movingout.server.study.alerts import Alerts
@@ -126,8 +127,12 @@ class Units:
             self._waiting_room.leave(pid)
 
     def _fill_waiting_room(self, now: float) -> None:
+        on_their_way = [one for one in self._participants if one.record.unit is None and not one.finished]
+        at_screen = Counter(one.record.screen for one in on_their_way)
+        for session in on_their_way:
+            if session.record.step == WAITING:
+                screen = session.record.screen  # where the other one has left, they wait for anybody
+                self._waiting_room.enter(session.pid, session.step_since, screen if at_screen[screen] > 1 else "")
         for session in self._participants:
-            if session.record.step == WAITING and session.record.unit is None and not session.finished:
-                self._waiting_room.enter(session.pid, session.step_since, session.record.screen)
             if session.listeners and session.present(now):
                 self._waiting_room.heard(session.pid, now)

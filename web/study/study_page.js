@@ -10,7 +10,7 @@ import { saveTokens } from "../wire/seat_tokens.js";
 import { arrivalScreen, recruitmentParameters } from "./arrival.js";
 import { StudyFrame } from "./frame.js";
 import { markStudyRound } from "../text/study_mark.js";
-import { cameByLink, keepByLink, loadPeople, savePeople, seatsToTake, whoseTurn } from "./people.js";
+import { cameByLink, keepByLink, loadPeople, savePeople, seatsToTake, stillHere, whoseTurn } from "./people.js";
 import { Persistence } from "./persistence.js";
 import { roundName } from "./round.js";
 import { SCREENS } from "./screens.js";
@@ -190,12 +190,22 @@ export class StudyPage {
   /** @param {View[]} views */
   async #takeAll(views) {
     if (views.length < this.#places.length) return; // the other person's view is still to come
-    this.#views = views;
+    this.#views = this.#withoutDeclined(views);
     this.#newsAtMs = performance.now();
     if (this.#asksNext) return;
-    const [{ language, step }] = views;
+    const [{ language, step }] = this.#views;
     if (step.kind !== "ended-elsewhere") await this.#follow(language); // nobody's page keeps the language that it has
     this.#show();
+  }
+
+  /** Of two, the one who stays when the other has declined. @param {View[]} views */
+  #withoutDeclined(views) {
+    const staying = stillHere(views);
+    if (views.length < 2 || staying.length !== 1) return views;
+    this.#places = staying.map((person) => this.#places[person]);
+    savePeople(this.#places.map((place) => place.token));
+    this.#listen();
+    return staying.map((person) => views[person]);
   }
 
   // ---- what is shown ----------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from sqlalchemy import update
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.server import messages as m
+from movingout.server.study.participants import UNDECIDED_S
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
 from movingout.study.design.definition import SUBSTITUTE
@@ -91,6 +92,23 @@ def test_two_at_one_screen_are_a_pair_whoever_else_waits(pair: Served) -> None:
     assert (first.kind, second.kind, stranger.look()["step"]["kind"]) == ("practice", "practice", "waiting")
     assert pair.row(first.pid)["partner_pid"] == second.pid
     stranger.stop(True)
+
+
+@pytest.mark.parametrize("leaves", ["declines", "stops", "goes away"])
+def test_who_is_left_alone_at_a_screen_may_play_with_anybody(pair: Served, leaves: str) -> None:
+    first = pair.visitor()
+    second = pair.visitor(beside=first.token)
+    first.go_to("waiting")
+    if leaves == "declines":
+        second.decline()
+    elif leaves == "stops":
+        second.go_to("input-check").stop(True)
+    else:
+        pair.running.participants[second.pid].last_seen_at -= UNDECIDED_S + 1
+    pair.look()
+    stranger = pair.visitor().go_to("practice")
+    assert first.look()["step"]["kind"] == "practice"
+    assert pair.row(first.pid)["partner_pid"] == stranger.pid
 
 
 def test_two_at_one_screen_are_a_pair_after_a_restart_too(tmp_path: Path) -> None:
