@@ -57,6 +57,7 @@ class StudyMonitor:
                 running.units.remove(tx, unit)
             else:
                 await self._check_unit(tx, unit, now)
+        await running.participants.note_absences(tx)
         await running.progress.hold_rooms(tx)
         await running.rooms.check(tx, running.units, now, may_begin=not running.progress.paused)
         if not running.progress.paused:
@@ -82,7 +83,8 @@ class StudyMonitor:
         if unit.running_round is not None:
             for pid, seat in unit.running_round.seats.items():
                 if unit.running_round.view.seats[seat].present:
-                    self._running.participants[pid].last_seen_at = now
+                    session = self._running.participants[pid]
+                    session.seen(now, self._running.progress.is_paused(session))
 
     async def _dismiss_absent(self, tx: Transaction, unit: StudyUnit, now: float) -> None:
         """Nobody waits for ever for a partner who is gone."""

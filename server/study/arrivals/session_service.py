@@ -141,7 +141,7 @@ class SessionService:
 
     def _mark_present(self, session: ParticipantSession) -> None:
         """A page of theirs is open."""
-        session.last_seen_at = time.monotonic()
+        session.seen(time.monotonic(), self._running.progress.is_paused(session))
         session.absence_told = False
         self._running.units.heard(session, session.last_seen_at)
 

@@ -8,10 +8,11 @@ import urllib.request
 from collections.abc import Iterator
 
 import pytest
+from sqlalchemy import update
 
 from movingout.server.study.notes import ExperimenterNotes
 from movingout.study.store.removal import remove_participant
-from movingout.study.store.tables import audit, notes, rounds
+from movingout.study.store.tables import audit, notes, participants, rounds
 from tests.server.live import ADMIN, WAIT_S
 from tests.server.study.support import SOLO, Served, Visitor, served
 
@@ -235,6 +236,30 @@ def test_who_is_ended_while_away_did_not_come_back_and_is_paid_until_then(long: 
     long.ask("kick", pid=visitor.pid)
     row = long.row(visitor.pid)
     assert (row["outcome"], row["minutes"] < 5) == ("dropped-out", True)
+
+
+def test_who_was_away_for_long_and_came_back_is_not_paid_for_it(long: Served) -> None:
+    visitor = long.visitor().go_to("form")
+    session = long.running.participants[visitor.pid]
+
+    def away(seconds: float) -> None:
+        session.last_seen_at -= seconds  # as if that had passed, on both clocks
+        session.resumed_at -= seconds
+        earlier = participants.c.arrived_ms - round(1e3 * seconds)
+        with long.running.databases.store.database.write() as connection:
+            connection.execute(update(participants).where(participants.c.pid == session.pid).values(arrived_ms=earlier))
+        visitor.look()
+
+    away(50_000)
+    long.look()
+    assert session.record.away_ms >= 50_000_000, "kept at the next look, also over a restart"
+    away(200)
+    long.ask("pause")
+    away(6_000)
+    long.ask("resume")
+    away(40_000)
+    visitor.stop(True)
+    assert (200 + 6_000) / 60 <= long.row(visitor.pid)["minutes"] < (200 + 6_000) / 60 + 5, "pauses are paid"
 
 
 def test_a_note_on_somebody_without_a_unit_says_so_after_a_restart_and_goes_with_their_data(solo: Served) -> None:
