@@ -48,19 +48,26 @@ class Progress:
 
     async def round_ended(self, tx: Transaction, unit: StudyUnit, ended: FinishedRound) -> None:
         """A round or the practice is saved; one that was broken off is played again."""
-        tx.check()
+        await self._note_last_round(tx, unit)
         for session in unit.members_at(ended.step) if ended.counts else []:
             await self.advance(tx, session)
         notify(unit.members)
 
+    async def _note_last_round(self, tx: Transaction, unit: StudyUnit) -> None:
+        found = await tx.run(self._databases.rounds.last_finished, unit.record.id)
+        unit.last_round = found.get(unit.record.id)
+
     async def catch_up(self, tx: Transaction, unit: StudyUnit) -> None:
         """Move past rounds that are finished in the database, where a kill came before the move."""
+        await self._note_last_round(tx, unit)
         await self._move_past(tx, unit, await tx.run(self._databases.rounds.finished_steps, unit.record.id))
 
     async def catch_up_all(self, tx: Transaction) -> None:
-        """The same for everybody, after a start: with one query, because others wait."""
+        """The same for everybody, after a start: with two queries, because others wait."""
         finished = await tx.run(self._databases.rounds.all_finished_steps)
+        last = await tx.run(self._databases.rounds.last_finished)
         for unit in self._units:
+            unit.last_round = last.get(unit.record.id)
             await self._move_past(tx, unit, finished.get(unit.record.id, frozenset()))
 
     async def _move_past(self, tx: Transaction, unit: StudyUnit, finished: Collection[str]) -> None:
