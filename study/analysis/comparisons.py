@@ -81,7 +81,7 @@ def signed_rank(differences: Sequence[float]) -> float | None:
     """p of Wilcoxon's signed-rank test, two-sided; None where no difference is left to rank.
 
     Differences of none are left out (Wilcoxon's own rule). Up to 50 differences the p is exact, over all signs that the
-    ranks could have had, which holds for tied ranks, too; beyond that it is the normal approximation corrected for ties.
+    ranks could have had, also where ranks tie; beyond that it is the normal approximation corrected for ties.
     Means of several values differ in their last digits though they are equal, which would break ties: so differences
     are rounded first.
     """

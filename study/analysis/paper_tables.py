@@ -55,7 +55,7 @@ def _published(challenge: int, label: str) -> list[str]:
 
 
 def failure_table(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
-    """Per partner and case, in how many sessions it occurs: by rules, as confirmed, and, unless blinded, in the paper."""
+    """By partner and case, in how many sessions it occurs: by rules, confirmed, and in the paper unless blinded."""
     labels, rows = _paper_partners(results), []
     found, verdicts = by_partner(results.sessions.sessions), results.sessions.verdicts
     for partner in (one for one in results.partners if one in found):

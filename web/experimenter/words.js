@@ -39,8 +39,8 @@ import { mapTitle } from "../text/names.js";
  * @property {string | null} [code]
  * @property {number | null} [minutes] from arrival to the end
  * @property {string} [episode] of the newest round
- * @property {{episode: string, number: number, map: string, title: string, valid: boolean} | null} [last_round] the newest
- *   one that has ended
+ * @property {{episode: string, number: number, map: string, title: string, valid: boolean} | null} [last_round] the
+ *   newest one that has ended
  * @property {boolean} [device_bound] whether they may come back in their own browser only
  * @property {boolean} [paused] by the experimenter, alone or with everybody
  * @property {boolean} [unit_paused] by the experimenter, they alone
@@ -75,7 +75,9 @@ import { mapTitle } from "../text/names.js";
  * @property {number} recordings
  * @property {number} partial recordings that broke off
  */
-/** @typedef {"restart-round" | "invalid" | "valid" | "kick" | "note" | "pause" | "resume" | "allow-device"} ActionName */
+/**
+ * @typedef {"restart-round" | "invalid" | "valid" | "kick" | "note" | "pause" | "resume" | "allow-device"} ActionName
+ */
 
 /** @param {StudyState} state */
 export function summaryWords({ counts: { finished, planned, active, waiting } }) {

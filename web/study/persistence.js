@@ -45,8 +45,8 @@ function passes({ status, code }) {
 }
 
 /**
- * Whether the server is there and cannot take the request for now. Whoever is locked out for wrong codes is told at once:
- * asking again would be another guess.
+ * Whether the server is there and cannot take the request for now. Whoever is locked out for wrong codes is told at
+ * once: asking again would be another guess.
  * @param {{status: number, code: string}} error
  */
 export function isBusy({ status, code }) {

@@ -39,8 +39,8 @@ def playing(study: Served) -> Visitor:
     ("method", "path"),
     [
         ("GET", "state"), ("GET", "live"), ("GET", "payments.csv"), ("GET", "qr.svg?code=A"), ("POST", "pause"),
-        ("POST", "resume"), ("POST", "restart-round"), ("POST", "kick"), ("POST", "invalid"), ("POST", "valid"), ("POST", "note"),
-        ("POST", "open-next"), ("POST", "next-code"),
+        ("POST", "resume"), ("POST", "restart-round"), ("POST", "kick"), ("POST", "invalid"), ("POST", "valid"),
+        ("POST", "note"), ("POST", "open-next"), ("POST", "next-code"),
     ],
 )  # fmt: skip
 def test_nothing_is_told_or_done_without_the_token(solo: Served, method: str, path: str) -> None:

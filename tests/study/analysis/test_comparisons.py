@@ -41,7 +41,10 @@ def test_the_signed_rank_test_is_that_of_hollander_and_wolfe() -> None:
     [
         ([1, 1, 1, 1], 2 / 16),
         ([2, 1, 3, 0], 2 / 8),  # three are left, and none is against
-        ([1, -1, 2, 3, 3, 0], 6 / 32),  # ranks 1.5, 1.5, 3, 4.5, 4.5; a sum of at most 1.5 has none, or one of the first two
+        (
+            [1, -1, 2, 3, 3, 0],
+            6 / 32,
+        ),  # ranks 1.5, 1.5, 3, 4.5, 4.5; a sum of at most 1.5 has none, or one of the first two
         ([1, -1], 1.0),
     ],
 )

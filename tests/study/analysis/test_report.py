@@ -79,7 +79,10 @@ def test_the_flow_counts_everybody(results: Results) -> None:
 
 
 def test_items_of_two_questionnaires_with_one_label_are_told_apart(tmp_path: Path) -> None:
-    twice = {**SHORT, "    after_partner: [": "    after_round: [movingout-paper-eight]\n    after_partner: [nasa-tlx, "}
+    twice = {
+        **SHORT,
+        "    after_partner: [": "    after_round: [movingout-paper-eight]\n    after_partner: [nasa-tlx, ",
+    }
     small, text = template("agent_survey", **twice)
     _, store, _ = fill(tmp_path, small, text, 3)
     found = collect(small, store, tmp_path)

@@ -75,7 +75,9 @@ def test_a_blinded_report_tells_nowhere_which_letter_is_which_agent(filled: Fill
     assert "DP" not in text and "BASS" not in text and "0.386" not in text
     file = tmp_path / "study.yaml"
     file.write_text(template("paper", **ONE_MAP)[1], encoding="utf-8")
-    assert main(["study", "report", str(file), "--data", str(tmp_path), "-o", str(tmp_path / "blind"), "--blinded"]) == 0
+    assert (
+        main(["study", "report", str(file), "--data", str(tmp_path), "-o", str(tmp_path / "blind"), "--blinded"]) == 0
+    )
     written = {one.name: one.read_text(encoding="utf-8") for one in (tmp_path / "blind").glob("*.csv")}
     assert "failures.csv" in written and "paper.csv" not in written
     assert not [name for name, text in written.items() if "DP" in text or "bass" in text.casefold()]

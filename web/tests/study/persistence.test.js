@@ -28,7 +28,7 @@ test("a server that is away is asked ever later, a refusal is passed on at once"
   assert.equal(waits.length, 6);
 });
 
-test("a server that takes nothing for the moment is asked again, one that was asked with wrong codes is not", async () => {
+test("a server that takes nothing for the moment is asked again, one that locks out guesses is not", async () => {
   /** @type {(string | undefined)[]} */
   const states = [];
   const persistence = new Persistence(
