@@ -76,10 +76,9 @@ class Departures:
     async def release_partners(self, tx: Transaction, unit: StudyUnit) -> None:
         """Somebody of the unit has left: finish those whose remaining rounds cannot be played."""
         await self._rooms.close(tx, unit, PARTICIPANT_LEFT, "left")
-        for session in unit.members:
-            if not session.finished and session.has_rounds_left():
-                await self._participants.finish(tx, session, "partner-left")
-                notify([session])
+        for session in await self._units.with_rounds_left(tx, unit):
+            await self._participants.finish(tx, session, "partner-left")
+            notify([session])
 
     def delete_data(self, session: ParticipantSession) -> None:
         """In the background; after a kill it is done at the next start."""

@@ -16,7 +16,7 @@ def earnings(study: Study, participant: Participant) -> dict[str, Any] | None:
 
 
 def minutes_here(participant: Participant) -> float | None:
-    """From arrival to the end; None before the end."""
+    """From arrival to the end, without long absences; None before the end."""
     if participant.finished_ms is None:
         return None
-    return max(0, participant.finished_ms - participant.arrived_ms) / 60_000
+    return max(0, participant.finished_ms - participant.arrived_ms - participant.away_ms) / 60_000

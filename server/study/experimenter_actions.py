@@ -1,6 +1,7 @@
 """What the experimenter can do to a running study. Every action leaves a row in the audit or a note."""
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -69,13 +70,27 @@ class ExperimenterActions:
             await self._running.departures.dismiss(tx, session, "dropped-out" if gone else "withdrew")
 
     async def invalid(self, request: ExperimenterRequest) -> None:
-        """Mark a round as invalid: it does not count."""
-        episode = request.episode or self._unit(request).episode
-        if not episode:
-            raise StudyError("they have not played a round yet")
-        unit = await self._databases.run(self._databases.rounds.mark, episode, False)
+        """Mark a round as invalid: it does not count. Without an episode, the last one that has ended."""
+        await self._mark(request, False)
+
+    async def valid(self, request: ExperimenterRequest) -> None:
+        """A round that was marked as invalid counts again."""
+        await self._mark(request, True)
+
+    async def _mark(self, request: ExperimenterRequest, valid: bool) -> None:
+        async with self._running.transaction() as tx:
+            episode = request.episode
+            if not episode:
+                last = self._unit(request).last_round
+                if last is None:
+                    raise StudyError("they have not finished a round yet")
+                episode = last.episode
+            number = await tx.run(self._databases.rounds.mark, episode, valid)
+            unit = self._running.units.get(number)
+            if unit is not None and unit.last_round is not None and unit.last_round.episode == episode:
+                unit.last_round = replace(unit.last_round, valid=valid)
         if reason := request.reason.strip():  # may say who it was: a note can be deleted, the audit cannot
-            await self._running.notes.add(f"invalid: {reason}", unit, request.pid)
+            await self._running.notes.add(f"{'valid' if valid else 'invalid'}: {reason}", number, request.pid)
 
     async def note(self, request: ExperimenterRequest) -> None:
         """A note on a participant, a unit or the whole study."""

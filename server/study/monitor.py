@@ -57,6 +57,7 @@ class StudyMonitor:
                 running.units.remove(tx, unit)
             else:
                 await self._check_unit(tx, unit, now)
+        await running.participants.note_absences(tx)
         await running.progress.hold_rooms(tx)
         await running.rooms.check(tx, running.units, now, may_begin=not running.progress.paused)
         if not running.progress.paused:
@@ -82,7 +83,8 @@ class StudyMonitor:
         if unit.running_round is not None:
             for pid, seat in unit.running_round.seats.items():
                 if unit.running_round.view.seats[seat].present:
-                    self._running.participants[pid].last_seen_at = now
+                    session = self._running.participants[pid]
+                    session.seen(now, self._running.progress.is_paused(session))
 
     async def _dismiss_absent(self, tx: Transaction, unit: StudyUnit, now: float) -> None:
         """Nobody waits for ever for a partner who is gone."""
@@ -90,8 +92,9 @@ class StudyMonitor:
         if any(one.finished and one.record.outcome != "done" for one in unit.members):
             await departures.release_partners(tx, unit)  # where a kill or a database error interrupted `dismiss`
         absent = [one for one in unit.members if not one.finished and self._gone(one, now)]
-        waiting = [one for one in unit.members if not one.finished and one.has_rounds_left() and one.present(now)]
-        if absent and waiting:
+        staying = await self._running.units.with_rounds_left(tx, unit) if absent else []
+        waiting = [one for one in staying if one.present(now)]
+        if waiting:
             pid, partner = absent[0].pid, waiting[0].pid
             self._running.alerts.add(
                 "gone", f"{pid} did not come back; {partner} was given a code.", pid=pid, partner=partner

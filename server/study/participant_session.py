@@ -3,7 +3,7 @@
 Nothing here needs to outlive the server.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,6 +12,7 @@ from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING
 from movingout.study.design.steps import Step
 from movingout.study.store.store import Participant
 
+UNPAID_S = 300.0  # a longer absence is not paid
 HIDDEN_S = 75.0  # a hidden tab asks once a minute, while its stream stays open
 Listener = Callable[[dict[str, Any]], None]
 
@@ -33,6 +34,7 @@ class ParticipantSession:
     resumed_at: float = 0.0  # when the experimenter's last pause ended for them, on the same clock
     any_device: bool = False  # whether they may come back in another browser, once
     absence_told: bool = True  # whether the experimenter knows that they are away; who has not come back yet is no news
+    unpaid_s: float = 0.0  # absences from which they came back and that are not in the database yet
     ended_at: float = 0.0  # when they were given their code, on the same clock; 0 before a restart
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 
@@ -65,9 +67,12 @@ class ParticipantSession:
         keys = [step.key for step in self.steps]
         return keys.index(LAST_SOLO_STEP) + 1 if self.record.step == WAITING else keys.index(self.record.step)
 
-    def has_rounds_left(self) -> bool:
-        """Whether rounds or the practice are still to come."""
-        return any(step.kind in ("practice", "round") for step in self.steps[self.steps_done() :])
+    def has_rounds_left(self, over: Collection[str] = ()) -> bool:
+        """Whether rounds or the practice are still to come; in blocks that are `over`, none but the current one is."""
+        return any(
+            step.kind in ("practice", "round") and (step.block not in over or step.key == self.record.step)
+            for step in self.steps[self.steps_done() :]
+        )
 
     def present(self, now: float) -> bool:
         """Whether a page of theirs is open, be it hidden behind another tab."""
@@ -76,6 +81,13 @@ class ParticipantSession:
     def absent_s(self, now: float) -> float:
         """For how long no page of theirs was heard, since the last pause: a pause is no absence."""
         return now - max(self.last_seen_at, self.resumed_at)
+
+    def seen(self, now: float, paused: bool) -> None:
+        """A page of theirs is open. The absence that ends with it is not paid where it was long, and no pause."""
+        absent_s = self.absent_s(now)
+        if absent_s > UNPAID_S and not paused and not self.finished:
+            self.unpaid_s += absent_s
+        self.last_seen_at = now
 
     def is_gone(self, now: float, after_s: float) -> bool:
         """Whether they closed their page longer ago than a partner has to wait."""

@@ -96,8 +96,21 @@ class Participants:
         refused = {one.record.unit for one in self if one.record.keep is False}
         return sum(one.record.outcome == "done" and one.record.unit not in refused for one in self)
 
+    async def note_absences(self, tx: Transaction) -> None:
+        """Keep the absences that have ended since the last time."""
+        for session in [one for one in self if one.unpaid_s]:
+            await self._note_absence(tx, session)
+
+    async def _note_absence(self, tx: Transaction, session: ParticipantSession) -> None:
+        unpaid_s = session.unpaid_s
+        await tx.run(self._store.was_away, session.pid, unpaid_s)
+        session.unpaid_s -= unpaid_s
+        await self.refresh(tx, session)
+
     async def finish(self, tx: Transaction, session: ParticipantSession, outcome: Outcome) -> None:
         """Give them their only completion code; who is away ended when they were last seen."""
+        if session.unpaid_s:
+            await self._note_absence(tx, session)
         now = time.monotonic()
         away_s = 0.0 if session.present(now) else session.absent_s(now)
         await tx.run(self._store.finish, session.pid, outcome, self._code(outcome), away_s)

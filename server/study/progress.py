@@ -10,7 +10,7 @@ from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import FinishedRound, StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.design.definition import Study
-from movingout.study.design.step_order import blocks_over, next_step
+from movingout.study.design.step_order import next_step
 
 
 class Progress:
@@ -38,7 +38,7 @@ class Progress:
         rounds, unit = self._databases.rounds, session.record.unit
         over, played = frozenset[str](), frozenset[str]()
         if unit is not None and any(block.limit_minutes for block in self._study.blocks):
-            over = blocks_over(self._study, await tx.run(rounds.block_seconds, unit))
+            over = await self._units.blocks_over(tx, unit)
             played = await tx.run(rounds.finished_steps, unit)
         step = next_step(session.steps, session.record.step, over, played)
         if step.kind == "code":
@@ -48,19 +48,26 @@ class Progress:
 
     async def round_ended(self, tx: Transaction, unit: StudyUnit, ended: FinishedRound) -> None:
         """A round or the practice is saved; one that was broken off is played again."""
-        tx.check()
+        await self._note_last_round(tx, unit)
         for session in unit.members_at(ended.step) if ended.counts else []:
             await self.advance(tx, session)
         notify(unit.members)
 
+    async def _note_last_round(self, tx: Transaction, unit: StudyUnit) -> None:
+        found = await tx.run(self._databases.rounds.last_finished, unit.record.id)
+        unit.last_round = found.get(unit.record.id)
+
     async def catch_up(self, tx: Transaction, unit: StudyUnit) -> None:
         """Move past rounds that are finished in the database, where a kill came before the move."""
+        await self._note_last_round(tx, unit)
         await self._move_past(tx, unit, await tx.run(self._databases.rounds.finished_steps, unit.record.id))
 
     async def catch_up_all(self, tx: Transaction) -> None:
-        """The same for everybody, after a start: with one query, because others wait."""
+        """The same for everybody, after a start: with two queries, because others wait."""
         finished = await tx.run(self._databases.rounds.all_finished_steps)
+        last = await tx.run(self._databases.rounds.last_finished)
         for unit in self._units:
+            unit.last_round = last.get(unit.record.id)
             await self._move_past(tx, unit, finished.get(unit.record.id, frozenset()))
 
     async def _move_past(self, tx: Transaction, unit: StudyUnit, finished: Collection[str]) -> None:
@@ -106,10 +113,11 @@ class Progress:
             unit.note_standing(self._paused or unit.paused or by_player, now)
 
     def _restart_waits(self, tx: Transaction, unit: StudyUnit | None) -> None:
-        """A pause does not count as absence, nor as time in the waiting room."""
+        """A pause does not count as absence, nor as time in the waiting room, where nobody of a unit is."""
         for session in self._participants if unit is None else unit.members:
             session.resumed_at = time.monotonic()
-        self._units.restart_waits(tx)
+        if unit is None:
+            self._units.restart_waits(tx)
 
     async def hold_rooms(self, tx: Transaction) -> None:
         """Stop the clocks of those who are paused, of nobody else. Repeated: a process that ends forgets it."""

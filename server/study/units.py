@@ -1,6 +1,7 @@
 """Who plays with whom, and who still waits for a partner. Reading is free; a change needs a transaction."""
 
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from movingout.server.study.alerts import Alerts
@@ -12,7 +13,7 @@ from movingout.server.study.unit import StudyUnit
 from movingout.server.study.waiting_room import WaitingRoom
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
-from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING, next_step
+from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING, blocks_over, next_step
 from movingout.study.design.steps import steps
 from movingout.study.store import Unit
 
@@ -74,6 +75,18 @@ class Units:
         tx.check()
         del self._units[unit.record.id]
 
+    async def blocks_over(self, tx: Transaction, unit: int) -> frozenset[str]:
+        """The blocks whose time is up for a unit: their further rounds are left out."""
+        if not any(block.limit_minutes for block in self._study.blocks):
+            return frozenset()
+        return blocks_over(self._study, await tx.run(self._databases.rounds.block_seconds, unit))
+
+    async def with_rounds_left(self, tx: Transaction, unit: StudyUnit) -> list[ParticipantSession]:
+        """Who cannot finish without the others: somebody for whom rounds are still to come."""
+        found = [one for one in unit.members if not one.finished and one.has_rounds_left()]
+        over = await self.blocks_over(tx, unit.record.id) if found else ()
+        return [one for one in found if one.has_rounds_left(over)]
+
     # ---- waiting for a partner --------------------------------------------------------------------------------
 
     @property
@@ -114,8 +127,12 @@ class Units:
             self._waiting_room.leave(pid)
 
     def _fill_waiting_room(self, now: float) -> None:
+        on_their_way = [one for one in self._participants if one.record.unit is None and not one.finished]
+        at_screen = Counter(one.record.screen for one in on_their_way)
+        for session in on_their_way:
+            if session.record.step == WAITING:
+                screen = session.record.screen  # where the other one has left, they wait for anybody
+                self._waiting_room.enter(session.pid, session.step_since, screen if at_screen[screen] > 1 else "")
         for session in self._participants:
-            if session.record.step == WAITING and session.record.unit is None and not session.finished:
-                self._waiting_room.enter(session.pid, session.step_since, session.record.screen)
             if session.listeners and session.present(now):
                 self._waiting_room.heard(session.pid, now)

@@ -26,8 +26,8 @@ class WaitingRoom:
         return len(self._waiting)
 
     def enter(self, pid: str, now: float, screen: str = "") -> None:
-        """Begin to wait; no effect on somebody who is waiting already."""
-        self._waiting.setdefault(pid, WaitingParticipant(pid, now, now, screen))
+        """Begin to wait; of somebody who is waiting already, only the screen may be another one."""
+        self._waiting.setdefault(pid, WaitingParticipant(pid, now, now, screen)).screen = screen
 
     def restart_waits(self, now: float) -> None:
         """All waits begin now: a pause does not count."""

@@ -17,6 +17,7 @@ from statsmodels.stats.multitest import multipletests
 
 CONFIDENCE = 0.95
 _DECIMALS = 10  # of differences that are ranked
+_MOST_EXACT = 50  # of them, for an exact p
 ROUNDING = 1e-12  # a smaller difference, as a share of the values, is none
 _Z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2))
 
@@ -79,16 +80,28 @@ def corrected(comparisons: Sequence[PartnerComparison]) -> list[PartnerCompariso
 def signed_rank(differences: Sequence[float]) -> float | None:
     """p of Wilcoxon's signed-rank test, two-sided; None where no difference is left to rank.
 
-    Differences of none are left out (Wilcoxon's own rule). Exact where no two are equal in size, else by the normal
-    approximation corrected for ties, as R's wilcox.test does. Means of several values differ in their last digits
-    though they are equal, which would break ties: so differences are rounded first.
+    Differences of none are left out (Wilcoxon's own rule). Up to 50 differences the p is exact, over all signs that the
+    ranks could have had, also where ranks tie; beyond that it is the normal approximation corrected for ties.
+    Means of several values differ in their last digits though they are equal, which would break ties: so differences
+    are rounded first.
     """
-    differences = [round(value, _DECIMALS) for value in differences]
-    ranked = [abs(value) for value in differences if value]
+    ranked = [value for value in (round(value, _DECIMALS) for value in differences) if value]
     if not ranked:
         return None
-    exact = len(set(ranked)) == len(differences) <= 50
-    return float(stats.wilcoxon(differences, method="exact" if exact else "asymptotic").pvalue)
+    if len(ranked) > _MOST_EXACT:
+        return float(stats.wilcoxon(ranked, method="asymptotic").pvalue)
+    return _exact_p(ranked)
+
+
+def _exact_p(ranked: Sequence[float]) -> float:
+    """The share of all signs of these ranks whose sum is at least as far from the middle."""
+    ranks = np.rint(2 * stats.rankdata(np.abs(ranked))).astype(int)  # doubled: tied ranks end in a half
+    ways = np.ones(1)  # how many signs lead to each sum of the positive ranks
+    for rank in ranks:
+        ways = np.pad(ways, (0, rank)) + np.pad(ways, (rank, 0))
+    positive = int(ranks[np.asarray(ranked) > 0].sum())
+    tail = min(ways[: positive + 1].sum(), ways[positive:].sum())
+    return min(1.0, 2 * float(tail / ways.sum()))
 
 
 def trend(series: Sequence[Sequence[float]]) -> tuple[float, float | None] | None:

@@ -13,7 +13,6 @@ from movingout.study.analysis import paper_tables, tables
 from movingout.study.analysis.likert import VALUES, likert_bars
 from movingout.study.analysis.results import STORED, Results
 from movingout.study.analysis.tables import ENGLISH, HEADS, Namer, ReportTable
-from movingout.study.questionnaire import QuestionnaireItem
 from movingout.world.estimates import estimate
 
 
@@ -27,7 +26,8 @@ class MetricChart(NamedTuple):
 class RatingChart(NamedTuple):
     """How one item was rated."""
 
-    item: QuestionnaireItem
+    heading: str
+    text: str  # of the question
     picture: Markup
 
 
@@ -104,12 +104,12 @@ def _dots(results: Results, metric: str, map_name: str, name: Namer, words: Word
 def _ratings(results: Results, name: Namer, words: Words) -> Iterator[RatingChart]:
     """A figure per Likert item: a bar per partner."""
     partners = (*results.partners, *([""] if "" not in results.partners else []))
-    for form, item in results.scales(words.language):
+    for form, item, label in results.scales(words.language):
         rows: list[tuple[str, Sequence[int]]] = []
         for partner in partners:
             values = [round(value) for value in results.ratings(form, item.id, partner).values()]
             if values and item.kind == "likert7":
                 rows.append((name(partner) if partner else words.say("study.ratings.all"), values))
         if rows:
-            title = words.say("study.ratings.figure", item=item.label)
-            yield RatingChart(item, likert_bars(rows, title, words))
+            title = words.say("study.ratings.figure", item=label)
+            yield RatingChart(label, item.text, likert_bars(rows, title, words))

@@ -19,9 +19,12 @@ HEADS = ("TCR ↑", "NFD ↑", "WT [share] ↓", "AC ↑")
 def paper_table(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable | None:
     """Each partner that the paper also had people play with, by challenge, beside the paper's row.
 
-    None without such a partner. The paper prints no numbers of people in Challenge 2.
+    None without such a partner, and in a blinded report: the paper's row names the agent. The paper prints no numbers
+    of people in Challenge 2.
     """
     say, rows = words.say, []
+    if results.blinded:
+        return None
     for partner, label in _paper_partners(results).items():
         for challenge in CHALLENGES:
             played = _rounds(results, partner, challenge)
@@ -52,7 +55,7 @@ def _published(challenge: int, label: str) -> list[str]:
 
 
 def failure_table(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
-    """Per partner and case, in how many sessions it occurs: by rules, as confirmed, and in the paper."""
+    """By partner and case, in how many sessions it occurs: by rules, confirmed, and in the paper unless blinded."""
     labels, rows = _paper_partners(results), []
     found, verdicts = by_partner(results.sessions.sessions), results.sessions.verdicts
     for partner in (one for one in results.partners if one in found):
@@ -64,13 +67,14 @@ def failure_table(results: Results, name: Namer, words: Words = ENGLISH) -> Repo
                 (
                     *(name(partner), words.say(f"case.{case}"), str(len(sessions))),
                     *(_share(hits, len(sessions)), _share(sure, len(sessions)) if verdicts else "–"),
-                    _papers(labels.get(partner, ""), case),
+                    *([] if results.blinded else [_papers(labels.get(partner, ""), case)]),
                 )
             )
     say = words.say
     heads = (
         *(say("study.partner"), say("study.failures.case"), say("study.failures.sessions")),
-        *(say("study.failures.rules"), say("study.failures.confirmed"), say("study.paper.theirs")),
+        *(say("study.failures.rules"), say("study.failures.confirmed")),
+        *([] if results.blinded else [say("study.paper.theirs")]),
     )
     title, note = say("study.failures"), say("study.failures.note", sessions=PAPER_SESSIONS)
     return ReportTable("failures", title, heads, tuple(rows), 2, note, say("study.failures.empty"))

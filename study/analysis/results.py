@@ -1,14 +1,15 @@
 """The contents of a study's store, arranged for analysis: valid rounds, newest answers, participant flow."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from movingout.recordings.report.words import Phrase
 from movingout.study.analysis.pings import PingRound, ping_rounds
 from movingout.study.analysis.sessions import Sessions, sessions_of
+from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
 from movingout.study.design.localized_text import DEFAULT
 from movingout.study.questionnaire import NO_ANSWER, QuestionnaireItem
@@ -32,6 +33,14 @@ class Flag:
     reason: Phrase
 
 
+class RatedItem(NamedTuple):
+    """A rated question of a questionnaire."""
+
+    questionnaire: str
+    item: QuestionnaireItem
+    label: str  # with the questionnaire where another one has the same label
+
+
 @dataclass(frozen=True, slots=True)
 class Results:
     """Everything that the report shows, before statistics."""
@@ -40,16 +49,20 @@ class Results:
     flow: tuple[tuple[str, int], ...]  # stage (a key of the report's sentences) and how many
     rounds: tuple[Row, ...]  # that count, in the order played
     people: dict[int, tuple[str, ...]]  # unit to participants
-    answers: tuple[Row, ...]  # the newest, of questionnaires about partners and at the end
+    answers: tuple[Row, ...]  # the newest, without those about rounds that do not count
     flags: tuple[Flag, ...]
     pings: tuple[PingRound, ...] = ()  # of rounds that count, in blocks with pings; two of each round
     sessions: Sessions = field(default_factory=Sessions)  # of rounds that count, with agents
+    blinded: bool = False  # whether nothing shown may tell which partner is which agent
 
     @property
     def partners(self) -> tuple[str, ...]:
-        """The partners played with, in the order of the study file; "" stands for another participant."""
+        """The partners played with, in the order of the study file, or of their letters; "" is another participant."""
         met = {row["partner"] for row in self.rounds}
-        known = dict.fromkeys((*(one.id for one in self.study.partners), SUBSTITUTE, ""))
+        planned = [one.id for one in self.study.partners]
+        if self.blinded:
+            planned.sort(key=list(letters(self.study)).index)
+        known = dict.fromkeys((*planned, SUBSTITUTE, ""))
         return tuple(name for name in known if name in met)
 
     @property
@@ -85,14 +98,21 @@ class Results:
     def texts(self) -> list[Row]:
         return [row for row in self.answers if row["text"].strip()]
 
-    def scales(self, language: str = DEFAULT) -> list[tuple[str, QuestionnaireItem]]:
-        """Every rated question of the study, with its questionnaire."""
+    def scales(self, language: str = DEFAULT) -> list[RatedItem]:
+        """Every rated question of the study."""
         names = [name for block in self.study.blocks for name in (*block.after_round, *block.after_partner)]
-        return [
+        found = [
             (name, item)
             for name in dict.fromkeys((*names, *self.study.at_end))
             for item in self.study.questionnaire(name, language).items
             if item.is_rated and item.expected is None
+        ]
+        asked_by: dict[str, set[str]] = defaultdict(set)
+        for name, item in found:
+            asked_by[item.label].add(name)
+        return [
+            RatedItem(name, item, item.label if len(asked_by[item.label]) == 1 else f"{item.label} ({name})")
+            for name, item in found
         ]
 
 
@@ -118,7 +138,7 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
         flow=tuple(_flow(store, people, len(refused))),
         rounds=counted,
         people={unit: tuple(pids) for unit, pids in groups.items()},
-        answers=tuple(newest.values()),
+        answers=tuple(_about_what_counts(newest.values(), kept, counted, groups)),
         flags=(*_round_flags(study, store, kept), *_attention_flags(study, newest.values())),
         pings=ping_rounds(study, counted, store.rows(players), recordings),
         sessions=sessions_of(counted, store.rows(players), recordings, annotations),
@@ -137,6 +157,18 @@ def _name_substitutes(study: Study, kept: list[Row], said: Iterable[Row], groups
     for row in said:
         if row["pid"] in alone and row["step"].partition("/")[0] in blocks:
             row["partner"] = row["partner"] or SUBSTITUTE
+
+
+def _about_what_counts(
+    said: Iterable[Row], kept: Iterable[Row], counted: Iterable[Row], groups: dict[int, list[str]]
+) -> Iterator[Row]:
+    """Without answers about a round that does not count; those about a partner are about other rounds, too."""
+    units = {pid: unit for unit, pids in groups.items() for pid in pids}
+    played, valid = ({(row["unit"], row["step"]) for row in rows} for rows in (kept, counted))
+    for row in said:
+        about = units.get(row["pid"]), row["step"].rpartition("/")[0]
+        if about not in played or about in valid:
+            yield row
 
 
 def _flow(store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, int]]:

@@ -69,7 +69,7 @@ def metric_comparisons(results: Results, name: Namer, words: Words = ENGLISH) ->
 def rating_comparisons(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     """Every pair of partners in every item, over participants."""
     measures: list[tuple[str, Callable[[str], Values]]] = [
-        (item.label, partial(results.ratings, form, item.id)) for form, item in results.scales()
+        (label, partial(results.ratings, form, item.id)) for form, item, label in results.scales()
     ]
     return _comparison_table("rating_comparisons", _pairs(results, measures), name, words)
 
@@ -78,14 +78,14 @@ def ratings(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTabl
     """Mean rating per item, a column per partner; questions at the end, about no partner, have one of their own."""
     of_nobody = [] if "" in results.partners else [""]
     at_the_end = [
-        one for one in of_nobody if any(results.ratings(form, item.id, one) for form, item in results.scales())
+        one for one in of_nobody if any(results.ratings(form, item.id, one) for form, item, _ in results.scales())
     ]
     about = (*results.partners, *at_the_end)
     rows = []
-    for form, item in results.scales():
+    for form, item, label in results.scales():
         cells = [estimate_text(estimate(list(results.ratings(form, item.id, partner).values()))) for partner in about]
         if any(cell != "–" for cell in cells):
-            rows.append((item.label, *cells))
+            rows.append((label, *cells))
     say, met = words.say, results.partners
     heads = (say("study.ratings.item"), *(name(one) if one in met else say("study.ratings.at_end") for one in about))
     note, empty = say("study.ratings.note"), say("study.ratings.empty")
@@ -133,7 +133,7 @@ def pings(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     asked = {True: say("study.pings.asked_by.participant"), False: say("study.pings.asked_by.partner")}
     rows = [
         (name(partner), asked[person], *_ping_cells(rounds, words))
-        for (partner, person), rounds in sorted(groups.items(), key=lambda group: (group[0][0], not group[0][1]))
+        for (partner, person), rounds in sorted(groups.items(), key=lambda group: (name(group[0][0]), not group[0][1]))
         if person or any(one.pings for one in rounds)
     ]
     heads = (say("study.partner"), say("study.pings.asked_by"), *_ping_heads(words))

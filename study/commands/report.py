@@ -4,6 +4,7 @@ import argparse
 import csv
 import json
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 from movingout.maps.suggestion import counted
@@ -28,6 +29,7 @@ def report(folder: StudyFolder, args: argparse.Namespace) -> int:
     with closing(folder.open_existing()) as store:
         folder = as_frozen(folder, store, args.file)
         frozen, results = frozen_study(store), collect(folder.study, store, folder.recordings, args.annotations)
+        results = replace(results, blinded=args.blinded)
     target: Path = args.out or folder.output("report", frozen.simulated)
     words = Words(args.language or folder.study.languages[0], (LANGUAGE_FILES,))
     name, english = (_namer(folder.study, spoken, blinded=args.blinded) for spoken in (words, ENGLISH))

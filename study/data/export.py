@@ -7,7 +7,7 @@ before publishing.
 import csv
 import json
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from hashlib import file_digest
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any
 from sqlalchemy import BigInteger, Boolean, Column, Float, Integer, Table
 
 from movingout.maps.extras import needs_extra
+from movingout.maps.suggestion import counted
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports import export as export_recordings
 from movingout.recordings.exports.plan import ExportPlan
@@ -63,6 +64,7 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
     done = Exported()
     study, frozen = folder.study, frozen_study(store)
     tables = _tables(study, store)
+    done.warnings += _leave_out_refused(tables)
     done.repeated = sum(row["attempt"] > 1 for row in tables["rounds"])
     tables["recordings"] = _manifest(folder.recordings, tables["rounds"], done)
     done.warnings += _small_groups(study, tables["answers"])
@@ -97,6 +99,29 @@ def _tables(study: Study, store: Store) -> dict[str, list[Row]]:
     _mark_newest(tables["answers"])
     tables["allocation"] = list(_allocation(study, tables["units"]))
     return tables
+
+
+def _leave_out_refused(tables: dict[str, list[Row]]) -> list[str]:
+    """Leave out what is still there of people who said "delete", as the server is about to; a warning says so.
+
+    A game of two goes for both, as in study/store/removal.py.
+    """
+    people = [row for row in tables["participants"] if row["keep"] is False]
+    pids = {row["pid"] for row in people}
+    units = {row["unit"] for row in people} - {None}
+    rounds = {row["id"] for row in tables["rounds"] if row["unit"] in units}
+    refused: dict[str, Callable[[Row], bool]] = {
+        "answers": lambda row: row["pid"] in pids,
+        "rounds": lambda row: row["id"] in rounds,
+        "players": lambda row: row["round"] in rounds or row["pid"] in pids,
+        "notes": lambda row: row["unit"] in units or any(pid in row["text"] for pid in pids),
+    }
+    before = sum(len(tables[name]) for name in refused)
+    for name, is_refused in refused.items():
+        tables[name] = [row for row in tables[name] if not is_refused(row)]
+    left_out = before - sum(len(tables[name]) for name in refused)
+    people_text = counted(len(people), "participant")
+    return [f"{people_text} wanted their data deleted: {counted(left_out, 'row')} left out"] if left_out else []
 
 
 def _mark_newest(answers: list[Row]) -> None:
@@ -190,13 +215,8 @@ def _write_parquet(path: Path, rows: Sequence[Row], columns: dict[str, type]) ->
 
 def _training(folder: Path, target: Path, tables: dict[str, list[Row]], options: Options) -> None:
     """The valid rounds in the official format, split so that no participant is in both parts."""
-    refused = {row["unit"] for row in tables["participants"] if row["keep"] is False}
-    counted = {
-        row["episode"]
-        for row in tables["rounds"]
-        if row["valid"] and row["outcome"] in ("delivered", "time") and row["unit"] not in refused
-    }
-    files = [folder / row["file"] for row in tables["recordings"] if row["episode"] in counted]
+    valid = {row["episode"] for row in tables["rounds"] if row["valid"] and row["outcome"] in ("delivered", "time")}
+    files = [folder / row["file"] for row in tables["recordings"] if row["episode"] in valid]
     if options.training and files:
         export_recordings("official", ExportPlan(files, target, options.test_share))
 

@@ -4,7 +4,7 @@
 """
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 from movingout.recordings.report.words import Words
@@ -14,9 +14,12 @@ from movingout.study.design.localized_text import LocalizedText
 PLACES: Final = ("minutes", "protocol", "pay.per_hour", "pay.maximum")
 _PLACE = re.compile(r"\{([a-z][a-z_.]*)\}")
 _BLANK = re.compile(r"(?<!\\)\[[^\]]+\](?![(\[])")  # [number], and not a link; \[ is a bracket that stays
-_SIGNS: Final = {"$": "USD", "€": "EUR", "£": "GBP"}
+_SIGNS: Final = {"€": "EUR", "£": "GBP"}
+_SIGN = r"(?<![A-Za-z])[A-Z]{0,3}\$|[€£]"  # also US$, CA$, ...
+_DOLLARS: Final = ("USD", "AUD", "CAD", "HKD", "MXN", "NZD", "SGD", "TWD")  # all written with $
 _CURRENCIES: Final = ("AUD", "CAD", "CHF", "CNY", "EUR", "GBP", "JPY", "USD")
-_NUMBER = r"(\d+(?:[.,]\d{1,2})?)"
+_THOUSANDS = r"\d{1,3}(?:[.,'’ \u00a0\u2009\u202f]\d{3})+"  # 1,500 or 1.500 or 1 500
+_NUMBER = rf"(?<!\d)(?<!\d[.,])(?P<whole>{_THOUSANDS}(?!\d)|\d+)(?:[.,](?P<cents>\d{{1,2}}))?(?!\d)"
 _MINUTES = re.compile(r"\b(\d+)[\s-]*(?:minutes?|Minuten?|min)\b")
 
 
@@ -95,7 +98,7 @@ def _wrong_minutes(study: Study, text: str) -> Iterator[str]:
 
 
 def _wrong_pay(study: Study, text: str) -> Iterator[str]:
-    said = list(dict.fromkeys(_amounts(text, {*_CURRENCIES, *([study.pay.currency] if study.pay else [])})))
+    said = list(dict.fromkeys(_amounts(text, study.pay.currency if study.pay else "")))
     known = [(study.pay.per_hour, study.pay.currency)] if study.pay else []
     if study.pay and study.pay.maximum is not None:
         known.append((study.pay.maximum, study.pay.currency))
@@ -107,9 +110,20 @@ def _wrong_pay(study: Study, text: str) -> Iterator[str]:
         yield f"the consent says {', '.join(wrong)}, and `pay` has {right}; {{pay.per_hour}} is always right"
 
 
-def _amounts(text: str, currencies: Collection[str]) -> Iterator[tuple[float, str]]:
-    """Every amount of money: "20 USD", "USD 20", "20 $", "$20"."""
-    unit = rf"\b(?:{'|'.join(sorted(currencies))})\b|[{''.join(_SIGNS)}]"
-    for match in re.finditer(rf"{_NUMBER}\s?({unit})|({unit})\s?{_NUMBER}", text):
-        number, currency = (match[1], match[2]) if match[1] else (match[4], match[3])
-        yield float(number.replace(",", ".")), _SIGNS.get(currency, currency)
+def _amounts(text: str, own: str) -> Iterator[tuple[float, str]]:
+    """Every amount of money: "20 USD", "USD 20", "20 $", "$20", "$20 AUD"; `own` is the currency of the study."""
+    code = rf"\b(?:{'|'.join(sorted({*_CURRENCIES, *_DOLLARS, *filter(None, [own])}))})\b"
+    behind = rf"(?(sign)(?:\s?(?P<code>{code}))?|\s?(?P<behind>{code}|{_SIGN}))"
+    pattern = rf"(?:(?P<before>{code})\s?)?(?:(?P<sign>{_SIGN})\s?)?{_NUMBER}(?(before)|{behind})"
+    for match in re.finditer(pattern, text):
+        unit = next(match[name] for name in ("before", "code", "sign", "behind") if match[name])
+        if currency := _currency(unit, own):
+            yield float(f"{re.sub(r'[^0-9]', '', match['whole'])}.{match['cents'] or 0}"), currency
+
+
+def _currency(unit: str, own: str) -> str:
+    """What a code or a sign stands for: a mere $ for the study's own dollar; empty for an unknown one, such as R$."""
+    if not unit.endswith("$"):
+        return _SIGNS.get(unit, unit)
+    order = (own, *_DOLLARS) if own in _DOLLARS else _DOLLARS
+    return next((one for one in order if one.startswith(unit[:-1])), "")

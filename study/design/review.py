@@ -174,6 +174,8 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
         yield f"the consent does not mention (in `covers`): {', '.join(missing)}"
     if not study.protocol:
         yield "protocol is empty: the number assigned by the review board is part of every export"
+    if study.pay is not None and study.pay.maximum is None:
+        yield "pay has no maximum: whoever leaves the page open is paid for every minute until they have finished"
     if study.codes != "unique" and len(set(study.codes.values())) < len(study.codes):
         yield "two outcomes have the same completion code and cannot be told apart when paying"
     if without := _without_code(study):

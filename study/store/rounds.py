@@ -40,6 +40,16 @@ class PlayerOutcome:
     hidden_s: float | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class LastRound:
+    """The newest round of a unit that was played to its end."""
+
+    episode: str
+    step: str
+    map: str
+    valid: bool
+
+
 class Rounds:
     """Opens and closes rounds in a store."""
 
@@ -124,6 +134,15 @@ class Rounds:
         query = select(rounds.c.unit, rounds.c.episode).order_by(rounds.c.id)
         with self._store.database.read() as connection:
             return {row.unit: row.episode for row in connection.execute(query)}
+
+    def last_finished(self, unit: int | None = None) -> Mapping[int, LastRound]:
+        """The newest finished round of each unit, or of one, marked invalid or not."""
+        columns = rounds.c.unit, rounds.c.episode, rounds.c.step, rounds.c.map, rounds.c.valid
+        query = select(*columns).where(rounds.c.outcome.in_(("delivered", "time"))).order_by(rounds.c.id)
+        if unit is not None:
+            query = query.where(rounds.c.unit == unit)
+        with self._store.database.read() as connection:
+            return {row.unit: LastRound(row.episode, row.step, row.map, row.valid) for row in connection.execute(query)}
 
     def open_episodes(self) -> Mapping[str, int]:
         """Rounds that a killed server left open: recordings with their units."""

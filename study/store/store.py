@@ -58,6 +58,7 @@ class Participant:
     code: str | None
     keep: bool | None  # whether the data may be kept, None while nobody has asked
     screen: str  # the same for two who share one screen, else empty
+    away_ms: int  # long absences after which they came back
 
 
 class Store:
@@ -161,6 +162,12 @@ class Store:
             if known.unit is not None:
                 _settle(connection, known.unit)
             return code
+
+    def was_away(self, pid: str, away_s: float) -> None:
+        """A participant came back after so many seconds, for which they are not paid."""
+        with self.database.write() as connection:
+            change = update(participants).where(participants.c.pid == pid)
+            connection.execute(change.values(away_ms=participants.c.away_ms + round(1e3 * away_s)))
 
     def keep_data(self, pid: str, keep: bool) -> None:
         """The answer to "may we keep your data?"."""

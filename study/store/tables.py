@@ -97,6 +97,7 @@ participants = Table(
     Column("code", String(40), info=_INSIDE, doc="completion code; leads to who was paid"),
     Column("keep", Boolean, doc="whether the data may be kept, asked at the debrief or at Stop"),
     Column("screen", String(16), nullable=False, server_default="", doc="the same for two who share one screen"),
+    Column("away_ms", BigInteger, nullable=False, server_default="0", info=_INSIDE, doc="absences; they are not paid"),
 )
 consents = Table(
     "consents",

@@ -15,6 +15,7 @@ from tests.support import ROOT
 
 OpenPage = Callable[..., Page]
 UNLOCKED = "if (location.protocol !== 'about:') sessionStorage.setItem('movingout.admin', 'the-token')"
+LAST_ROUND = {"episode": "e1", "number": 3, "map": "HandOff", "title": "Hand Off", "valid": True}
 NOON = 1_795_262_400.0
 QR = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 8 8"><path d="M0 0h4v4z"/></svg>'
 
@@ -25,7 +26,7 @@ def participant(pid: str, **more: Any) -> dict[str, Any]:
         "kind": "round", "title": "Hand Off", "position": {"done": 9, "total": 24}, "round": {"number": 8, "of": 12},
         "since_s": 40, "present": True, "rtt_ms": 24, "room": "r1", "phase": "playing", "tick": 310,
         "limit_ticks": 500, "late_ms": 1.3, "missed": 0, "recording": "recording", "outcome": None,
-        "code_given": False, "episode": "e1", "paused": False, **more,
+        "code_given": False, "episode": "e2", "last_round": LAST_ROUND, "paused": False, **more,
     }  # fmt: skip
 
 
@@ -142,17 +143,17 @@ def test_what_is_done_for_a_participant_needs_a_reason_and_is_sent_with_it(
         study.open(page)
         page.get_by_role("button", name="Actions for P4K7Q2").click()
         assert violations(page) == []
-        page.get_by_role("button", name="Mark the last round invalid").click()
-        page.get_by_role("button", name="Mark the last round invalid").click()
+        page.get_by_role("button", name="Mark round 3 invalid (Hand Off)").click()
+        page.get_by_role("button", name="Mark round 3 invalid (Hand Off)").click()
         expect(page.get_by_role("alert").filter(has_text="a few words")).to_be_visible()
         page.get_by_label("Why it does not count").fill("Fire alarm")
         study.refuse = "This round is marked already."
-        page.get_by_role("button", name="Mark the last round invalid").click()
+        page.get_by_role("button", name="Mark round 3 invalid (Hand Off)").click()
         expect(page.get_by_role("alert").filter(has_text="marked already")).to_be_visible()
         assert violations(page) == []
         page.screenshot(path=pictures / "study-experimenter-action.png")
         study.refuse = ""
-        page.get_by_role("button", name="Mark the last round invalid").click()
+        page.get_by_role("button", name="Mark round 3 invalid (Hand Off)").click()
         expect(page.get_by_role("dialog")).to_have_count(0)
         action, body = study.heard[-1]
         assert (action, body["pid"], body["episode"], body["reason"]) == ("invalid", "P4K7Q2", "e1", "Fire alarm")

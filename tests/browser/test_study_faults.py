@@ -25,11 +25,11 @@ def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(bro
         assert violations(page) == []
         study.refusals = {"/arrive": (507, "not_saved", "read-only")}
         page.get_by_role("button", name="Try again").click()
-        expect(page.get_by_role("alert")).to_contain_text("This could not be saved")
+        expect(page.locator("#study-banner")).to_contain_text("cannot take this right now")
+        study.refusals = {"/arrive": (429, "too_many_arrivals", "")}
         expect(page.get_by_label("Your code")).to_have_count(0)
         study.refusals.clear()
-        page.get_by_role("button", name="Begin").click()
-        heading(page, "Taking part in a research study")
+        heading(page, "Taking part in a research study")  # by itself
         assert study.sent("/arrive")[-1]["parameters"] == {"PROLIFIC_PID": "5f00"}
         assert page.url.endswith("/study")
 
@@ -59,10 +59,9 @@ def test_a_server_that_is_away_is_waited_for_and_one_that_refuses_is_quoted(brow
     with complaining_page(browser, server, "/healthz") as page:
         study.open(page)
         page.get_by_role("button", name="Continue").click()
-        expect(page.get_by_role("alert")).to_contain_text("This could not be saved. Nothing is lost")
+        expect(page.locator("#study-banner")).to_contain_text("keeps trying, and nothing is lost")
         study.refusals["/next"] = (0, "", "")
-        page.get_by_role("button", name="Continue").click()
-        expect(page.locator("#study-banner")).to_be_visible()
+        expect(page.locator("#study-banner")).to_contain_text("No connection to the study")
         assert violations(page) == []
         study.refusals.clear()
         heading(page, "Thank you")
@@ -113,6 +112,25 @@ def test_the_next_person_is_asked_in_their_own_language(open_page: OpenPage) -> 
     page.locator(".language-select").select_option("de")
     page.get_by_role("button", name="Das war ich").click()
     expect(page.get_by_role("button", name="Copy the code")).to_be_visible()  # the code in its owner's language
+
+
+def test_a_link_that_is_refused_leaves_whoever_was_here_their_place(browser: Browser, server: Server) -> None:
+    study = FakeStudy.at(fake.code(), asks_code=False)
+    study.refusals["/arrive"] = (403, "other_device", "")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page, "?PROLIFIC_PID=5f00")
+        expect(page.get_by_role("alert")).to_contain_text("another browser")
+        page.locator(".language-select").select_option("de")
+        study.refusals.clear()
+        study.coming = [FakePerson([fake.consent()])]
+        page.get_by_role("button", name="Beginnen").click()
+        heading(page, "Taking part in a research study")
+        assert study.sent("/arrive")[-1]["parameters"] == {"PROLIFIC_PID": "5f00"}, "it still is that link"
+        study.refusals["/arrive"] = (403, "study_full", "")
+        page.goto("/study?PROLIFIC_PID=7a11")
+        expect(page.get_by_role("alert")).to_be_visible()
+        page.goto("/study")
+        heading(page, "Taking part in a research study")
 
 
 def test_where_a_browser_keeps_nothing_nobody_begins_what_they_could_not_play(browser: Browser, server: Server) -> None:

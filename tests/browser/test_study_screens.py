@@ -315,6 +315,20 @@ def test_the_language_can_be_changed_on_every_screen(open_page: OpenPage, pictur
 
 
 @pytest.mark.slow
+def test_where_the_second_declines_the_first_goes_on_alone_and_may_ask_somebody_else(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.waiting(), group=2, asks_code=False)
+    study.coming = [FakePerson([fake.consent()])]
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_role("button", name="Add the second person").click()
+    page.get_by_role("button", name="Begin").click()
+    page.get_by_role("button", name="I do not agree").click()
+    expect(page.get_by_role("button", name="Add the second person")).to_be_visible()
+    expect(page.get_by_text("it is your turn")).to_have_count(0)
+    page.reload()
+    expect(page.get_by_role("button", name="Add the second person")).to_be_visible()
+
+
 def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
     open_page: OpenPage, server: Server, pictures: Path
 ) -> None:

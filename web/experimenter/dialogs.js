@@ -113,9 +113,9 @@ function reasonForm(row, action, act, done) {
  * @param {HTMLElement} problem
  * @param {() => void} done
  */
-async function run({ pid, unit, episode }, { action }, reason, act, problem, done) {
+async function run({ pid, unit, last_round: last }, { action }, reason, act, problem, done) {
   try {
-    await act(action, { pid, unit, episode, reason, text: reason });
+    await act(action, { pid, unit, episode: last?.episode, reason, text: reason });
     done();
   } catch (error) {
     problem.prepend(sentence(error));

@@ -7,6 +7,7 @@
 import { freeDisk, isLate, milliseconds, missesMany, NO_PILL, roundTripPill } from "../components/dashboard.js";
 import { clockText, secondsOf } from "../core/ticks.js";
 import { currentLanguage, has, say } from "../text/catalogue.js";
+import { mapTitle } from "../text/names.js";
 
 /** @typedef {import("../components/dashboard.js").Pill} Pill */
 /** @typedef {import("../components/dashboard.js").Fact} Fact */
@@ -38,6 +39,8 @@ import { currentLanguage, has, say } from "../text/catalogue.js";
  * @property {string | null} [code]
  * @property {number | null} [minutes] from arrival to the end
  * @property {string} [episode] of the newest round
+ * @property {{episode: string, number: number, map: string, title: string, valid: boolean} | null} [last_round] the
+ *   newest one that has ended
  * @property {boolean} [device_bound] whether they may come back in their own browser only
  * @property {boolean} [paused] by the experimenter, alone or with everybody
  * @property {boolean} [unit_paused] by the experimenter, they alone
@@ -72,7 +75,9 @@ import { currentLanguage, has, say } from "../text/catalogue.js";
  * @property {number} recordings
  * @property {number} partial recordings that broke off
  */
-/** @typedef {"restart-round" | "invalid" | "kick" | "note" | "pause" | "resume" | "allow-device"} ActionName */
+/**
+ * @typedef {"restart-round" | "invalid" | "valid" | "kick" | "note" | "pause" | "resume" | "allow-device"} ActionName
+ */
 
 /** @param {StudyState} state */
 export function summaryWords({ counts: { finished, planned, active, waiting } }) {
@@ -230,10 +235,18 @@ export function sorted(rows) {
 }
 
 /** The actions that ask for a reason, which is kept with the data. */
-const ASKS = ["restart-round", "invalid", "note", "kick"];
+const ASKS = ["restart-round", "invalid", "valid", "note", "kick"];
 
 /** Those of them that end a running round. */
 const HOLDS = ["restart-round", "kick"];
+
+/** Those that are about the last round, which they name. */
+const MARKS = ["invalid", "valid"];
+
+/** @param {ActionName} action @param {NonNullable<ParticipantRow["last_round"]>} last */
+function markWords(action, { number, map, title }) {
+  return say(`experimenter.action.${action}.round`, { number, map: mapTitle({ name: map, title }) });
+}
 
 /**
  * What can be done for somebody now; `asks` is the question for the reason, or empty; `holds`: their round stands still
@@ -241,26 +254,26 @@ const HOLDS = ["restart-round", "kick"];
  * @param {ParticipantRow} row
  * @returns {{action: ActionName, label: string, asks: string, danger: boolean, holds: boolean}[]}
  */
-export function actionsFor({ outcome, kind, episode, room, unit, paused, device_bound: deviceBound }) {
+export function actionsFor({ outcome, kind, last_round: last, room, unit, paused, device_bound: deviceBound }) {
   const inRound = ["round", "practice"].includes(kind) && room !== null && !outcome;
   /** @type {ActionName[]} */
   const actions = [];
   if (!outcome && unit !== null) actions.push(paused ? "resume" : "pause");
   if (inRound) actions.push("restart-round");
-  if (episode) actions.push("invalid");
+  if (last) actions.push(last.valid ? "invalid" : "valid");
   actions.push("note");
   if (deviceBound && !outcome) actions.push("allow-device");
   if (!outcome) actions.push("kick");
   return actions.map((action) => ({
     action,
-    label: say(`experimenter.action.${action}`),
+    label: last && MARKS.includes(action) ? markWords(action, last) : say(`experimenter.action.${action}`),
     asks: ASKS.includes(action) ? say(`experimenter.reason.${action}`) : "",
     danger: action === "kick",
     holds: inRound && !paused && HOLDS.includes(action),
   }));
 }
 
-const NOTED = /^(restart-round|invalid|kick): /; // what the server puts before the reason of an action
+const NOTED = /^(restart-round|invalid|valid|kick): /; // what the server puts before the reason of an action
 
 /** A note; the reason of an action stands behind its name. @param {string} text */
 export function noteWords(text) {

@@ -8,6 +8,7 @@ import { heading } from "../components/action.js";
 import { byId, el } from "../core/dom.js";
 import { currentLanguage, isolated, say } from "../text/catalogue.js";
 import { LANGUAGES } from "../text/language.js";
+import { isBusy } from "./persistence.js";
 import { card } from "./screen.js";
 import { titleOf } from "./service.js";
 
@@ -40,7 +41,6 @@ export class StudyFrame {
   /** @param {Study} study */
   setTexts(study) {
     this.#title.textContent = titleOf(study, currentLanguage());
-    this.#banner.textContent = say("study.page.reconnecting");
     this.#progress.setAttribute("aria-label", say("study.page.title"));
     const stop = el(
       "button",
@@ -82,9 +82,10 @@ export class StudyFrame {
     this.#who.textContent = several ? say("study.page.handOver", { number: (people[0] ?? 0) + 1 }) : "";
   }
 
-  /** @param {boolean} offline */
-  setOffline(offline) {
-    this.#banner.hidden = !offline;
+  /** @param {import("../core/api.js").ApiError | null} problem why the server is asked again */
+  setProblem(problem) {
+    this.#banner.hidden = problem === null;
+    if (problem) this.#banner.textContent = say(isBusy(problem) ? "study.page.busy" : "study.page.reconnecting");
   }
 
   /** @param {string} id */

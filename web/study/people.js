@@ -69,6 +69,16 @@ export function whoseTurn(views) {
 }
 
 /**
+ * Who still sits here: everybody but who declined, of whom nothing is kept, so that somebody else may come instead. A
+ * place with a completion code stays.
+ * @param {readonly View[]} views one per person
+ * @returns {number[]} empty where nobody does
+ */
+export function stillHere(views) {
+  return views.flatMap(({ step }, person) => (step.kind === "code" && !step.code ? [] : [person]));
+}
+
+/**
  * The room of a round with one entry per seat: its token, or null where somebody else sits, and who of those who play
  * here sits there, or -1. Null until the seats of everybody here are known.
  * @param {readonly Step[]} steps of the people who play

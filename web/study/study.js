@@ -16,7 +16,7 @@ import { StudyPage } from "./study_page.js";
 
 async function boot() {
   const banner = byId("study-banner", HTMLElement);
-  const persistence = new Persistence((offline) => (banner.hidden = !offline));
+  const persistence = new Persistence((problem) => (banner.hidden = problem === null));
   const known = Object.keys(LANGUAGES);
   const wished = wishedLanguages();
   await Promise.all([persistence.until(() => useLanguage(pickLanguage(known, wished))), readLayout()]);

@@ -10,7 +10,7 @@ import { saveTokens } from "../wire/seat_tokens.js";
 import { arrivalScreen, recruitmentParameters } from "./arrival.js";
 import { StudyFrame } from "./frame.js";
 import { markStudyRound } from "../text/study_mark.js";
-import { cameByLink, keepByLink, loadPeople, savePeople, seatsToTake, whoseTurn } from "./people.js";
+import { cameByLink, keepByLink, loadPeople, savePeople, seatsToTake, stillHere, whoseTurn } from "./people.js";
 import { Persistence } from "./persistence.js";
 import { roundName } from "./round.js";
 import { SCREENS } from "./screens.js";
@@ -27,7 +27,7 @@ const POLL_PLAYING_MS = 2000; // somebody may be coming back from the game
 const CLOCK_MS = 1000;
 
 export class StudyPage {
-  #persistence = new Persistence((offline) => this.#frame.setOffline(offline));
+  #persistence = new Persistence((problem) => this.#frame.setProblem(problem));
   /** @type {Place[]} */
   #places = [];
   /** @type {View[]} */
@@ -92,11 +92,12 @@ export class StudyPage {
   }
 
   /**
+   * Whoever was here before keeps their place in this browser until somebody arrives.
    * @param {string} problem why the page asks again; empty the first time
    * @param {Record<string, string>} [given] parameters of the link
    */
   #askWho(problem, given = {}) {
-    this.#forget();
+    this.#frame.setPlace(null, [], false);
     this.#showArrival(`arrival ${problem} ${currentLanguage()}`, { second: false, problem, given, cancel: null });
   }
 
@@ -128,6 +129,12 @@ export class StudyPage {
     this.#frame.show(id, () => arrivalScreen({ ...options, title, asksCode, arrive }));
   }
 
+  /** The place that this browser has is given up. @param {string} problem why, empty where a person wants it */
+  #leave(problem) {
+    this.#forget();
+    this.#askWho(problem);
+  }
+
   #forget() {
     for (const stream of this.#streams) stream.close();
     this.#streams = [];
@@ -135,7 +142,6 @@ export class StudyPage {
     this.#views = [];
     this.#codeOf = 0;
     savePeople([]);
-    this.#frame.setPlace(null, [], false);
   }
 
   // ---- news -------------------------------------------------------------------------------------------------
@@ -172,7 +178,7 @@ export class StudyPage {
   /** @param {unknown} error */
   #lost(error) {
     const sentence = sayError(error);
-    if (error instanceof ApiError && (error.status === 401 || error.status === 404)) this.#askWho(sentence);
+    if (error instanceof ApiError && (error.status === 401 || error.status === 404)) this.#leave(sentence);
     else this.#frame.showProblem(sentence, () => void this.#refresh());
   }
 
@@ -184,12 +190,22 @@ export class StudyPage {
   /** @param {View[]} views */
   async #takeAll(views) {
     if (views.length < this.#places.length) return; // the other person's view is still to come
-    this.#views = views;
+    this.#views = this.#withoutDeclined(views);
     this.#newsAtMs = performance.now();
     if (this.#asksNext) return;
-    const [{ language, step }] = views;
+    const [{ language, step }] = this.#views;
     if (step.kind !== "ended-elsewhere") await this.#follow(language); // nobody's page keeps the language that it has
     this.#show();
+  }
+
+  /** Of two, the one who stays when the other has declined. @param {View[]} views */
+  #withoutDeclined(views) {
+    const staying = stillHere(views);
+    if (views.length < 2 || staying.length !== 1) return views;
+    this.#places = staying.map((person) => this.#places[person]);
+    savePeople(this.#places.map((place) => place.token));
+    this.#listen();
+    return staying.map((person) => views[person]);
   }
 
   // ---- what is shown ----------------------------------------------------------------------------------------
@@ -244,7 +260,7 @@ export class StudyPage {
       play: () => void this.#play(this.#turn().map((person) => this.#views[person].step)),
       addPerson: this.study.group === 2 && !two ? () => this.#askSecond() : null,
       pay: this.#pay,
-      leaveScreen: cameByLink() ? null : () => this.#askWho(""),
+      leaveScreen: cameByLink() ? null : () => this.#leave(""),
       nextCode: bothDone ? () => this.#otherCode() : null,
       refresh: () => performance.now() - this.#newsAtMs > POLL_PLAYING_MS && void this.#refresh(),
     };
@@ -309,7 +325,7 @@ export class StudyPage {
     if (this.#asksNext) return this.#askNext(language);
     if (this.#places.length === 0) {
       await this.#follow(language);
-      this.#askWho("");
+      this.#askWho("", recruitmentParameters(location.search)); // of a link that was refused
       return;
     }
     if (this.#views[0]?.step.kind === "ended-elsewhere") await this.#follow(language);

@@ -36,6 +36,7 @@ def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: 
         "restart-round": experimenter.restart_round,
         "kick": experimenter.kick,
         "invalid": experimenter.invalid,
+        "valid": experimenter.valid,
         "note": experimenter.note,
         "allow-device": experimenter.allow_device,
     }

@@ -131,7 +131,7 @@ class ParticipantApi:
 
         def close() -> None:
             self._streams.closed(bearer(request), queue)
-            session.last_seen_at = time.monotonic()
+            session.seen(time.monotonic(), running.progress.is_paused(session))
             if push in session.listeners:
                 session.listeners.remove(push)
 

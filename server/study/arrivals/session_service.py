@@ -46,7 +46,7 @@ class SessionService:
             if before is not None and before not in here:
                 self._refuse_other_device(before)
             session = before or await self._admit(tx, pid, arrival.source, language)
-            if arrival.source == CODE and session.finished:
+            if arrival.source == CODE and session.finished and session not in here:  # their own page has their code
                 raise ArrivalRefused("code_used", "This code was used already, by somebody who has finished.")
             if session.listeners:
                 running.alerts.add("duplicate", f"{pid} opened a second window; the first one was closed.", pid=pid)
@@ -141,7 +141,7 @@ class SessionService:
 
     def _mark_present(self, session: ParticipantSession) -> None:
         """A page of theirs is open."""
-        session.last_seen_at = time.monotonic()
+        session.seen(time.monotonic(), self._running.progress.is_paused(session))
         session.absence_told = False
         self._running.units.heard(session, session.last_seen_at)
 

@@ -8,10 +8,11 @@ import urllib.request
 from collections.abc import Iterator
 
 import pytest
+from sqlalchemy import update
 
 from movingout.server.study.notes import ExperimenterNotes
 from movingout.study.store.removal import remove_participant
-from movingout.study.store.tables import audit, notes, rounds
+from movingout.study.store.tables import audit, notes, participants, rounds
 from tests.server.live import ADMIN, WAIT_S
 from tests.server.study.support import SOLO, Served, Visitor, served
 
@@ -38,8 +39,8 @@ def playing(study: Served) -> Visitor:
     ("method", "path"),
     [
         ("GET", "state"), ("GET", "live"), ("GET", "payments.csv"), ("GET", "qr.svg?code=A"), ("POST", "pause"),
-        ("POST", "resume"), ("POST", "restart-round"), ("POST", "kick"), ("POST", "invalid"), ("POST", "note"),
-        ("POST", "open-next"), ("POST", "next-code"),
+        ("POST", "resume"), ("POST", "restart-round"), ("POST", "kick"), ("POST", "invalid"), ("POST", "valid"),
+        ("POST", "note"), ("POST", "open-next"), ("POST", "next-code"),
     ],
 )  # fmt: skip
 def test_nothing_is_told_or_done_without_the_token(solo: Served, method: str, path: str) -> None:
@@ -181,12 +182,27 @@ def test_a_restarted_round_is_played_again_from_its_card(long: Served) -> None:
     assert len({row["episode"] for row in mine}) == 2
 
 
-def test_a_round_is_marked_invalid_and_the_reason_kept(long: Served) -> None:
-    visitor = playing(long)
-    episode = long.row(visitor.pid)["episode"]
-    long.ask("invalid", episode=episode, reason="somebody helped")
-    (row,) = [row for row in long.running.databases.store.rows(rounds) if row["episode"] == episode]
-    assert row["valid"] is False
+def test_the_last_round_is_marked_invalid_while_the_next_one_runs_and_may_count_again(long: Served) -> None:
+    visitor = long.visitor().go_to("round")
+    assert long.row(visitor.pid)["last_round"] is None
+    visitor.go_to("questionnaire").go_to("round")
+    visitor.next()
+    visitor.player().next_tick(visitor.step["room"]["seat"])
+    row = long.row(visitor.pid)
+    last = row["last_round"]
+    assert {**last, "episode": ""} == {"episode": "", "number": 1, "map": "HandOff", "title": "Hand Off", "valid": True}
+
+    def valid() -> dict[str, bool]:
+        mine = [one for one in long.running.databases.store.rows(rounds) if one["unit"] == row["unit"]]
+        return {one["episode"]: one["valid"] for one in mine}
+
+    long.ask("invalid", pid=visitor.pid, reason="somebody helped")
+    assert valid() == {last["episode"]: False, row["episode"]: True}, "not the one that runs: that is restarted"
+    assert not long.row(visitor.pid)["last_round"]["valid"]
+    long.ask("valid", episode=last["episode"], reason="nobody did")
+    assert valid() == {last["episode"]: True, row["episode"]: True}
+    assert long.row(visitor.pid)["last_round"]["valid"]
+    assert "valid: nobody did" in [note["text"] for note in long.running.databases.store.rows(notes)]
     assert "invalid: somebody helped" in [note["text"] for note in long.running.databases.store.rows(notes)]
     assert "somebody helped" not in str(long.running.databases.store.rows(audit)), "nothing can be deleted there"
     status, answer = long.live.call("/api/experimenter/invalid", {"episode": "none"}, ADMIN)
@@ -215,7 +231,7 @@ def test_an_order_about_nobody_is_refused_and_leaves_no_trace(
 def test_a_round_that_was_never_played_cannot_be_marked(solo: Served) -> None:
     visitor = solo.visitor().go_to("practice")
     status, answer = solo.live.call("/api/experimenter/invalid", {"pid": visitor.pid}, ADMIN)
-    assert (status, answer["error"]["message"]) == (409, "they have not played a round yet")
+    assert (status, answer["error"]["message"]) == (409, "they have not finished a round yet")
 
 
 def test_who_is_kicked_gets_a_code(long: Served) -> None:
@@ -235,6 +251,30 @@ def test_who_is_ended_while_away_did_not_come_back_and_is_paid_until_then(long: 
     long.ask("kick", pid=visitor.pid)
     row = long.row(visitor.pid)
     assert (row["outcome"], row["minutes"] < 5) == ("dropped-out", True)
+
+
+def test_who_was_away_for_long_and_came_back_is_not_paid_for_it(long: Served) -> None:
+    visitor = long.visitor().go_to("form")
+    session = long.running.participants[visitor.pid]
+
+    def away(seconds: float) -> None:
+        session.last_seen_at -= seconds  # as if that had passed, on both clocks
+        session.resumed_at -= seconds
+        earlier = participants.c.arrived_ms - round(1e3 * seconds)
+        with long.running.databases.store.database.write() as connection:
+            connection.execute(update(participants).where(participants.c.pid == session.pid).values(arrived_ms=earlier))
+        visitor.look()
+
+    away(50_000)
+    long.look()
+    assert session.record.away_ms >= 50_000_000, "kept at the next look, also over a restart"
+    away(200)
+    long.ask("pause")
+    away(6_000)
+    long.ask("resume")
+    away(40_000)
+    visitor.stop(True)
+    assert (200 + 6_000) / 60 <= long.row(visitor.pid)["minutes"] < (200 + 6_000) / 60 + 5, "pauses are paid"
 
 
 def test_a_note_on_somebody_without_a_unit_says_so_after_a_restart_and_goes_with_their_data(solo: Served) -> None:

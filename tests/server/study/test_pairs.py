@@ -6,9 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from sqlalchemy import update
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.server import messages as m
+from movingout.server.study.participants import UNDECIDED_S
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
 from movingout.study.design.definition import SUBSTITUTE
@@ -90,6 +92,23 @@ def test_two_at_one_screen_are_a_pair_whoever_else_waits(pair: Served) -> None:
     assert (first.kind, second.kind, stranger.look()["step"]["kind"]) == ("practice", "practice", "waiting")
     assert pair.row(first.pid)["partner_pid"] == second.pid
     stranger.stop(True)
+
+
+@pytest.mark.parametrize("leaves", ["declines", "stops", "goes away"])
+def test_who_is_left_alone_at_a_screen_may_play_with_anybody(pair: Served, leaves: str) -> None:
+    first = pair.visitor()
+    second = pair.visitor(beside=first.token)
+    first.go_to("waiting")
+    if leaves == "declines":
+        second.decline()
+    elif leaves == "stops":
+        second.go_to("input-check").stop(True)
+    else:
+        pair.running.participants[second.pid].last_seen_at -= UNDECIDED_S + 1
+    pair.look()
+    stranger = pair.visitor().go_to("practice")
+    assert first.look()["step"]["kind"] == "practice"
+    assert pair.row(first.pid)["partner_pid"] == stranger.pid
 
 
 def test_two_at_one_screen_are_a_pair_after_a_restart_too(tmp_path: Path) -> None:
@@ -199,6 +218,19 @@ def test_nobody_is_sent_away_in_a_pause_and_the_wait_begins_anew_after_it(pair: 
     assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
 
 
+def test_the_end_of_a_units_pause_lets_nobody_in_the_waiting_room_wait_longer(pair: Served) -> None:
+    first, _ = paired(pair)
+    (alone,) = waiting(pair)
+    pair.later(20)
+    pair.ask("pause", pid=first.pid)
+    pair.ask("resume", pid=first.pid)
+    assert alone.look()["step"]["since_s"] >= 20
+    pair.ask("pause")
+    pair.ask("resume")
+    assert alone.look()["step"]["since_s"] < 20, "a pause of everybody is no wait"
+    alone.stop(True)
+
+
 def test_who_has_only_questions_left_can_finish_without_the_partner(tmp_path: Path) -> None:
     with served(tmp_path, PAIR + "at_end: [nasa-tlx]\n") as study:
         first, second = paired(study)
@@ -206,6 +238,28 @@ def test_who_has_only_questions_left_can_finish_without_the_partner(tmp_path: Pa
             together(first, second)
         assert first.kind == second.kind == "questionnaire"
         first.stop(True)
+        second.go_to("code")
+        assert second.step["outcome"] == "done"
+
+
+@pytest.mark.parametrize("away", [False, True])
+def test_rounds_that_a_time_limit_skips_are_not_to_come(away: bool, tmp_path: Path) -> None:
+    text = PAIR.replace("rounds: 2", "rounds: 2, limit_minutes: 1, after_round: [nasa-tlx]")
+    with served(tmp_path, text + "at_end: [nasa-tlx]\n") as study:
+        first, second = paired(study)
+        for _ in range(2):
+            together(first, second)
+        assert first.kind == second.kind == "questionnaire"
+        with study.running.databases.store.database.write() as connection:
+            connection.execute(update(rounds).values(started_ms=rounds.c.started_ms - 60_000))  # a long round
+        if away:
+            study.later(26)
+            second.look()
+        else:
+            first.stop(True)
+        study.look()
+        second.look()
+        assert second.kind == "questionnaire", "the second round is skipped: nobody is needed for it"
         second.go_to("code")
         assert second.step["outcome"] == "done"
 

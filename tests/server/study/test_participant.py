@@ -251,6 +251,10 @@ def test_a_code_lets_one_participant_in_and_brings_them_back_until_they_have_fin
         status, answer = study.arrive(code=code)
         assert (status, answer["error"]["code"]) == (403, "code_used")
         assert again.look()["step"]["outcome"] == "withdrew", "their own page still shows the code"
+        reopened = study.visitor(code=code, known=[again.token])
+        assert (reopened.pid, reopened.step["code"]) == (pid, again.step["code"]), (
+            "so does their link, in their browser"
+        )
 
 
 def test_who_guesses_codes_has_to_wait(tmp_path: Path) -> None:

@@ -30,6 +30,14 @@ def test_two_at_one_screen_wait_for_each_other_alone() -> None:
     assert room.pair(3.0) == ("P1", "P3")
 
 
+def test_who_waits_at_a_screen_alone_again_waits_for_anybody() -> None:
+    room = WaitingRoom(300)
+    room.enter("P1", 0.0, "a1")
+    room.enter("P2", 1.0)
+    room.enter("P1", 2.0, "")
+    assert (room.since("P1"), room.pair(3.0)) == (0.0, ("P1", "P2"))
+
+
 def test_nobody_waits_longer_than_was_said_and_coming_again_does_not_begin_anew() -> None:
     room = WaitingRoom(300)
     room.enter("P1", 0.0)

@@ -1,6 +1,10 @@
 """The statistics against published examples."""
 
+from itertools import product
+
+import numpy as np
 import pytest
+from scipy import stats
 
 from movingout.study.analysis.comparisons import PartnerComparison, compare, corrected, signed_rank, trend
 
@@ -32,13 +36,38 @@ def test_the_signed_rank_test_is_that_of_hollander_and_wolfe() -> None:
     assert signed_rank([x - y for x, y in zip(before, after, strict=True)]) == pytest.approx(0.03906, abs=1e-5)
 
 
-def test_ties_and_zeros_are_ranked_as_r_does_without_its_continuity_correction() -> None:
-    """Ranks of 1, 1, 2, 3, 3 are 1.5, 1.5, 3, 4.5, 4.5; W- = 1.5; z = (1.5 - 7.5) / sqrt(13.75 - 2 * 6 / 48)."""
-    assert signed_rank([1, -1, 2, 3, 3, 0]) == pytest.approx(0.10247, abs=1e-4)
+@pytest.mark.parametrize(
+    ("differences", "p"),
+    [
+        ([1, 1, 1, 1], 2 / 16),
+        ([2, 1, 3, 0], 2 / 8),  # three are left, and none is against
+        (
+            [1, -1, 2, 3, 3, 0],
+            6 / 32,
+        ),  # ranks 1.5, 1.5, 3, 4.5, 4.5; a sum of at most 1.5 has none, or one of the first two
+        ([1, -1], 1.0),
+    ],
+)
+def test_ties_and_zeros_are_exact_where_people_are_few(differences: list[float], p: float) -> None:
+    """By counting the signs, as R's coin::wilcoxsign_test does (distribution = "exact", zero.method = "Wilcoxon")."""
+    assert signed_rank(differences) == pytest.approx(p, abs=1e-12)
+
+
+def test_the_exact_p_is_that_of_all_signs_counted_one_by_one() -> None:
+    differences = [1.0, 1.0, -2.0, 2.0, 2.0, 3.0, -1.0, 4.0, 5.0]
+    ranks = stats.rankdata(np.abs(differences))
+    sums = [sum(rank for rank, sign in zip(ranks, signs, strict=True) if sign) for signs in product((0, 1), repeat=9)]
+    against = ranks[2] + ranks[6]
+    assert signed_rank(differences) == pytest.approx(2 * sum(one <= against for one in sums) / 2**9)
+
+
+def test_many_tied_differences_are_tested_by_the_normal_approximation_corrected_for_ties() -> None:
+    """60 differences of one size, 36 up: z = (36 - 30) * 30.5 / sqrt(60 * 30.5**2 / 4) = 12 / sqrt(60)."""
+    assert signed_rank([1.0] * 36 + [-1.0] * 24) == pytest.approx(0.12134, abs=1e-4)
 
 
 def test_equal_differences_of_means_are_ties_whatever_their_last_digits() -> None:
-    """Twelve people rate three rounds with each partner: +1/3 nine times and -1/3 three times; z = -39 / 22.5 …"""
+    """Twelve people rate three rounds with each partner: +1/3 nine times and -1/3 three times; twelve ties."""
     ratings = [(1, 2, 2), (2, 3, 3), (3, 3, 4), (4, 4, 5), (5, 5, 6), (5, 6, 6), (2, 2, 3), (6, 6, 7), (1, 1, 2)]
     means = [sum(map(float, one)) / 3 for one in ratings]
     differences = [mean - (sum(one) - 1) / 3 for mean, one in zip(means, ratings, strict=True)]

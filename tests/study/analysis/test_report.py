@@ -22,8 +22,10 @@ from movingout.study.analysis.tables import (
     performance,
     pings,
     pings_by_participant,
+    ratings,
 )
 from movingout.study.design.definition import SUBSTITUTE, Outcome
+from movingout.study.store import Unit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import answers, rounds
 from tests.recordings.report.support import english_left
@@ -74,6 +76,20 @@ def test_a_wrong_attention_item_is_flagged_and_the_newest_answer_counts(results:
 
 def test_the_flow_counts_everybody(results: Results) -> None:
     assert dict(results.flow)["came"] == dict(results.flow)["finished"] == 6
+
+
+def test_items_of_two_questionnaires_with_one_label_are_told_apart(tmp_path: Path) -> None:
+    twice = {
+        **SHORT,
+        "    after_partner: [": "    after_round: [movingout-paper-eight]\n    after_partner: [nasa-tlx, ",
+    }
+    small, text = template("agent_survey", **twice)
+    _, store, _ = fill(tmp_path, small, text, 3)
+    found = collect(small, store, tmp_path)
+    rated = [row[0] for row in ratings(found, plain).rows]
+    assert {"Teamwork (movingout-paper-eight)", "Teamwork (movingout-paper-nine)", "Mental demand"} <= {*rated}
+    assert len(set(rated)) == len(rated), "nothing stands there twice"
+    assert "<h3>Teamwork (movingout-paper-nine)</h3>" in page(found, plain, "about")
 
 
 class Page(HTMLParser):
@@ -168,6 +184,25 @@ def test_rounds_that_do_not_count_and_people_who_said_no_are_left_out(tmp_path: 
     assert pids[2] not in {row["pid"] for row in found.answers}
     assert [row[2] for row in flags(found).rows] == [f"unit {first['unit']}: marked invalid by the experimenter"]
     assert {("finished", "3"), ("wanted their data deleted (also counted above)", "1")} <= set(flow(found).rows)
+
+
+def test_answers_about_a_round_that_does_not_count_go_with_it_and_those_about_a_partner_stay(tmp_path: Path) -> None:
+    with_both = {**SHORT, "    after_partner: [": "    after_round: [nasa-tlx]\n    after_partner: ["}
+    small, text = template("agent_survey", **with_both)
+    _, store, _ = fill(tmp_path, small, text, 2)
+    first = collect(small, store, tmp_path).rounds[0]
+    Rounds(store).mark(first["episode"], valid=False)
+    found = collect(small, store, tmp_path)
+    (pid,) = found.people[first["unit"]]
+    mine = {row["step"] for row in found.answers if row["pid"] == pid}
+    other = next(row["step"] for row in found.rounds if row["unit"] == first["unit"])
+    assert mine == {f"{other}/nasa-tlx", f"play/1/{FORM}"}
+    again = PlayerOutcome(pid, 0, "keyboard")
+    step = next(one for one in rounds_of(0, small) if one.key == first["step"])
+    Rounds(store).begin(Unit(first["unit"], 0, (pid,), paused=False), step, "again", [again])
+    Rounds(store).end("again", RoundOutcome("time", 500, 0.0, 0.0, 0.0, None))
+    later = {row["step"] for row in collect(small, store, tmp_path).answers if row["pid"] == pid}
+    assert f"{first['step']}/nasa-tlx" in later, "one attempt at the round counts"
 
 
 def test_who_played_with_an_agent_in_a_partners_place_is_apart_from_pairs(tmp_path: Path) -> None:

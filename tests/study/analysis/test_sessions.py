@@ -1,6 +1,7 @@
 """Failure rates per session and the rows beside the paper's, from recordings and what annotators said."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,25 +9,28 @@ import pytest
 
 from movingout.recordings import SeatInfo
 from movingout.recordings.annotation.verdicts import VERDICTS_NAME, add_verdict, new_line, verdicts_of
+from movingout.server.cli import main
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.paper_tables import annotation_table, failure_table, paper_table
 from movingout.study.analysis.results import collect
 from movingout.study.analysis.sessions import paper_label
 from movingout.study.data.erasure import erase
 from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.allocation import letters
 from movingout.study.errors import StudyError
 from movingout.study.store import Store
 from movingout.study.store.tables import players, rounds
 from tests.recordings.annotation.support import waiting_alone
 from tests.study.filled import fill, template
 
+ONE_MAP = {"    maps: all     ": "    maps: [SingleRotation] "}
 Filled = tuple[StudyFolder, Store, list[str]]
 
 
 @pytest.fixture
 def filled(tmp_path: Path) -> Iterator[Filled]:
     """Two participants of the paper's study on one map; in two rounds with DP it stays away from its participant."""
-    study, text = template("paper", **{"    maps: all     ": "    maps: [SingleRotation] "})
+    study, text = template("paper", **ONE_MAP)
     place, store, pids = fill(tmp_path, study, text, 2, seed=1)
     for row in _rounds(store, "dp"):
         waiting_alone(place.recordings, row["episode"], seats=(SeatInfo("agent", "dp"), SeatInfo("human", pids[0])))
@@ -55,6 +59,28 @@ def test_a_session_has_a_failure_if_a_round_has_and_the_papers_rate_stands_besid
     assert ours[:4] == ("dp", "this study", "1", "4") and papers[:4] == ("DP", "paper", "1", "–")
     assert papers[4:] == ("0.386 ± 0.051", "0.555 ± 0.043", "0.489 ± 0.046", "0.805 ± 0.013")
     assert ours[6].startswith("0.8")  # the share of 110 ticks in which the large item was held alone
+
+
+def test_a_blinded_report_tells_nowhere_which_letter_is_which_agent(filled: Filled, tmp_path: Path) -> None:
+    place, store, _ = filled
+    shuffled = place.study.model_copy(update={"shuffle_letters": True})
+    seeds = (shuffled.model_copy(update={"seed": seed}) for seed in range(100))
+    study = next(one for one in seeds if list(letters(one)) == ["bass", "dp"])
+    results = replace(collect(study, store, place.recordings), blinded=True)
+    assert results.partners == ("bass", "dp")
+    assert paper_table(results, plain) is None
+    table = failure_table(results, plain)
+    assert "paper" not in table.heads and {len(row) for row in table.rows} == {len(table.heads)}
+    text = page(results, lambda partner: letters(study)[partner], "about")
+    assert "DP" not in text and "BASS" not in text and "0.386" not in text
+    file = tmp_path / "study.yaml"
+    file.write_text(template("paper", **ONE_MAP)[1], encoding="utf-8")
+    assert (
+        main(["study", "report", str(file), "--data", str(tmp_path), "-o", str(tmp_path / "blind"), "--blinded"]) == 0
+    )
+    written = {one.name: one.read_text(encoding="utf-8") for one in (tmp_path / "blind").glob("*.csv")}
+    assert "failures.csv" in written and "paper.csv" not in written
+    assert not [name for name, text in written.items() if "DP" in text or "bass" in text.casefold()]
 
 
 def test_rounds_of_the_second_challenge_do_not_stand_beside_the_papers_numbers_of_the_first(tmp_path: Path) -> None:
@@ -101,7 +127,7 @@ def test_forgetting_a_participant_removes_what_was_said_about_their_rounds(fille
 
 @pytest.mark.slow
 def test_a_study_without_recordings_has_no_failure_rates(tmp_path: Path) -> None:
-    study, text = template("paper", **{"    maps: all     ": "    maps: [SingleRotation] "})
+    study, text = template("paper", **ONE_MAP)
     place, store, _ = fill(tmp_path, study, text, 1)
     results = collect(study, store, place.recordings)
     assert results.sessions.sessions == () and "failures" not in {one.name for one in all_tables(results, plain)}

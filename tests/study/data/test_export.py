@@ -15,7 +15,7 @@ from movingout.study.errors import StudyError
 from movingout.study.store import Unit
 from movingout.study.store.clock import now_ms
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
-from movingout.study.store.tables import answers, audit, rounds, tombstones, units
+from movingout.study.store.tables import answers, audit, notes, players, rounds, tombstones, units
 from tests.study.filled import fill, template
 from tests.study.support import Clock, rounds_of
 
@@ -109,12 +109,32 @@ def test_the_training_set_has_the_valid_rounds_split_so_that_nobody_is_in_both_p
     place, store, pids = fill(tmp_path, study, text, 4, recorded_ticks=2)
     store.keep_data(pids[3], False)
     done = export_study(place, store, tmp_path / "out", Options(test_share=0.34))
-    assert (done.recordings, done.missing) == (8, [])
+    assert (done.recordings, done.missing) == (6, []), "those of who wants the data deleted are left out"
     lines = (tmp_path / "out" / "training" / "dataset.jsonl").read_text(encoding="utf-8").splitlines()
     rows = [json.loads(line) for line in lines]
     people = {(name, row["split"]) for row in rows for name in (row["blue"], row["red"]) if name in pids}
     assert sorted(name for name, _ in people) == sorted(pids[:3])
     assert {part for _, part in people} == {"train", "test"}
+
+
+def test_what_is_to_be_deleted_and_still_there_is_in_no_export(tmp_path: Path) -> None:
+    study, text = template("collect", **{"    maps: all": "    maps: [HandOff]", "    rounds: 3": "    rounds: 1"})
+    place, store, (refuses, partner, *others) = fill(tmp_path / "data", study, text, 4, recorded_ticks=2)
+    store.note("Asked why.", unit=1)
+    store.note(f"{refuses} came late")
+    store.note("Sunny.")
+    store.keep_data(refuses, False)
+    done = export_study(place, store, tmp_path / "out", Options(("csv",), training=False))
+    out = {name: read_csv(tmp_path / "out" / f"{name}.csv") for name in ("answers", "rounds", "players", "notes")}
+    assert {row["pid"] for row in out["answers"]} == {partner, *others}
+    assert {row["pid"] for row in out["players"]} == {*others}, "a game of two goes for both"
+    assert {row["unit"] for row in out["rounds"]} == {"2"}
+    assert [row["text"] for row in out["notes"]] == ["Sunny."]
+    left_out = sum(len(store.rows(table)) for table in (answers, rounds, players, notes)) - sum(map(len, out.values()))
+    assert f"1 participant wanted their data deleted: {left_out} rows left out" in done.warnings
+    kept = {row["episode"] for row in out["rounds"]}
+    assert {row["episode"] for row in read_csv(tmp_path / "out" / "recordings.csv")} == kept
+    assert refuses in {row["pid"] for row in read_csv(tmp_path / "out" / "participants.csv")}, "they are paid"
 
 
 def test_a_recording_that_is_gone_is_reported_and_the_export_is_made(tmp_path: Path) -> None:

@@ -50,6 +50,11 @@ def test_blanks_and_places_without_a_value_are_named() -> None:
         ("You are paid 20 USD per hour.", "the consent says 20 USD, and `pay` has 12.5 EUR, 20 EUR"),
         ("You are paid $20 per hour.", "the consent says 20 USD, and `pay` has 12.5 EUR, 20 EUR"),
         ("Sie bekommen 12,50 € pro Stunde, höchstens 25 €.", "the consent says 25 EUR, and `pay` has 12.5 EUR"),
+        ("You are paid EUR 1,250.50 per hour.", "the consent says 1250.5 EUR, and `pay` has 12.5 EUR, 20 EUR"),
+        ("Sie bekommen 12.000 EUR.", "the consent says 12000 EUR, and `pay` has 12.5 EUR, 20 EUR"),
+        ("You are paid CA$20 per hour.", "the consent says 20 CAD, and `pay` has 12.5 EUR, 20 EUR"),
+        ("You are paid AUD $20 or $20 NZD.", "the consent says 20 AUD, 20 NZD, and `pay` has 12.5 EUR, 20 EUR"),
+        ("You are paid 12.5 EUR 20 USD.", "the consent says 20 USD, and `pay` has 12.5 EUR, 20 EUR"),
     ],
 )
 def test_a_number_that_differs_from_the_file_is_named(text: str, said: str) -> None:
@@ -67,6 +72,21 @@ def test_a_number_that_differs_from_the_file_is_named(text: str, said: str) -> N
 )
 def test_numbers_that_agree_with_the_file_are_no_contradiction(text: str) -> None:
     assert contradictions(parse_study(consent(text))) == ()
+
+
+@pytest.mark.parametrize(
+    ("pay", "text"),
+    [
+        ("{currency: JPY, per_hour: 1500, maximum: 12000}", "1,500 JPY per hour, at most JPY 12 000; 1.500 JPY"),
+        ("{currency: AUD, per_hour: 20}", "You are paid $20 per hour, AU$20, $20 AUD, AUD $20 or 20 $."),
+        ("{currency: CAD, per_hour: 20.5}", "You are paid CA$20.50 per hour, C$20.50 or $20.50."),
+        ("{currency: USD, per_hour: 1234.5}", "You are paid US$1,234.50 per hour, USD$1234.5; R$7 is no dollar."),
+        ("{currency: CHF, per_hour: 1500}", "You are paid CHF 1'500 per hour."),
+    ],
+)
+def test_thousands_and_dollars_are_read_as_people_write_them(pay: str, text: str) -> None:
+    study = PAID.replace("{currency: EUR, per_hour: 12.5, maximum: 20}", pay)
+    assert pay in study and contradictions(parse_study(consent(text, study))) == ()
 
 
 def test_a_promise_of_pay_without_pay_is_a_contradiction() -> None:

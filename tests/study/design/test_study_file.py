@@ -365,6 +365,15 @@ def test_sounds_are_off_unless_the_file_says_on() -> None:
     assert path == "sounds" and "'on' or 'off'" in message
 
 
+def test_pay_without_a_maximum_is_warned_of() -> None:
+    def warned(pay: str) -> bool:
+        found = review(parse_study(f"{SMALL}pay: {pay}\n")).warnings
+        return any(one.startswith("pay has no maximum") for one in found)
+
+    assert warned("{per_hour: 15}") and not warned("{per_hour: 15, maximum: 20}")
+    assert not [one for one in review(parse_study(SMALL)).warnings if "maximum" in one]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "warning"),
     [

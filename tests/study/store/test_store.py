@@ -68,6 +68,7 @@ def test_a_database_of_an_older_version_is_brought_forward_with_its_rows(tmp_pat
     with closing(Store(path)) as store:
         assert frozen_study(store).id == "pilot" and not store.paused()
         assert [(one.pid, one.step, one.arrived_ms) for one in store.everybody()] == [("P1", "form", 7)]
+        assert store.participant("P1").away_ms == 0
         assert store.units_on_their_way() == (Unit(1, 0, ("P1",), paused=False),)
 
 
@@ -295,6 +296,17 @@ def test_who_is_away_at_the_end_was_here_until_they_were_last_seen(place: Path |
     store.finish("P2", "dropped-out", "CD", away_s=1e9)
     minutes = [minutes_here(store.participant(pid)) for pid in ("P1", "P2")]
     assert minutes == [pytest.approx(400 / 60, abs=0.1), 0.0]
+
+
+def test_absences_before_somebody_came_back_add_up_and_are_no_minutes_here(place: Path | str) -> None:
+    clock = Clock()
+    store = open_store(place, clock)
+    agree(store, ["P1"])
+    for hours in (10, 14):
+        store.was_away("P1", hours * 3600.0)
+    clock.ms += 25 * 3_600_000
+    store.finish("P1", "done", "AB")
+    assert minutes_here(store.participant("P1")) == pytest.approx(60, abs=0.1)
 
 
 def test_two_at_one_screen_read_on_in_their_language(place: Path | str) -> None:

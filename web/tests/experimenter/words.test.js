@@ -133,10 +133,15 @@ test("a reason is asked while the round stands still, where the action ends it",
 
 test("only what makes sense now can be done for somebody", () => {
   const names = (/** @type {Partial<Row>} */ change) => actionsFor(row(change)).map(({ action }) => action);
-  assert.deepEqual(names({ episode: "e1" }), ["pause", "restart-round", "invalid", "note", "kick"]);
+  const last = { episode: "e1", number: 3, map: "HandOff", title: "Hand Off", valid: true };
+  assert.deepEqual(names({ last_round: last }), ["pause", "restart-round", "invalid", "note", "kick"]);
   assert.deepEqual(names({ kind: "form", room: null, unit: null }), ["note", "kick"]);
   assert.deepEqual(names({ paused: true, room: null }), ["resume", "note", "kick"]);
-  assert.deepEqual(names({ outcome: "done", room: null, episode: "e1" }), ["invalid", "note"]);
+  assert.deepEqual(names({ outcome: "done", room: null, last_round: last }), ["invalid", "note"]);
+  assert.deepEqual(names({ episode: "e2", last_round: null }), ["pause", "restart-round", "note", "kick"]);
+  const labels = (/** @type {boolean} */ valid) => actionsFor(row({ last_round: { ...last, valid } }))[2]?.label;
+  assert.equal(labels(true), "Mark round 3 invalid (Hand Off)");
+  assert.equal(labels(false), "Count round 3 again (Hand Off)");
 });
 
 test("the head counts people, the cards say when something is wrong", () => {
@@ -181,5 +186,6 @@ test("a note of an action names it as the menu does", () => {
   assert.equal(noteWords("kick: Fell asleep"), "End the study for them: Fell asleep");
   assert.equal(noteWords("restart-round: A fire drill"), "Restart the round: A fire drill");
   assert.equal(noteWords("invalid: kick: again"), "Mark the last round invalid: kick: again");
+  assert.equal(noteWords("valid: A mistake"), "Count the round again: A mistake");
   assert.equal(noteWords("They said: fine"), "They said: fine");
 });

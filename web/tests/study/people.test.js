@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { recruitmentParameters } from "../../study/arrival.js";
-import { seatsToTake, whoseTurn } from "../../study/people.js";
+import { seatsToTake, stillHere, whoseTurn } from "../../study/people.js";
 
 /**
  * @param {string} kind
@@ -42,6 +42,15 @@ test("of two at different rounds the one behind is shown, and nobody waits for s
   assert.deepEqual(whoseTurn([at("code"), at("debrief")]), [1]);
   assert.deepEqual(whoseTurn([at("code"), at("waiting")]), [1]);
   assert.deepEqual(whoseTurn([at("code"), at("code")]), [0]);
+});
+
+test("who has declined no longer sits here, and a completion code keeps its place", () => {
+  const declined = at("code");
+  const done = { ...at("code"), step: { key: "code", kind: "code", code: "K7QX4WPL2M" } };
+  assert.deepEqual(stillHere([at("waiting"), declined]), [0]);
+  assert.deepEqual(stillHere([declined, at("consent")]), [1]);
+  assert.deepEqual(stillHere([done, at("waiting")]), [0, 1]);
+  assert.deepEqual(stillHere([declined]), []);
 });
 
 /** @param {number} seat @param {string} token */

@@ -8,10 +8,10 @@ import { Persistence } from "../../study/persistence.js";
 test("a server that is away is asked ever later, a refusal is passed on at once", async () => {
   /** @type {number[]} */
   const waits = [];
-  /** @type {boolean[]} */
+  /** @type {(ApiError | null)[]} */
   const states = [];
   const persistence = new Persistence(
-    (offline) => states.push(offline),
+    (problem) => states.push(problem),
     async (ms) => void waits.push(ms),
   );
   let tries = 0;
@@ -20,10 +20,30 @@ test("a server that is away is asked ever later, a refusal is passed on at once"
     if (tries < 7) throw new ApiError("offline", "", tries === 3 ? 503 : tries === 4 ? 408 : 0);
     return "here";
   });
-  assert.deepEqual([answer, waits, states.at(-1)], ["here", [500, 1000, 2000, 4000, 4000, 4000], false]);
+  assert.deepEqual([answer, waits, states.at(-1)], ["here", [500, 1000, 2000, 4000, 4000, 4000], null]);
   await assert.rejects(
-    persistence.until(async () => Promise.reject(new ApiError("not_saved", "full", 507))),
-    /full/,
+    persistence.until(async () => Promise.reject(new ApiError("code_used", "used", 403))),
+    /used/,
   );
   assert.equal(waits.length, 6);
+});
+
+test("a server that takes nothing for the moment is asked again, one that locks out guesses is not", async () => {
+  /** @type {(string | undefined)[]} */
+  const states = [];
+  const persistence = new Persistence(
+    (problem) => states.push(problem?.code),
+    async () => {},
+  );
+  const refusals = [new ApiError("too_many_arrivals", "", 429), new ApiError("not_saved", "", 507)];
+  const answer = await persistence.until(async () => {
+    const refusal = refusals.shift();
+    if (refusal) throw refusal;
+    return "here";
+  });
+  assert.deepEqual([answer, states], ["here", ["too_many_arrivals", "not_saved", undefined]]);
+  await assert.rejects(
+    persistence.until(async () => Promise.reject(new ApiError("locked", "wait", 429))),
+    /wait/,
+  );
 });
