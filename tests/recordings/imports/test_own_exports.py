@@ -3,6 +3,8 @@
 import json
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from movingout.recordings import SeatInfo, finalise, read_episode
@@ -110,11 +112,15 @@ def test_angles_in_other_units_are_told_apart_from_places(
     assert "(LeftRight) from tick 1, in angles [rad] or hands alone" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("shape", ["dataset.jsonl", "dataset.parquet"])
 @pytest.mark.parametrize("simulated", [True, False])
-def test_programs_of_a_rehearsal_do_not_come_back_as_people(tmp_path: Path, simulated: bool) -> None:
+def test_programs_of_a_rehearsal_do_not_come_back_as_people(tmp_path: Path, simulated: bool, shape: str) -> None:
     study = {"simulated": "yes"} if simulated else {}
     recording, _ = record(tmp_path, ticks=8, map_name="LeftRight", seats=SEATS, study=study)
     export("official", ExportPlan([finalise(recording)], tmp_path / "out"))
-    assert main(["recordings", "import", str(tmp_path / "out"), "--out", str(tmp_path / "in"), "--workers", "1"]) == 0
+    rows = [json.loads(line) for line in (tmp_path / "out" / "dataset.jsonl").read_text().splitlines()]
+    pq.write_table(pa.Table.from_pylist(rows), tmp_path / "out" / "dataset.parquet")
+    source = str(tmp_path / "out" / shape)
+    assert main(["recordings", "import", source, "--out", str(tmp_path / "in"), "--workers", "1"]) == 0
     (path,) = (tmp_path / "in").glob("*.mcap")
     assert read_episode(path).header.simulated == simulated
