@@ -3,7 +3,7 @@
 import json
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,7 +21,7 @@ from movingout.matches.execution.agent_objects import AgentLike, AgentObjects
 from movingout.matches.execution.dispatch import WorkerPool, dispatch
 from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.execution.lockstep import AGENT_LIMIT_S, Lockstep
-from movingout.matches.execution.recorder import recorded_before, recordings_of_matches
+from movingout.matches.execution.recorder import recorded_before, superseded
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed, matches_of, missing_agents, planned_matches
 from movingout.matches.match import Challenge, Match, MatchResult, check_numbers
@@ -248,10 +248,8 @@ def run_grid(
         if failed := sum(match.id in finished for match in todo):
             again(failed)
         recordings = folder / "recordings" if record else None
-        earlier: Mapping[str, Sequence[Path]] = {}
         if recordings is not None:
             make_folder(recordings)
-            earlier = recordings_of_matches(recordings)
             if lacking := _unrecorded(matches, finished):
                 unrecorded(lacking)
         done = len(matches) - len(todo)
@@ -261,7 +259,7 @@ def run_grid(
             with closing(dispatch(workers_here, todo)) as results:
                 for result in _relative(results, folder):
                     file.append([result])
-                    _replace(earlier.get(result.match.id, ()), result)
+                    _replace_earlier(folder, result)
                     done += 1
                     progress(done, len(matches))
     return finish(folder, grid, plan)
@@ -331,12 +329,14 @@ def _unrecorded(matches: Sequence[Match], finished: Mapping[str, MatchResult]) -
     return sum(match.id not in todo and not finished[match.id].recording for match in matches)
 
 
-def _replace(earlier: Iterable[Path], result: MatchResult) -> None:
-    """Remove recordings of a match that had no result, or failed, now that it has one with a recording of its own."""
-    for path in earlier if result.recording else ():
-        if path.name != Path(result.recording).name:
-            with suppress(OSError):  # a file that stays is no reason to stop
-                path.unlink()
+def _replace_earlier(folder: Path, result: MatchResult) -> None:
+    """Remove recordings of a match that had no result, or failed, now that it is played through with one of its own.
+
+    A match that fails again keeps them: which of its results is read, another shard may say.
+    """
+    for path in superseded(folder / result.recording) if result.recording and result.ending != "failed" else ():
+        with suppress(OSError):  # a file that stays is no reason to stop
+            path.unlink(missing_ok=True)
 
 
 def _workers(wanted: int | None, matches: int) -> int:

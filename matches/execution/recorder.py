@@ -2,7 +2,6 @@
 
 import re
 import time
-from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from itertools import count
 from pathlib import Path
@@ -73,13 +72,13 @@ class MatchRecorder:
         self._writer.path.unlink(missing_ok=True)
 
 
-def recordings_of_matches(folder: Path) -> dict[str, list[Path]]:
-    """The recordings and leftover journals in a folder by the id of the match."""
-    found: dict[str, list[Path]] = defaultdict(list)
-    for path in folder.iterdir():
-        if named := _NAME.search(path.name):
-            found[named[1]].append(path)
-    return found
+def superseded(recording: Path) -> list[Path]:
+    """Where earlier recordings of the match of a recording lie, if there are any, and journals of theirs."""
+    named = _NAME.search(recording.name)
+    last = int(named[2][1:]) if named and named[2] else 1
+    stem = recording.name.removesuffix(SUFFIX).removesuffix(f"-{last}" if last > 1 else "")
+    earlier = [stem, *(f"{stem}-{number}" for number in range(2, last))][: last - 1]
+    return [recording.with_name(name + suffix) for name in earlier for suffix in (SUFFIX, JOURNAL_SUFFIX)]
 
 
 def recorded_before(results: Iterable[MatchResult]) -> str:

@@ -7,9 +7,9 @@ import pytest
 
 from movingout.matches import play, run_grid
 from movingout.matches.execution.lockstep import Lockstep
-from movingout.matches.execution.recorder import MatchRecorder
+from movingout.matches.execution.recorder import MatchRecorder, superseded
 from movingout.matches.match import Match
-from movingout.matches.results.results_folder import Shard
+from movingout.matches.results.results_folder import Shard, read_results
 from movingout.recordings import read_episode
 from movingout.recordings.errors import BusyError
 from movingout.recordings.storage.finished import recover
@@ -79,6 +79,24 @@ def test_a_grid_replaces_what_was_recorded_of_matches_without_a_result(tmp_path:
     assert _names(tmp_path / "recordings") == sorted(Path(one.recording).name for one in again.values())
     assert (tmp_path / kept.recording).read_bytes() == before
     assert again[lost.match].recording != lost.recording
+
+
+def test_a_match_that_fails_again_keeps_the_recording_that_its_results_name(tmp_path: Path) -> None:
+    grid = small_grid(agents=[f"{HERE}:Stumbling"], maps=["HandOff"], seeds=2, ticks=12)
+    run_grid(grid, tmp_path, workers=1, record=True, shard=(1, 2))
+    run_grid(grid, tmp_path, workers=1, record=True)
+    whole, failed = read_results(tmp_path).values()
+    assert (whole.ending == "failed", failed.ending == "failed") in ((False, True), (True, False))
+    assert all((tmp_path / one.recording).is_file() for one in (whole, failed))
+
+
+def test_where_a_worker_died_after_it_had_recorded_a_match_one_recording_stays(tmp_path: Path) -> None:
+    later = tmp_path / "HandOff-0123456789abcdef-3.mcap"
+    names = [
+        f"HandOff-0123456789abcdef{number}{suffix}" for number in ("", "-2") for suffix in (".mcap", ".mcap.journal")
+    ]
+    assert [path.name for path in superseded(later)] == names
+    assert superseded(tmp_path / "HandOff-0123456789abcdef.mcap") == []
 
 
 def test_a_grid_says_which_matches_were_played_without_a_recording(

@@ -104,13 +104,18 @@ def test_a_grid_that_is_not_there_is_named(tmp_path: Path) -> None:
 def test_the_page_says_what_the_grid_of_families_leaves_out() -> None:
     page = (ROOT / "docs/matches.md").read_text(encoding="utf-8")
     row = next(line for line in page.splitlines() if line.startswith("| `families` | scripted"))
-    (condition,) = read_grid(grid_path(Path("families"))).all_conditions
+    grid = read_grid(grid_path(Path("families")))
+    (condition,) = grid.all_conditions
     met = {partner.removeprefix("family:") for partner in condition.partners or ()}
     assert families().keys() - met == {"latent"} and "seven of the eight families of partners (without `latent`)" in row
     assert len(met) == 7 and len(families()) == 8
     trained = {one.agent for one in condition.contestants if "@" in one.agent}
     assert all(f"`{agent}`" in row.split("|")[3] for agent in trained)
-    assert "12 generated test maps" in row
+    mirrored = {name.removesuffix(":mirror") for name in grid.maps if name.endswith(":mirror")}
+    assert (
+        mirrored == set(map_names())
+        and "on the 12 maps, as they are and mirrored, and on 12 generated test maps" in row
+    )
 
 
 @pytest.mark.parametrize("name", shipped_grids())

@@ -7,7 +7,7 @@ import socket
 import pytest
 
 from movingout.server.processes.channel import ProcessGone
-from movingout.server.processes.handover import MOST_WAITING, HandingOver, socket_pair
+from movingout.server.processes.handover import AGENTS, MOST_WAITING, HandingOver, socket_pair
 
 
 def test_only_so_many_connections_wait_for_a_process_that_takes_none() -> None:
@@ -17,7 +17,10 @@ def test_only_so_many_connections_wait_for_a_process_that_takes_none() -> None:
             with pytest.raises(ProcessGone):
                 for _ in range(100_000):
                     handing_over.give(descriptor, b"x" * 1000)
-            return len(handing_over._waiting)
+            waiting = len(handing_over._waiting)
+            handing_over.give(descriptor, AGENTS)  # the agents of that process: given once
+            assert len(handing_over._waiting) == waiting + 1
+            return waiting
         finally:
             handing_over.close()
 
