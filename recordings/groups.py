@@ -10,7 +10,7 @@ folder of the list where they lie below it. Nobody is in two groups.
 import csv
 import io
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Sequence, Set
 from pathlib import Path
 from typing import NamedTuple
 
@@ -99,17 +99,17 @@ _Read = tuple[Path, Summary, Players]
 
 def _kept(paths: Sequence[Path], min_tcr: float) -> list[_Read]:
     """Those that count and are good enough. Raises RecordingError where none is."""
+    uncounted = uncounted_episodes(paths)  # of all: a copy elsewhere has no study beside it
     found = [(path, read_summary(path), read_players(path)) for path in without_copies(paths)]
-    valid = _valid(found)
+    valid = _valid(found, uncounted)
     kept = [entry for entry in valid if _tcr(entry[1]) >= min_tcr]
     if not kept:
         raise RecordingError(f"{_why_nothing(found, valid, min_tcr)}; nothing can be divided into groups")
     return kept
 
 
-def _valid(found: Sequence[_Read]) -> list[_Read]:
+def _valid(found: Sequence[_Read], uncounted: Set[str]) -> list[_Read]:
     """Those that count for whoever recorded them."""
-    uncounted = uncounted_episodes(path for path, _, _ in found)
     return [
         (path, summary, players)
         for path, summary, players in found

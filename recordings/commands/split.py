@@ -52,8 +52,8 @@ def perform(args: argparse.Namespace) -> int:
     if args.groups < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
         raise RecordingError("--groups is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
     found = expanded(args.paths)
-    once = without_copies(found)
-    paths = of_challenge(once, args.challenge) if args.challenge else once
+    copies = len(found) - len(without_copies(found))
+    paths = of_challenge(found, args.challenge) if args.challenge else found
     styles = given_styles(args.styles, args.by)
     if args.by == "style":
         rows, names = grouped_by_style(paths, styles, args.min_tcr)
@@ -64,7 +64,7 @@ def perform(args: argparse.Namespace) -> int:
         print_json({"file": str(args.out), "styles": names, "recordings": [_document(row) for row in rows]})
         return 0
     left_out = f"; {len(found) - len(rows)} left out" if len(found) > len(rows) else ""
-    left_out += f", {words[0]} among them" if (words := left_out_words(0, len(found) - len(once))) else ""
+    left_out += f", {words[0]} among them" if (words := left_out_words(0, copies)) else ""
     print(f"{counted(len(rows), 'recording')} in {args.out}{left_out}")
     print("\n".join(printable(sentence) for sentence in group_sentences(rows, names)))
     return 0

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -137,19 +138,27 @@ def read_players(path: Path) -> Players:
 def without_copies(paths: Sequence[Path]) -> list[Path]:
     """One file of each episode, in order: a backup in a folder below is no second play. Unreadable ones stay.
 
-    Of an episode as recording and as journal it is the recording, else the first.
+    Of copies it is a recording before a journal, a whole one before one that was cut off, one that is named by its
+    episode before one that was renamed, else the first.
     """
-    known: set[str] = set()
+    files: dict[str, list[Path]] = {}
+    for path in paths:
+        with suppress(RecordingError):  # whoever reads it says so
+            files.setdefault(read_players(path).episode_id, []).append(path)
     copies: set[Path] = set()
-    for path in sorted(paths, key=lambda path: path.name.endswith(JOURNAL_SUFFIX)):
-        try:
-            episode_id = read_players(path).episode_id
-        except RecordingError:
-            continue  # whoever reads it says so
-        if episode_id in known:
-            copies.add(path)
-        known.add(episode_id)
+    for episode_id, alike in files.items():
+        if len(alike) > 1:
+            copies |= set(alike) - {min(alike, key=lambda path, named=f"{episode_id}{SUFFIX}": _rank(path, named))}
     return [path for path in paths if path not in copies]
+
+
+def _rank(path: Path, named: str) -> tuple[bool, bool, bool]:
+    """Of a copy, the best first."""
+    try:
+        complete = read_summary(path).complete
+    except RecordingError:
+        complete = False
+    return path.name.endswith(JOURNAL_SUFFIX), not complete, path.name != named
 
 
 def is_tutorial(path: Path) -> bool:

@@ -10,9 +10,12 @@ import pytest
 from movingout.maps import load_map
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import group_sentences, grouped, of_group, read_groups, write_groups
+from movingout.recordings.storage.finished import recover
+from movingout.recordings.storage.listing import without_copies
 from movingout.server.cli import main
 from tests.agents.learning import recorded
 from tests.recordings.full_disk import limited
+from tests.recordings.support import begin, not_counted, play
 
 PAIRS = ("a", "b"), ("c", "d"), ("e", "f"), ("b", "g")
 
@@ -173,3 +176,27 @@ def test_a_copy_is_in_no_group(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert main(["recordings", "split", str(tmp_path), "--groups", "2", "-o", str(out)]) == 0
     assert f"4 recordings in {out}; 5 left out, 5 copies among them\n" in capsys.readouterr().out
     assert len({row.episode for row in read_groups(out)}) == len(read_groups(out)) == 4
+
+
+def test_a_copy_elsewhere_of_what_a_study_does_not_count_is_left_out_too(tmp_path: Path) -> None:
+    """The copy has no study beside it, and sorts before the recording."""
+    paths = _episodes(tmp_path / "recordings")
+    not_counted(tmp_path, "ab")
+    backup = tmp_path / "backup" / "recordings"
+    shutil.copytree(tmp_path / "recordings", backup)
+    out = tmp_path / "groups.csv"
+    assert (
+        main(["recordings", "split", str(backup), str(tmp_path / "recordings"), "--groups", "1", "-o", str(out)]) == 0
+    )
+    assert {row.episode for row in read_groups(out)} == {path.stem for path in paths} - {"ab"}
+
+
+def test_of_copies_it_is_the_whole_one_and_the_one_named_by_its_episode(tmp_path: Path) -> None:
+    path = recorded(tmp_path, "b-whole", ticks=9)
+    renamed = Path(shutil.copy(path, tmp_path / "a-renamed.mcap"))
+    assert without_copies([renamed, path]) == [path]
+    writer, played = begin(tmp_path / "cut", episode_id="b-whole")
+    play(writer, played, 5)
+    writer.abandon()
+    (cut,) = recover(tmp_path / "cut")
+    assert cut.recording is not None and without_copies([cut.recording, renamed]) == [renamed]
