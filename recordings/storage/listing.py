@@ -148,7 +148,8 @@ def without_copies(paths: Sequence[Path]) -> list[Path]:
     copies: set[Path] = set()
     for episode_id, alike in files.items():
         if len(alike) > 1:
-            copies |= set(alike) - {min(alike, key=lambda path, named=f"{episode_id}{SUFFIX}": _rank(path, named))}
+            ranks = [_rank(path, f"{episode_id}{SUFFIX}") for path in alike]
+            copies |= set(alike) - {alike[ranks.index(min(ranks))]}
     return [path for path in paths if path not in copies]
 
 
