@@ -4,12 +4,10 @@ import asyncio
 import shutil
 import time
 from collections.abc import Iterator, Sequence
-from functools import cache
 from typing import Any
 
 import orjson
 
-from movingout.maps import load_map
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.study.api.participant_view import ParticipantViews
 from movingout.server.study.earnings import minutes_here
@@ -153,29 +151,22 @@ class Dashboard:
             "code": session.record.code,
             "minutes": minutes_here(session.record),
             "episode": unit.episode if unit else "",
-            "last_round": _last_round(unit, rounds),
+            "last_round": self._last_round(session, rounds),
             "paused": running.progress.is_paused(session),
             "unit_paused": unit is not None and unit.paused,
             "paused_s": round(now - unit.standing_since) if unit and unit.standing_since is not None else None,
             **_round_state(session, unit),
         }
 
-
-def _last_round(unit: StudyUnit | None, rounds: Sequence[str]) -> State | None:
-    """The newest round that has ended, which is the one that can be marked, with its number among these steps."""
-    last = unit.last_round if unit else None
-    if last is None or last.step not in rounds:
-        return None
-    name, title = _shown_map(last.map)
-    number = rounds.index(last.step) + 1
-    return {"episode": last.episode, "number": number, "map": name, "title": title, "valid": last.valid}
-
-
-@cache
-def _shown_map(name: str) -> tuple[str, str]:
-    """A map as rooms show it; files of maps do not change while a study is served."""
-    designed = load_map(name)
-    return designed.name, designed.title
+    def _last_round(self, session: ParticipantSession, rounds: Sequence[str]) -> State | None:
+        """The newest round that has ended, which is the one that can be marked, with its number among these steps."""
+        unit = self._running.units.of(session)
+        last = unit.last_round if unit else None
+        if last is None or last.step not in rounds:
+            return None
+        name, title = self._running.rooms.shown_map(last.map)
+        number = rounds.index(last.step) + 1
+        return {"episode": last.episode, "number": number, "map": name, "title": title, "valid": last.valid}
 
 
 def _standing_since(unit: StudyUnit | None, now: float) -> float:

@@ -6,10 +6,13 @@ import io
 import json
 import urllib.request
 from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from sqlalchemy import update
 
+from movingout.maps import load_map, map_to_json
 from movingout.server.study.notes import ExperimenterNotes
 from movingout.study.store.removal import remove_participant
 from movingout.study.store.tables import audit, notes, participants, rounds
@@ -207,6 +210,18 @@ def test_the_last_round_is_marked_invalid_while_the_next_one_runs_and_may_count_
     assert "somebody helped" not in str(long.running.databases.store.rows(audit)), "nothing can be deleted there"
     status, answer = long.live.call("/api/experimenter/invalid", {"episode": "none"}, ADMIN)
     assert (status, answer["error"]["message"]) == (409, "there is no round with the recording 'none'")
+
+
+def test_a_map_beside_the_study_file_is_shown_from_any_folder_also_when_its_file_has_moved(tmp_path: Path) -> None:
+    den = replace(load_map("HandOff"), name="Den", title="The Den")
+    file = tmp_path / "den.json"
+    file.write_text(json.dumps(map_to_json(den)), encoding="utf-8")
+    with served(tmp_path / "data", SOLO.replace("[HandOff]", "[den.json]"), beside=tmp_path) as study:
+        file.rename(tmp_path / "moved.json")
+        visitor = study.visitor().go_to("questionnaire")
+        (row,) = [row for row in study.state()["participants"] if row["pid"] == visitor.pid]
+        assert (row["last_round"]["map"], row["last_round"]["title"]) == ("Den", "The Den")
+        study.live.hang_up()
 
 
 @pytest.mark.parametrize(
