@@ -95,6 +95,8 @@ class Progress:
     async def set_paused(self, tx: Transaction, paused: bool, unit: StudyUnit | None = None) -> None:
         """Pause or resume a unit or everybody; a restart of the server changes nothing."""
         await tx.run(self._databases.store.pause, paused, None if unit is None else unit.record.id)
+        if paused:
+            self._end_absences(unit)
         if unit is None:
             self._paused = paused
         else:
@@ -111,6 +113,13 @@ class Progress:
             running_round = unit.running_round
             by_player = running_round is not None and running_round.view.phase == "paused"
             unit.note_standing(self._paused or unit.paused or by_player, now)
+
+    def _end_absences(self, unit: StudyUnit | None) -> None:
+        """Absences end with a pause, unless it begins in another one."""
+        now = time.monotonic()
+        for session in self._participants if unit is None else unit.members:
+            if not self.is_paused(session):
+                session.pause_begins(now)
 
     def _restart_waits(self, tx: Transaction, unit: StudyUnit | None) -> None:
         """A pause does not count as absence, nor as time in the waiting room, where nobody of a unit is."""

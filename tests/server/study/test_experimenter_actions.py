@@ -268,28 +268,72 @@ def test_who_is_ended_while_away_did_not_come_back_and_is_paid_until_then(long: 
     assert (row["outcome"], row["minutes"] < 5) == ("dropped-out", True)
 
 
+def away(study: Served, visitor: Visitor, seconds: float) -> None:
+    """As if so much time had passed without the visitor, on every clock."""
+    session = study.running.participants[visitor.pid]
+    for clock in ("last_seen_at", "resumed_at", "unpaid_until"):
+        setattr(session, clock, getattr(session, clock) - seconds)
+    earlier = participants.c.arrived_ms - round(1e3 * seconds)
+    with study.running.databases.store.database.write() as connection:
+        connection.execute(update(participants).where(participants.c.pid == visitor.pid).values(arrived_ms=earlier))
+
+
 def test_who_was_away_for_long_and_came_back_is_not_paid_for_it(long: Served) -> None:
     visitor = long.visitor().go_to("form")
     session = long.running.participants[visitor.pid]
-
-    def away(seconds: float) -> None:
-        session.last_seen_at -= seconds  # as if that had passed, on both clocks
-        session.resumed_at -= seconds
-        earlier = participants.c.arrived_ms - round(1e3 * seconds)
-        with long.running.databases.store.database.write() as connection:
-            connection.execute(update(participants).where(participants.c.pid == session.pid).values(arrived_ms=earlier))
-        visitor.look()
-
-    away(50_000)
+    away(long, visitor, 50_000)
+    visitor.look()
     long.look()
     assert session.record.away_ms >= 50_000_000, "kept at the next look, also over a restart"
-    away(200)
+    away(long, visitor, 200)
+    visitor.look()
     long.ask("pause")
-    away(6_000)
+    away(long, visitor, 6_000)
+    visitor.look()
     long.ask("resume")
-    away(40_000)
+    away(long, visitor, 40_000)
+    visitor.look()
     visitor.stop(True)
     assert (200 + 6_000) / 60 <= long.row(visitor.pid)["minutes"] < (200 + 6_000) / 60 + 5, "pauses are paid"
+
+
+@pytest.mark.parametrize("returns", ["in the pause", "after it", "after another one", "never"])
+def test_a_long_absence_before_a_pause_is_not_paid_and_counts_once(long: Served, returns: str) -> None:
+    visitor = long.visitor().go_to("round")
+    away(long, visitor, 50_000)
+    long.ask("pause", pid=visitor.pid)
+    long.ask("pause")
+    away(long, visitor, 6_000)
+    if returns == "in the pause":
+        visitor.look()
+    long.ask("resume")
+    long.ask("resume", pid=visitor.pid)
+    if returns == "after another one":
+        away(long, visitor, 60)
+        long.ask("pause")
+        long.ask("resume")
+    if returns != "never":
+        visitor.look()
+    long.ask("kick", pid=visitor.pid)
+    paid_s = 6_000 + (60 if returns == "after another one" else 0)
+    assert paid_s / 60 <= long.row(visitor.pid)["minutes"] < paid_s / 60 + 5
+
+
+def test_who_is_ended_in_a_pause_that_began_in_their_absence_is_not_paid_for_it_and_did_not_come_back(
+    long: Served,
+) -> None:
+    visitor = long.visitor().go_to("form")
+    long.ask("pause")
+    away(long, visitor, 60_000)
+    visitor.look()
+    long.ask("resume")
+    away(long, visitor, 50_000)
+    long.ask("pause")
+    long.look()
+    long.ask("kick", pid=visitor.pid)
+    long.ask("resume")
+    row = long.row(visitor.pid)
+    assert row["outcome"] == "dropped-out" and 60_000 / 60 <= row["minutes"] < 60_000 / 60 + 5, "counted once"
 
 
 def test_a_note_on_somebody_without_a_unit_says_so_after_a_restart_and_goes_with_their_data(solo: Served) -> None:
