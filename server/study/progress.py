@@ -54,8 +54,7 @@ class Progress:
         notify(unit.members)
 
     async def _note_last_round(self, tx: Transaction, unit: StudyUnit) -> None:
-        found = await tx.run(self._databases.rounds.last_finished, unit.record.id)
-        unit.last_round = found.get(unit.record.id)
+        self._units.last_rounds.update(await tx.run(self._databases.rounds.last_finished, unit.record.id))
 
     async def catch_up(self, tx: Transaction, unit: StudyUnit) -> None:
         """Move past rounds that are finished in the database, where a kill came before the move."""
@@ -65,9 +64,8 @@ class Progress:
     async def catch_up_all(self, tx: Transaction) -> None:
         """The same for everybody, after a start: with two queries, because others wait."""
         finished = await tx.run(self._databases.rounds.all_finished_steps)
-        last = await tx.run(self._databases.rounds.last_finished)
+        self._units.last_rounds.update(await tx.run(self._databases.rounds.last_finished))
         for unit in self._units:
-            unit.last_round = last.get(unit.record.id)
             await self._move_past(tx, unit, finished.get(unit.record.id, frozenset()))
 
     async def _move_past(self, tx: Transaction, unit: StudyUnit, finished: Collection[str]) -> None:

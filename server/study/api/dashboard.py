@@ -14,6 +14,7 @@ from movingout.server.study.earnings import minutes_here
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.unit import RunningRound, StudyUnit
+from movingout.study.store.rounds import LastRound
 
 State = dict[str, Any]
 ROWS_AT_ONCE = 200  # made, or sent, before the games have their turn
@@ -22,7 +23,8 @@ ROWS_AT_ONCE = 200  # made, or sent, before the games have their turn
 class Dashboard:
     """Made at most once a second, however many pages are open, in steps between which the games go on.
 
-    Whoever has finished costs nothing any more, and a page is sent the rows that have changed.
+    Whoever has finished costs nothing any more, until their last round is marked, and a page is sent the rows that have
+    changed.
     """
 
     def __init__(self, running: RunningStudy, views: ParticipantViews) -> None:
@@ -32,6 +34,7 @@ class Dashboard:
         self._making = asyncio.Lock()
         self._lateness = Lateness()
         self._rows: dict[str, State] = {}
+        self._last_rounds: dict[str, LastRound | None] = {}  # that the rows were made with
         self._changed: dict[str, int] = {}  # at which version each row was last another one, gone ones too
         self.version = 0
 
@@ -52,7 +55,7 @@ class Dashboard:
                 self._update(sessions[first : first + ROWS_AT_ONCE], time.monotonic())
                 await asyncio.sleep(0)
             for pid in self._rows.keys() - {session.pid for session in sessions}:
-                del self._rows[pid]
+                del self._rows[pid], self._last_rounds[pid]
                 self._changed[pid] = self.version
             self._made_at = time.monotonic()
 
@@ -63,9 +66,11 @@ class Dashboard:
 
     def _update(self, sessions: Sequence[ParticipantSession], now: float) -> None:
         for session in sessions:
-            known = self._rows.get(session.pid)
-            if known is not None and known["outcome"] and session.finished:
+            known, last_round = self._rows.get(session.pid), self._running.units.last_round(session)
+            same_round = self._last_rounds.get(session.pid) == last_round
+            if known is not None and known["outcome"] and session.finished and same_round:
                 continue
+            self._last_rounds[session.pid] = last_round
             row = self._row(session, now)
             if row != known:
                 self._rows[session.pid], self._changed[session.pid] = row, self.version
@@ -160,8 +165,7 @@ class Dashboard:
 
     def _last_round(self, session: ParticipantSession, rounds: Sequence[str]) -> State | None:
         """The newest round that has ended, which is the one that can be marked, with its number among these steps."""
-        unit = self._running.units.of(session)
-        last = unit.last_round if unit else None
+        last = self._running.units.last_round(session)
         if last is None or last.step not in rounds:
             return None
         name, title = self._running.rooms.shown_map(last.map)
