@@ -125,10 +125,17 @@ class Departures:
             await self._wait_until_recorded(pid, episodes)
             removed = await asyncio.to_thread(remove_recordings, self._recordings, pid, episodes)
             await run(withdraw_data, store, pid, removed)
+            self._forget_last_round(pid)
         except Exception as error:  # noqa: BLE001 - the experimenter hears of it, and it is tried again
             self._alerts.add("deletion", f"The data of {pid} could not be deleted.", str(error), pid=pid)
             return False
         return True
+
+    def _forget_last_round(self, pid: str) -> None:
+        """Nobody can mark it any more."""
+        session = self._participants.get(pid)
+        if session is not None and session.record.unit is not None:
+            self._units.last_rounds.pop(session.record.unit, None)
 
     async def _wait_until_recorded(self, pid: str, episodes: set[str]) -> None:
         """Whoever finishes a recording would write it again if it were deleted meanwhile."""

@@ -78,17 +78,17 @@ class ExperimenterActions:
         await self._mark(request, True)
 
     async def _mark(self, request: ExperimenterRequest, valid: bool) -> None:
+        last_rounds = self._running.units.last_rounds
         async with self._running.transaction() as tx:
             episode = request.episode
             if not episode:
-                last = self._unit(request).last_round
-                if last is None:
+                unit = self._session(request).record.unit if request.pid else request.unit
+                if unit not in last_rounds:
                     raise StudyError("they have not finished a round yet")
-                episode = last.episode
+                episode = last_rounds[unit].episode
             number = await tx.run(self._databases.rounds.mark, episode, valid)
-            unit = self._running.units.get(number)
-            if unit is not None and unit.last_round is not None and unit.last_round.episode == episode:
-                unit.last_round = replace(unit.last_round, valid=valid)
+            if number in last_rounds and last_rounds[number].episode == episode:
+                last_rounds[number] = replace(last_rounds[number], valid=valid)
         if reason := request.reason.strip():  # may say who it was: a note can be deleted, the audit cannot
             await self._running.notes.add(f"{'valid' if valid else 'invalid'}: {reason}", number, request.pid)
 

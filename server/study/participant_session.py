@@ -34,7 +34,8 @@ class ParticipantSession:
     resumed_at: float = 0.0  # when the experimenter's last pause ended for them, on the same clock
     any_device: bool = False  # whether they may come back in another browser, once
     absence_told: bool = True  # whether the experimenter knows that they are away; who has not come back yet is no news
-    unpaid_s: float = 0.0  # absences from which they came back and that are not in the database yet
+    unpaid_s: float = 0.0  # absences that have ended, also with a pause, and that are not in the database yet
+    unpaid_until: float = 0.0  # when a pause began in a long absence, which is in `unpaid_s` up to then
     ended_at: float = 0.0  # when they were given their code, on the same clock; 0 before a restart
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 
@@ -84,10 +85,25 @@ class ParticipantSession:
 
     def seen(self, now: float, paused: bool) -> None:
         """A page of theirs is open. The absence that ends with it is not paid where it was long, and no pause."""
-        absent_s = self.absent_s(now)
-        if absent_s > UNPAID_S and not paused and not self.finished:
-            self.unpaid_s += absent_s
+        if not paused:
+            self._note_absence(now)
         self.last_seen_at = now
+
+    def pause_begins(self, now: float) -> None:
+        """A pause is no absence, and ends the one that it begins in, wherever they come back."""
+        if self._note_absence(now):
+            self.unpaid_until = now
+
+    def _note_absence(self, now: float) -> bool:
+        """Whether an absence that ends now is not paid."""
+        absent_s = self.absent_s(now)
+        unpaid = absent_s > UNPAID_S and not self.finished
+        self.unpaid_s += absent_s if unpaid else 0.0
+        return unpaid
+
+    def uncounted_s(self, now: float) -> float:
+        """Of their absence, what is not in `unpaid_s` yet."""
+        return min(self.absent_s(now), now - self.unpaid_until)
 
     def is_gone(self, now: float, after_s: float) -> bool:
         """Whether they closed their page longer ago than a partner has to wait."""

@@ -112,7 +112,7 @@ class Participants:
         if session.unpaid_s:
             await self._note_absence(tx, session)
         now = time.monotonic()
-        away_s = 0.0 if session.present(now) else session.absent_s(now)
+        away_s = 0.0 if session.present(now) else session.uncounted_s(now)
         await tx.run(self._store.finish, session.pid, outcome, self._code(outcome), away_s)
         session.ended_at = now
         await self.refresh(tx, session)

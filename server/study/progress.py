@@ -54,8 +54,7 @@ class Progress:
         notify(unit.members)
 
     async def _note_last_round(self, tx: Transaction, unit: StudyUnit) -> None:
-        found = await tx.run(self._databases.rounds.last_finished, unit.record.id)
-        unit.last_round = found.get(unit.record.id)
+        self._units.last_rounds.update(await tx.run(self._databases.rounds.last_finished, unit.record.id))
 
     async def catch_up(self, tx: Transaction, unit: StudyUnit) -> None:
         """Move past rounds that are finished in the database, where a kill came before the move."""
@@ -65,9 +64,8 @@ class Progress:
     async def catch_up_all(self, tx: Transaction) -> None:
         """The same for everybody, after a start: with two queries, because others wait."""
         finished = await tx.run(self._databases.rounds.all_finished_steps)
-        last = await tx.run(self._databases.rounds.last_finished)
+        self._units.last_rounds.update(await tx.run(self._databases.rounds.last_finished))
         for unit in self._units:
-            unit.last_round = last.get(unit.record.id)
             await self._move_past(tx, unit, finished.get(unit.record.id, frozenset()))
 
     async def _move_past(self, tx: Transaction, unit: StudyUnit, finished: Collection[str]) -> None:
@@ -95,6 +93,8 @@ class Progress:
     async def set_paused(self, tx: Transaction, paused: bool, unit: StudyUnit | None = None) -> None:
         """Pause or resume a unit or everybody; a restart of the server changes nothing."""
         await tx.run(self._databases.store.pause, paused, None if unit is None else unit.record.id)
+        if paused:
+            self._end_absences(unit)
         if unit is None:
             self._paused = paused
         else:
@@ -111,6 +111,13 @@ class Progress:
             running_round = unit.running_round
             by_player = running_round is not None and running_round.view.phase == "paused"
             unit.note_standing(self._paused or unit.paused or by_player, now)
+
+    def _end_absences(self, unit: StudyUnit | None) -> None:
+        """Absences end with a pause, unless it begins in another one."""
+        now = time.monotonic()
+        for session in self._participants if unit is None else unit.members:
+            if not self.is_paused(session):
+                session.pause_begins(now)
 
     def _restart_waits(self, tx: Transaction, unit: StudyUnit | None) -> None:
         """A pause does not count as absence, nor as time in the waiting room, where nobody of a unit is."""

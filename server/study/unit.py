@@ -6,7 +6,7 @@ from movingout.server.rooms.room_view import RoomView
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.study.design.steps import Step
 from movingout.study.store import Unit
-from movingout.study.store.rounds import LastRound, PlayerOutcome, RoundOutcome
+from movingout.study.store.rounds import PlayerOutcome, RoundOutcome
 
 FINISHED = ("delivered", "time")  # outcomes of rounds that count
 
@@ -59,7 +59,6 @@ class StudyUnit:
     standing_since: float | None = None  # when a pause began that is still on, in seconds of the monotonic clock
     problem: str = ""  # why no round can begin now
     episode: str = ""  # the recording of the newest round
-    last_round: LastRound | None = None  # the newest one that has ended; another one may be running
 
     @property
     def finished(self) -> bool:

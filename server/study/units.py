@@ -16,6 +16,7 @@ from movingout.study.design.definition import Study
 from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING, blocks_over, next_step
 from movingout.study.design.steps import steps
 from movingout.study.store import Unit
+from movingout.study.store.rounds import LastRound
 
 
 class Units:
@@ -27,6 +28,7 @@ class Units:
         self._databases = databases
         self._alerts = alerts
         self._units: dict[int, StudyUnit] = {}
+        self.last_rounds: dict[int, LastRound] = {}  # the newest that has ended, by unit, also of finished units
         self._waiting_room = WaitingRoom(study.pairing.wait_s)
 
     def __iter__(self) -> Iterator[StudyUnit]:
@@ -39,6 +41,10 @@ class Units:
     def of(self, session: ParticipantSession) -> StudyUnit | None:
         """The unit of a participant; None before it is formed and after it has finished."""
         return self.get(session.record.unit)
+
+    def last_round(self, session: ParticipantSession) -> LastRound | None:
+        """The newest round of a participant's unit that has ended; another one may be running."""
+        return None if session.record.unit is None else self.last_rounds.get(session.record.unit)
 
     async def restore(self, tx: Transaction) -> None:
         """Read the units that have not finished from the database, after the participants."""

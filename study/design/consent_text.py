@@ -4,7 +4,7 @@
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from movingout.recordings.report.words import Words
@@ -18,8 +18,7 @@ _SIGNS: Final = {"€": "EUR", "£": "GBP"}
 _SIGN = r"(?<![A-Za-z])[A-Z]{0,3}\$|[€£]"  # also US$, CA$, ...
 _DOLLARS: Final = ("USD", "AUD", "CAD", "HKD", "MXN", "NZD", "SGD", "TWD")  # all written with $
 _CURRENCIES: Final = ("AUD", "CAD", "CHF", "CNY", "EUR", "GBP", "JPY", "USD")
-_THOUSANDS = r"\d{1,3}(?:[.,'’ \u00a0\u2009\u202f]\d{3})+"  # 1,500 or 1.500 or 1 500
-_NUMBER = rf"(?<!\d)(?<!\d[.,])(?P<whole>{_THOUSANDS}(?!\d)|\d+)(?:[.,](?P<cents>\d{{1,2}}))?(?!\d)"
+_THOUSANDS = r"\d{1,3}(?:[.,'’\u00a0\u2009\u202f]\d{3})+"  # 1,500 or 1.500, or with a space that breaks no line
 _MINUTES = re.compile(r"\b(\d+)[\s-]*(?:minutes?|Minuten?|min)\b")
 
 
@@ -98,10 +97,11 @@ def _wrong_minutes(study: Study, text: str) -> Iterator[str]:
 
 
 def _wrong_pay(study: Study, text: str) -> Iterator[str]:
-    said = list(dict.fromkeys(_amounts(text, study.pay.currency if study.pay else "")))
     known = [(study.pay.per_hour, study.pay.currency)] if study.pay else []
     if study.pay and study.pay.maximum is not None:
         known.append((study.pay.maximum, study.pay.currency))
+    values = [value for value, _ in known]
+    said = list(dict.fromkeys(_amounts(text, study.pay.currency if study.pay else "", values)))
     wrong = [f"{value:g} {currency}" for value, currency in said if (value, currency) not in known]
     if wrong and study.pay is None:
         yield f"the consent promises {', '.join(wrong)}, and the file has no `pay`"
@@ -110,11 +110,21 @@ def _wrong_pay(study: Study, text: str) -> Iterator[str]:
         yield f"the consent says {', '.join(wrong)}, and `pay` has {right}; {{pay.per_hour}} is always right"
 
 
-def _amounts(text: str, own: str) -> Iterator[tuple[float, str]]:
-    """Every amount of money: "20 USD", "USD 20", "20 $", "$20", "$20 AUD"; `own` is the currency of the study."""
+def _number(known: Iterable[float]) -> str:
+    """A pattern: 1 500 is one number where it is `known`, else two, as in "room 12 100 USD"."""
+    spaced = [f"{int(value):,}".replace(",", "[ \u00a0\u2009\u202f]") for value in known if value >= 1000]
+    whole = "|".join([*spaced, _THOUSANDS])
+    return rf"(?<!\d)(?<!\d[.,])(?P<whole>(?:{whole})(?!\d)|\d+)(?:[.,](?P<cents>\d{{1,2}}))?(?!\d)"
+
+
+def _amounts(text: str, own: str, known: Iterable[float]) -> Iterator[tuple[float, str]]:
+    """Every amount of money: "20 USD", "USD 20", "20 $", "$20", "$20 AUD".
+
+    `own` is the currency of the study, `known` has the amounts of its file.
+    """
     code = rf"\b(?:{'|'.join(sorted({*_CURRENCIES, *_DOLLARS, *filter(None, [own])}))})\b"
     behind = rf"(?(sign)(?:\s?(?P<code>{code}))?|\s?(?P<behind>{code}|{_SIGN}))"
-    pattern = rf"(?:(?P<before>{code})\s?)?(?:(?P<sign>{_SIGN})\s?)?{_NUMBER}(?(before)|{behind})"
+    pattern = rf"(?:(?P<before>{code})\s?)?(?:(?P<sign>{_SIGN})\s?)?{_number(known)}(?(before)|{behind})"
     for match in re.finditer(pattern, text):
         unit = next(match[name] for name in ("before", "code", "sign", "behind") if match[name])
         if currency := _currency(unit, own):

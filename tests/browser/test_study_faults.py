@@ -1,9 +1,10 @@
 """The study's pages when the server or the connection fails: nothing is lost, and what is wrong is said."""
 
+import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from movingout.study.questionnaire import PAPER
 from tests.browser import study_fake as fake
@@ -32,6 +33,69 @@ def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(bro
         heading(page, "Taking part in a research study")  # by itself
         assert study.sent("/arrive")[-1]["parameters"] == {"PROLIFIC_PID": "5f00"}
         assert page.url.endswith("/study")
+
+
+def two_at_one_screen(page: Page, *steps: fake.Step) -> FakeStudy:
+    study = FakeStudy.at(*steps, group=2, asks_code=False)
+    study.people["token-of-person-2"] = FakePerson([*steps])
+    study.open(page)
+    expect(page.locator("#study-who")).to_be_visible()
+    return study
+
+
+def first_leaves(study: FakeStudy, page: Page) -> None:
+    """The page hears that the first person has declined."""
+    study.people["token-of-person-1"].steps = [fake.code("declined", code=None, earned=None)]
+    expect(page.locator("#study-who")).to_be_hidden(timeout=20_000)
+
+
+def hold(page: Page, url: re.Pattern[str]) -> list[Route]:
+    """Requests that wait for their answer."""
+    held: list[Route] = []
+    page.route(url, lambda route: held.append(route))
+    return held
+
+
+@pytest.mark.slow
+def test_where_the_first_declines_and_the_answer_comes_after_other_news_the_second_goes_on(open_page: OpenPage) -> None:
+    page = open_page("/healthz")
+    study = two_at_one_screen(page, fake.consent(), fake.input_check())
+    held = hold(page, re.compile("/decline"))
+    page.get_by_label("I am 18 or older.").check()
+    page.get_by_role("button", name="I do not agree").click()
+    first_leaves(study, page)
+    expect(page.get_by_label("I am 18 or older.")).not_to_be_checked()  # their own screen, not the one of the first
+    with page.expect_response("**/api/study/decline"):
+        study._answer(held[0])
+    page.get_by_label("I am 18 or older.").check()
+    page.get_by_role("button", name="I agree").click()
+    heading(page, "Try your controls")
+
+
+@pytest.mark.slow
+def test_a_language_that_arrives_when_the_first_has_left_is_that_of_the_second(open_page: OpenPage) -> None:
+    page = open_page("/healthz")
+    study = two_at_one_screen(page, fake.consent(), fake.input_check())
+    held = hold(page, re.compile("lang="))
+    page.get_by_label("Language").select_option("de")
+    first_leaves(study, page)
+    for route in held:
+        study._answer(route)
+    expect(page.get_by_role("button", name="Ich stimme zu")).to_be_visible()
+    page.get_by_label("I am 18 or older.").check()
+    page.get_by_role("button", name="Ich stimme zu").click()
+    heading(page, "Probieren Sie die Steuerung aus")
+
+
+@pytest.mark.slow
+def test_who_has_left_before_they_stop_stops_nobody_else(open_page: OpenPage) -> None:
+    page = open_page("/healthz")
+    study = two_at_one_screen(page, fake.questions(PAPER, letter="A"))
+    page.get_by_role("button", name="Stop the study").click()
+    first_leaves(study, page)
+    page.get_by_role("dialog").get_by_role("button", name="Stop, keep my data").click()
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    assert study.people["token-of-person-2"].steps[0]["kind"] == "questionnaire"
 
 
 def test_answers_given_without_a_connection_survive_closing_the_page_and_arrive_later(

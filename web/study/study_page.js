@@ -198,6 +198,14 @@ export class StudyPage {
     this.#show();
   }
 
+  /**
+   * Views that were asked for at places: where others sit here by now, the server is asked about those.
+   * @param {Place[]} places @param {View[]} views
+   */
+  async #takeAllOf(places, views) {
+    await (places === this.#places ? this.#takeAll(views) : this.#refresh());
+  }
+
   /** Of two, the one who stays when the other has declined. @param {View[]} views */
   #withoutDeclined(views) {
     const staying = stillHere(views);
@@ -222,6 +230,7 @@ export class StudyPage {
     const make = SCREENS[step.kind];
     const id = JSON.stringify([
       people,
+      this.#places.length,
       step.key,
       step.kind,
       step.state,
@@ -281,9 +290,10 @@ export class StudyPage {
    * @param {(place: Place) => Promise<View>} ask
    */
   async #each(people, ask) {
+    const places = this.#places;
     const views = [...this.#views];
-    for (const person of people) views[person] = await this.#persistence.until(() => ask(this.#places[person]));
-    await this.#takeAll(views);
+    for (const person of people) views[person] = await this.#persistence.until(() => ask(places[person]));
+    await this.#takeAllOf(places, views);
   }
 
   /** Goes to the room, once every seat of this screen is known. @param {import("./service.js").Step[]} steps */
@@ -311,10 +321,12 @@ export class StudyPage {
 
   async #stop() {
     const people = this.#turn();
+    const places = this.#places;
     const stopped = await askToStop(people, this.#pay, async (person, keep) => {
-      this.#views[person] = await this.#persistence.until(() => this.#places[person].stop(keep));
+      const view = await this.#persistence.until(() => places[person].stop(keep));
+      if (places === this.#places) this.#views[person] = view;
     });
-    if (stopped) await this.#takeAll([...this.#views]);
+    if (stopped) await this.#takeAllOf(places, [...this.#views]);
   }
 
   // ---- language ---------------------------------------------------------------------------------------------
@@ -329,9 +341,9 @@ export class StudyPage {
       return;
     }
     if (this.#views[0]?.step.kind === "ended-elsewhere") await this.#follow(language);
-    await this.#takeAll(
-      await this.#persistence.until(() => Promise.all(this.#places.map((place) => place.view(language)))),
-    );
+    const places = this.#places;
+    const views = await this.#persistence.until(() => Promise.all(places.map((place) => place.view(language))));
+    await this.#takeAllOf(places, views);
   }
 
   /** Switches to the language of the study's texts, or to the nearest one offered. @param {string} language */

@@ -4,18 +4,17 @@ import asyncio
 import shutil
 import time
 from collections.abc import Iterator, Sequence
-from functools import cache
 from typing import Any
 
 import orjson
 
-from movingout.maps import load_map
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.study.api.participant_view import ParticipantViews
 from movingout.server.study.earnings import minutes_here
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.unit import RunningRound, StudyUnit
+from movingout.study.store.rounds import LastRound
 
 State = dict[str, Any]
 ROWS_AT_ONCE = 200  # made, or sent, before the games have their turn
@@ -24,7 +23,8 @@ ROWS_AT_ONCE = 200  # made, or sent, before the games have their turn
 class Dashboard:
     """Made at most once a second, however many pages are open, in steps between which the games go on.
 
-    Whoever has finished costs nothing any more, and a page is sent the rows that have changed.
+    Whoever has finished costs nothing any more, until their last round is marked, and a page is sent the rows that have
+    changed.
     """
 
     def __init__(self, running: RunningStudy, views: ParticipantViews) -> None:
@@ -34,6 +34,7 @@ class Dashboard:
         self._making = asyncio.Lock()
         self._lateness = Lateness()
         self._rows: dict[str, State] = {}
+        self._last_rounds: dict[str, LastRound | None] = {}  # that the rows were made with
         self._changed: dict[str, int] = {}  # at which version each row was last another one, gone ones too
         self.version = 0
 
@@ -54,7 +55,7 @@ class Dashboard:
                 self._update(sessions[first : first + ROWS_AT_ONCE], time.monotonic())
                 await asyncio.sleep(0)
             for pid in self._rows.keys() - {session.pid for session in sessions}:
-                del self._rows[pid]
+                del self._rows[pid], self._last_rounds[pid]
                 self._changed[pid] = self.version
             self._made_at = time.monotonic()
 
@@ -65,9 +66,11 @@ class Dashboard:
 
     def _update(self, sessions: Sequence[ParticipantSession], now: float) -> None:
         for session in sessions:
-            known = self._rows.get(session.pid)
-            if known is not None and known["outcome"] and session.finished:
+            known, last_round = self._rows.get(session.pid), self._running.units.last_round(session)
+            same_round = self._last_rounds.get(session.pid) == last_round
+            if known is not None and known["outcome"] and session.finished and same_round:
                 continue
+            self._last_rounds[session.pid] = last_round
             row = self._row(session, now)
             if row != known:
                 self._rows[session.pid], self._changed[session.pid] = row, self.version
@@ -153,29 +156,21 @@ class Dashboard:
             "code": session.record.code,
             "minutes": minutes_here(session.record),
             "episode": unit.episode if unit else "",
-            "last_round": _last_round(unit, rounds),
+            "last_round": self._last_round(session, rounds),
             "paused": running.progress.is_paused(session),
             "unit_paused": unit is not None and unit.paused,
             "paused_s": round(now - unit.standing_since) if unit and unit.standing_since is not None else None,
             **_round_state(session, unit),
         }
 
-
-def _last_round(unit: StudyUnit | None, rounds: Sequence[str]) -> State | None:
-    """The newest round that has ended, which is the one that can be marked, with its number among these steps."""
-    last = unit.last_round if unit else None
-    if last is None or last.step not in rounds:
-        return None
-    name, title = _shown_map(last.map)
-    number = rounds.index(last.step) + 1
-    return {"episode": last.episode, "number": number, "map": name, "title": title, "valid": last.valid}
-
-
-@cache
-def _shown_map(name: str) -> tuple[str, str]:
-    """A map as rooms show it; files of maps do not change while a study is served."""
-    designed = load_map(name)
-    return designed.name, designed.title
+    def _last_round(self, session: ParticipantSession, rounds: Sequence[str]) -> State | None:
+        """The newest round that has ended, which is the one that can be marked, with its number among these steps."""
+        last = self._running.units.last_round(session)
+        if last is None or last.step not in rounds:
+            return None
+        name, title = self._running.rooms.shown_map(last.map)
+        number = rounds.index(last.step) + 1
+        return {"episode": last.episode, "number": number, "map": name, "title": title, "valid": last.valid}
 
 
 def _standing_since(unit: StudyUnit | None, now: float) -> float:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from movingout.maps import MapSpec, map_to_json
+from movingout.maps import MapError, MapSpec, map_to_json
 from movingout.server.public_host import PublicHost
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
@@ -26,6 +26,7 @@ class RoomSetup:
         self._pings = {block.id: block.pings == "on" for block in study.blocks}
         # As they are now: rooms in other processes and on other nodes do not know where the study file lies.
         self._own_maps = {name: map_to_json(study.load_map(name)) for name in study.own_maps}
+        self._shown = {name: (str(own["name"]), str(own["title"])) for name, own in self._own_maps.items()}
 
     async def prepare(self, step: Step) -> None:
         """Make the randomised map of a round ahead, in another process."""
@@ -36,6 +37,17 @@ class RoomSetup:
         """The map of a round or of the practice, after `prepare`."""
         config = self.config(step)
         return self._host.prepared_maps.world_map(config.designed(0), config.challenge2_seed, config.split)
+
+    def shown_map(self, name: str) -> tuple[str, str]:
+        """Name and title of a map as its rooms show it; of one that the study file names no more, only the name."""
+        if name not in self._shown:
+            try:
+                designed = self._study.load_map(name)
+            except MapError:
+                self._shown[name] = name, ""
+            else:
+                self._shown[name] = designed.name, designed.title
+        return self._shown[name]
 
     def config(self, step: Step, unit: StudyUnit | None = None) -> RoomConfig:
         practice, turn = self._study.practice, step.turn

@@ -78,6 +78,10 @@ class StudyRooms:
         """The map's name in the study file."""
         return self._setup.config(step).maps[0]
 
+    def shown_map(self, name: str) -> tuple[str, str]:
+        """Name and title of a map that the study file names, as its rooms show it."""
+        return self._setup.shown_map(name)
+
     async def open(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
         """Open a room for the unit. If that fails, the reason is in `unit.problem`, and the monitor tries again."""
         tx.check()

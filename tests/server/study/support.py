@@ -264,12 +264,13 @@ def served(
     signed: bool = False,
     any_device: bool = False,
     database: str | None = None,
+    beside: Path | None = None,
     port: int = 0,
     host_of: Callable[[Settings], tuple[PublicHost, App]] = one_process,
     **settings: Any,
 ) -> Iterator[Served]:
-    """Serve a study for one `with` block; its data remain."""
-    folder = StudyFolder(parse_study(text), data, database)
+    """Serve a study, whose file lies in the folder `beside`, for one `with` block; its data remain."""
+    folder = StudyFolder(parse_study(text, folder=beside), data, database)
     options = {"lobby": False, "tick_s": 0.1 / SPEED, "countdown_s": 0.05, "agent_workers": 0, **settings}
     made: list[Any] = []
 

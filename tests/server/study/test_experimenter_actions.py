@@ -6,13 +6,19 @@ import io
 import json
 import urllib.request
 from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import pytest
-from sqlalchemy import update
 
+from movingout.maps import load_map, map_to_json
+from movingout.server.study.api.dashboard import Dashboard
+from movingout.server.study.api.participant_view import ParticipantViews
 from movingout.server.study.notes import ExperimenterNotes
 from movingout.study.store.removal import remove_participant
-from movingout.study.store.tables import audit, notes, participants, rounds
+from movingout.study.store.tables import audit, notes, rounds
+from tests.server.cluster.processes import wait_until
 from tests.server.live import ADMIN, WAIT_S
 from tests.server.study.support import SOLO, Served, Visitor, served
 
@@ -209,6 +215,49 @@ def test_the_last_round_is_marked_invalid_while_the_next_one_runs_and_may_count_
     assert (status, answer["error"]["message"]) == (409, "there is no round with the recording 'none'")
 
 
+def test_the_last_round_can_be_marked_after_the_end_and_the_page_says_so(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        visitor = study.visitor().go_to("code")
+        study.look()
+        assert study.running.units.of(study.running.participants[visitor.pid]) is None
+
+        def shown() -> dict[str, Any]:
+            dashboard._made_at = -1.0  # as if a second had passed
+            asyncio.run_coroutine_threadsafe(dashboard.refresh(), study.live.loop).result(WAIT_S)
+            return dict(dashboard._rows[visitor.pid]["last_round"])
+
+        dashboard = Dashboard(study.running, ParticipantViews(study.running))
+        assert (shown()["number"], shown()["valid"]) == (2, True)
+        study.ask("invalid", pid=visitor.pid, reason="somebody helped")
+        assert not shown()["valid"]
+        study.ask("valid", episode=shown()["episode"], reason="nobody did")
+        assert shown()["valid"]
+        study.live.hang_up()
+    with served(tmp_path) as study:
+        assert study.row(study.state()["participants"][0]["pid"])["last_round"]["number"] == 2, (
+            "after a restart as well"
+        )
+
+
+def test_a_deleted_round_can_be_marked_no_more(solo: Served) -> None:
+    visitor = solo.visitor().go_to("questionnaire")
+    assert solo.row(visitor.pid)["last_round"]
+    visitor.stop(keep=False)
+    wait_until(lambda: solo.row(visitor.pid)["last_round"] is None, "the deletion")
+
+
+def test_a_map_beside_the_study_file_is_shown_from_any_folder_also_when_its_file_has_moved(tmp_path: Path) -> None:
+    den = replace(load_map("HandOff"), name="Den", title="The Den")
+    file = tmp_path / "den.json"
+    file.write_text(json.dumps(map_to_json(den)), encoding="utf-8")
+    with served(tmp_path / "data", SOLO.replace("[HandOff]", "[den.json]"), beside=tmp_path) as study:
+        file.rename(tmp_path / "moved.json")
+        visitor = study.visitor().go_to("questionnaire")
+        (row,) = [row for row in study.state()["participants"] if row["pid"] == visitor.pid]
+        assert (row["last_round"]["map"], row["last_round"]["title"]) == ("Den", "The Den")
+        study.live.hang_up()
+
+
 @pytest.mark.parametrize(
     ("action", "order", "status"),
     [
@@ -251,30 +300,6 @@ def test_who_is_ended_while_away_did_not_come_back_and_is_paid_until_then(long: 
     long.ask("kick", pid=visitor.pid)
     row = long.row(visitor.pid)
     assert (row["outcome"], row["minutes"] < 5) == ("dropped-out", True)
-
-
-def test_who_was_away_for_long_and_came_back_is_not_paid_for_it(long: Served) -> None:
-    visitor = long.visitor().go_to("form")
-    session = long.running.participants[visitor.pid]
-
-    def away(seconds: float) -> None:
-        session.last_seen_at -= seconds  # as if that had passed, on both clocks
-        session.resumed_at -= seconds
-        earlier = participants.c.arrived_ms - round(1e3 * seconds)
-        with long.running.databases.store.database.write() as connection:
-            connection.execute(update(participants).where(participants.c.pid == session.pid).values(arrived_ms=earlier))
-        visitor.look()
-
-    away(50_000)
-    long.look()
-    assert session.record.away_ms >= 50_000_000, "kept at the next look, also over a restart"
-    away(200)
-    long.ask("pause")
-    away(6_000)
-    long.ask("resume")
-    away(40_000)
-    visitor.stop(True)
-    assert (200 + 6_000) / 60 <= long.row(visitor.pid)["minutes"] < (200 + 6_000) / 60 + 5, "pauses are paid"
 
 
 def test_a_note_on_somebody_without_a_unit_says_so_after_a_restart_and_goes_with_their_data(solo: Served) -> None:

@@ -52,6 +52,8 @@ def test_blanks_and_places_without_a_value_are_named() -> None:
         ("Sie bekommen 12,50 € pro Stunde, höchstens 25 €.", "the consent says 25 EUR, and `pay` has 12.5 EUR"),
         ("You are paid EUR 1,250.50 per hour.", "the consent says 1250.5 EUR, and `pay` has 12.5 EUR, 20 EUR"),
         ("Sie bekommen 12.000 EUR.", "the consent says 12000 EUR, and `pay` has 12.5 EUR, 20 EUR"),
+        ("Sie bekommen 12\u00a0000 EUR.", "the consent says 12000 EUR, and `pay` has 12.5 EUR, 20 EUR"),
+        ("Raum 12 100 EUR werden bezahlt.", "the consent says 100 EUR, and `pay` has 12.5 EUR, 20 EUR"),
         ("You are paid CA$20 per hour.", "the consent says 20 CAD, and `pay` has 12.5 EUR, 20 EUR"),
         ("You are paid AUD $20 or $20 NZD.", "the consent says 20 AUD, 20 NZD, and `pay` has 12.5 EUR, 20 EUR"),
         ("You are paid 12.5 EUR 20 USD.", "the consent says 20 USD, and `pay` has 12.5 EUR, 20 EUR"),
@@ -82,6 +84,9 @@ def test_numbers_that_agree_with_the_file_are_no_contradiction(text: str) -> Non
         ("{currency: CAD, per_hour: 20.5}", "You are paid CA$20.50 per hour, C$20.50 or $20.50."),
         ("{currency: USD, per_hour: 1234.5}", "You are paid US$1,234.50 per hour, USD$1234.5; R$7 is no dollar."),
         ("{currency: CHF, per_hour: 1500}", "You are paid CHF 1'500 per hour."),
+        ("{currency: USD, per_hour: 100}", "Come to room 12 100 USD per hour are paid, USD 100 250 people."),
+        ("{currency: USD, per_hour: 456}", "Grant 123 456 USD per hour."),
+        ("{currency: JPY, per_hour: 1234567.5}", "1 234 567.50 JPY, JPY 1\u00a0234\u202f567.5"),
     ],
 )
 def test_thousands_and_dollars_are_read_as_people_write_them(pay: str, text: str) -> None:

@@ -42,3 +42,6 @@ def test_a_room_has_the_maps_of_ones_own_with_it(tmp_path: Path) -> None:
     played = [setup.config(step) for step in steps(study, assign(study, 0)) if step.kind in ("practice", "round")]
     assert {config.maps[0]: config.designed(0) for config in played}["den.json"] == den
     assert all(set(config.own_maps) == {"den.json"} & set(config.maps) for config in played)
+    assert setup.shown_map("den.json") == (den.name, den.title)
+    assert setup.shown_map("HandOff") == ("HandOff", "Hand Off")
+    assert setup.shown_map("gone.json") == ("gone.json", ""), "of a study file that was changed since"
