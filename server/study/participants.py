@@ -98,6 +98,7 @@ class Participants:
 
     async def note_absences(self, tx: Transaction) -> None:
         """Keep the absences that have ended since the last time."""
+        tx.check()
         for session in [one for one in self if one.unpaid_s]:
             await self._note_absence(tx, session)
 

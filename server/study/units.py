@@ -83,12 +83,14 @@ class Units:
 
     async def blocks_over(self, tx: Transaction, unit: int) -> frozenset[str]:
         """The blocks whose time is up for a unit: their further rounds are left out."""
+        tx.check()
         if not any(block.limit_minutes for block in self._study.blocks):
             return frozenset()
         return blocks_over(self._study, await tx.run(self._databases.rounds.block_seconds, unit))
 
     async def with_rounds_left(self, tx: Transaction, unit: StudyUnit) -> list[ParticipantSession]:
         """Who cannot finish without the others: somebody for whom rounds are still to come."""
+        tx.check()
         found = [one for one in unit.members if not one.finished and one.has_rounds_left()]
         over = await self.blocks_over(tx, unit.record.id) if found else ()
         return [one for one in found if one.has_rounds_left(over)]

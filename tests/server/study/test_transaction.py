@@ -31,9 +31,9 @@ from tests.server.study.support import SOLO
 
 READERS = {
     Participants: {"get"},
-    Units: {"get", "of", "heard", "waiting_since"},
+    Units: {"get", "of", "heard", "last_round", "waiting_since"},
     Progress: {"is_paused", "note_standing"},
-    StudyRooms: {"prepare", "map_of", "map_name", "refresh"},
+    StudyRooms: {"prepare", "map_of", "map_name", "refresh", "shown_map"},
     FinishedRounds: {"add", "save_soon", "saved", "count", "count_recovered", "count_stored", "close_left"},
     Departures: {"delete_data", "delete_again", "end"},
 }
@@ -48,6 +48,9 @@ CHANGES: dict[str, Change] = {
     "Participants.finish": lambda study, tx, one, unit: study.participants.finish(tx, one, "done"),
     "Participants.refresh": lambda study, tx, one, unit: study.participants.refresh(tx, one),
     "Units.restore": lambda study, tx, one, unit: study.units.restore(tx),
+    "Participants.note_absences": lambda study, tx, one, unit: study.participants.note_absences(tx),
+    "Units.blocks_over": lambda study, tx, one, unit: study.units.blocks_over(tx, unit.record.id),
+    "Units.with_rounds_left": lambda study, tx, one, unit: study.units.with_rounds_left(tx, unit),
     "Units.form": lambda study, tx, one, unit: study.units.form(tx, [one]),
     "Units.move_to_first_step": lambda study, tx, one, unit: study.units.move_to_first_step(tx, unit),
     "Units.remove": lambda study, tx, one, unit: study.units.remove(tx, unit),
