@@ -163,14 +163,20 @@ def checkpoint_folders(*roots: Path) -> Iterator[Path]:
 
 def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
     """The checkpoint of an id, from the first of `roots` that has it. Raises CheckpointError when none does."""
+    if found := _found(agent_id, *roots):
+        return found
+    ids = [checkpoint.card.id for checkpoint in readable_checkpoints(*roots)]
+    known, question = ", ".join(ids) or "none", probably_meant(agent_id, ids) or ";"
+    raise CheckpointError(f"no checkpoint {agent_id!r}{question} there are: {known}{missing_models()}")
+
+
+def _found(agent_id: str, *roots: Path) -> Checkpoint | None:
     for folder in checkpoint_folders(*roots):
         if folder.name == folder_name(agent_id):
             found = read_checkpoint(folder)
             if found.card.id == agent_id:  # two ids may share a folder name: dp-b@mine and dp@b-mine
                 return found
-    ids = [checkpoint.card.id for checkpoint in readable_checkpoints(*roots)]
-    known, question = ", ".join(ids) or "none", probably_meant(agent_id, ids) or ";"
-    raise CheckpointError(f"no checkpoint {agent_id!r}{question} there are: {known}{missing_models()}")
+    return None
 
 
 def fingerprint(agent_id: str) -> str:
@@ -185,7 +191,8 @@ def card_bytes(agent_id: str) -> bytes:
     if "@" not in reference:
         return b""
     try:
-        return (find_checkpoint(reference, *model_roots()).folder / CARD).read_bytes()
+        found = _found(reference, *model_roots())
+        return (found.folder / CARD).read_bytes() if found else b""
     except (CheckpointError, OSError):
         return b""
 

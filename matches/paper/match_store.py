@@ -32,7 +32,8 @@ class MatchStore:
 
     def find(self, match: Match) -> MatchResult | None:
         """The result of a match with the present weights; None when it has not been played."""
-        return self._kept(self._place(match)).get(match.id)
+        kept = self._kept(self._place(match))
+        return kept.get(match.id) if kept else None  # most pairs of a new folder have not met: an id takes time
 
     def missing(self, matches: Sequence[Match]) -> list[Match]:
         """The distinct matches to play: not played, or failed in an earlier command. Looks again for agents."""

@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 from movingout.agents import base
@@ -18,8 +19,9 @@ def test_there_is_no_circle_of_imports() -> None:
     assert not graph, f"these import each other: {sorted(graph)}"
 
 
-def _modules() -> set[str]:
-    return {_name(file) for file in ROOT.rglob("*.py")}
+@cache
+def _modules() -> frozenset[str]:
+    return frozenset(_name(file) for file in ROOT.rglob("*.py"))
 
 
 def _name(file: Path) -> str:
