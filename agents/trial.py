@@ -25,7 +25,8 @@ def runs_own_code(agent_id: str) -> bool:
     reference, options = id_parts(agent_id)
     if reference in AROUND_OTHERS and "agent" in options:  # `late:agent=my_agent:Mine`
         return True
-    return reference not in BUILT_IN and reference not in (LLM, GHOST) and "@" not in reference
+    ours = reference in BUILT_IN or reference in (LLM, GHOST) or reference.startswith("movingout.")
+    return not ours and "@" not in reference
 
 
 def play_a_tick(agent_id: str, the_map: str) -> None:
