@@ -6,6 +6,7 @@ Every field becomes an option of `movingout train`. What is out of bounds is ref
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
@@ -76,9 +77,14 @@ class Optimisation:
     def check(self) -> None:
         """Raises DataError for a field out of bounds."""
         try:
-            TypeAdapter(type(self)).validate_python(dataclasses.asdict(self))
+            _adapter(type(self)).validate_python(dataclasses.asdict(self))
         except ValidationError as error:
             raise DataError(invalid_field(error)) from error
+
+
+@cache
+def _adapter(kind: type[object]) -> TypeAdapter[object]:
+    return TypeAdapter(kind)
 
 
 def described(model: type[ModelT], values: Mapping[str, object], options: Mapping[str, str] = SAME_NAMES) -> ModelT:

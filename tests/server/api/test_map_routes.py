@@ -1,6 +1,7 @@
 """Maps over HTTP: the operator's own, and what the editor asks for maps that somebody draws."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,15 @@ def document(name: str = "Garage", **changes: object) -> dict[str, Any]:
 def put(folder: Path, file: str, content: object) -> None:
     folder.mkdir(exist_ok=True)
     (folder / file).write_text(json.dumps(content), encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def with_garage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
+    """A server with a folder of one map."""
+    folder = tmp_path_factory.mktemp("garage")
+    put(folder / "mine", "garage.json", document())
+    with serve(folder / "data", maps=folder / "mine") as live:
+        yield live
 
 
 def asked(live: Live, **room: object) -> tuple[int, Any]:
@@ -99,12 +109,9 @@ def test_a_map_that_no_list_has_is_there_by_its_name(tmp_path: Path) -> None:
         ("generated:" + "x" * 3000, "generated:" + "x" * 49 + "…"),
     ],
 )
-def test_the_map_that_is_not_there_is_named_also_with_a_slash_and_shortened(
-    tmp_path: Path, path: str, told: str
-) -> None:
-    with serve(tmp_path / "data") as live:
-        status, refused = live.call(f"/api/maps/{path}")
-        assert (status, refused["error"]["code"], refused["error"]["values"]) == (422, "unknown_map", {"map": told})
+def test_the_map_that_is_not_there_is_named_also_with_a_slash_and_shortened(live: Live, path: str, told: str) -> None:
+    status, refused = live.call(f"/api/maps/{path}")
+    assert (status, refused["error"]["code"], refused["error"]["values"]) == (422, "unknown_map", {"map": told})
 
 
 @pytest.mark.slow
@@ -161,12 +168,10 @@ def test_maps_are_written_out_once_for_everybody_and_again_when_they_change(
         ("Garage:flip", "unknown symmetry 'flip' of Garage; known: mirror, rot90, rot180, rot270"),
     ],
 )
-def test_an_unknown_map_is_answered_with_those_of_the_folder_too(tmp_path: Path, name: str, sentence: str) -> None:
-    put(tmp_path / "mine", "garage.json", document())
-    with serve(tmp_path / "data", maps=tmp_path / "mine") as live:
-        status, refused = asked(live, maps=[name])
-        assert (status, refused["error"]["code"]) == (422, "unknown_map")
-        assert sentence in refused["error"]["message"]
+def test_an_unknown_map_is_answered_with_those_of_the_folder_too(with_garage: Live, name: str, sentence: str) -> None:
+    status, refused = asked(with_garage, maps=[name])
+    assert (status, refused["error"]["code"]) == (422, "unknown_map")
+    assert sentence in refused["error"]["message"]
 
 
 def test_a_room_on_an_own_map_comes_back_after_a_restart_without_its_file(tmp_path: Path) -> None:
@@ -179,11 +184,9 @@ def test_a_room_on_an_own_map_comes_back_after_a_restart_without_its_file(tmp_pa
 
 
 @pytest.mark.parametrize("name", ["../mine/garage.json", "garage.json", "mine/garage", "/etc/passwd", "garage", ""])
-def test_only_names_reach_maps_never_paths(tmp_path: Path, name: str) -> None:
-    put(tmp_path / "mine", "garage.json", document())
-    with serve(tmp_path / "data", maps=tmp_path / "mine") as live:
-        status, answer = asked(live, maps=[name])
-        assert (status, answer["error"]["code"]) == (422, "unknown_map")
+def test_only_names_reach_maps_never_paths(with_garage: Live, name: str) -> None:
+    status, answer = asked(with_garage, maps=[name])
+    assert (status, answer["error"]["code"]) == (422, "unknown_map")
 
 
 def test_a_folder_that_is_not_there_is_told_before_the_server_starts(
