@@ -6,7 +6,6 @@ Every field becomes an option of `movingout train`. What is out of bounds is ref
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
@@ -24,6 +23,7 @@ SAME_NAMES: Mapping[str, str] = MappingProxyType({})
 AtLeastOne = Annotated[int, Field(ge=1)]
 NotNegative = Annotated[int, Field(ge=0)]
 NotNegativeFloat = Annotated[FiniteFloat, Field(ge=0.0)]
+_adapters: dict[type[Any], TypeAdapter[Any]] = {}
 Share = Annotated[FiniteFloat, Field(ge=0.0, lt=1.0)]
 
 
@@ -82,9 +82,11 @@ class Optimisation:
             raise DataError(invalid_field(error)) from error
 
 
-@cache
-def _adapter(kind: type[object]) -> TypeAdapter[object]:
-    return TypeAdapter(kind)
+def _adapter(kind: type[Any]) -> TypeAdapter[Any]:
+    """The validator of a configuration; to make one takes 20 ms."""
+    if kind not in _adapters:
+        _adapters[kind] = TypeAdapter(kind)
+    return _adapters[kind]
 
 
 def described(model: type[ModelT], values: Mapping[str, object], options: Mapping[str, str] = SAME_NAMES) -> ModelT:
