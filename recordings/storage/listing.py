@@ -138,19 +138,28 @@ def read_players(path: Path) -> Players:
 def without_copies(paths: Sequence[Path]) -> list[Path]:
     """One file of each episode, in order: a backup in a folder below is no second play. Unreadable ones stay.
 
-    Of copies it is a recording before a journal, a whole one before one that was cut off, one that is named by its
-    episode before one that was renamed, else the first.
+    Copies have the same id and began at the same time: what was made twice under one id is there twice. Of copies it
+    is a recording before a journal, a whole one before one that was cut off, one that is named by its episode before
+    one that was renamed, else the first.
     """
-    files: dict[str, list[Path]] = {}
+    files: dict[tuple[str, str], list[Path]] = {}
     for path in paths:
         with suppress(RecordingError):  # whoever reads it says so
-            files.setdefault(read_players(path).episode_id, []).append(path)
+            files.setdefault(_identity(path), []).append(path)
     copies: set[Path] = set()
-    for episode_id, alike in files.items():
+    for (episode_id, _), alike in files.items():
         if len(alike) > 1:
             ranks = [_rank(path, f"{episode_id}{SUFFIX}") for path in alike]
             copies |= set(alike) - {alike[ranks.index(min(ranks))]}
     return [path for path in paths if path not in copies]
+
+
+def _identity(path: Path) -> tuple[str, str]:
+    if path.name.endswith(JOURNAL_SUFFIX):
+        header = read_episode(path).header
+        return header.episode_id, str(header.started_ns)
+    record = _episode_record(path, read_metadata(path))
+    return record.get("episode_id", ""), record.get("started_ns", "")
 
 
 def _rank(path: Path, named: str) -> tuple[bool, bool, bool]:

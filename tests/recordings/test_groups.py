@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import load_map
+from movingout.recordings import read_episode
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import group_sentences, grouped, of_group, read_groups, write_groups
 from movingout.recordings.storage.finished import recover
@@ -15,7 +16,7 @@ from movingout.recordings.storage.listing import without_copies
 from movingout.server.cli import main
 from tests.agents.learning import recorded
 from tests.recordings.full_disk import limited
-from tests.recordings.support import begin, not_counted, play
+from tests.recordings.support import begin, not_counted, play, record
 
 PAIRS = ("a", "b"), ("c", "d"), ("e", "f"), ("b", "g")
 
@@ -195,8 +196,11 @@ def test_of_copies_it_is_the_whole_one_and_the_one_named_by_its_episode(tmp_path
     path = recorded(tmp_path, "b-whole", ticks=9)
     renamed = Path(shutil.copy(path, tmp_path / "a-renamed.mcap"))
     assert without_copies([renamed, path]) == [path]
-    writer, played = begin(tmp_path / "cut", episode_id="b-whole")
+    began = read_episode(path).header.started_ns
+    writer, played = begin(tmp_path / "cut", episode_id="b-whole", started_ns=began)
     play(writer, played, 5)
     writer.abandon()
     (cut,) = recover(tmp_path / "cut")
     assert cut.recording is not None and without_copies([cut.recording, renamed]) == [renamed]
+    again = record(tmp_path / "again", ticks=5, episode_id="b-whole", started_ns=began + 1)[0]
+    assert without_copies([again, path]) == [again, path], "made again under the same id"
