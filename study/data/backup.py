@@ -18,6 +18,7 @@ from movingout.recordings.annotation.verdicts import add_verdict, verdicts_of
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.storage.finished import SUFFIX, sync
 from movingout.study.data.database_copy import fill_databases, refuse_used, save_database
+from movingout.study.data.map_copies import copy_own_maps
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StudyError
 from movingout.study.store.database import Kind
@@ -78,6 +79,8 @@ def _write(
         if frozen.id != folder.study.id:
             raise StudyError(f"the database holds the study {frozen.id}, not {folder.study.id}")
         (part / STUDY_FILE).write_text(frozen.file_text, encoding="utf-8")
+        (part / MANIFEST).touch()  # a map of that name has no place here
+        copy_own_maps(folder.study, part)
         episodes = [str(row["episode"]) for row in store.rows(rounds)]
     _fold_in(part / MAIN)
     missing = tuple(_copy_recordings(folder.recordings, part / "recordings", episodes, previous))
@@ -87,7 +90,7 @@ def _write(
     files = {
         str(path.relative_to(part)): {"bytes": path.stat().st_size, "sha256": _digest(path)}
         for path in sorted(part.rglob("*"))
-        if path.is_file()
+        if path.is_file() and path != part / MANIFEST
     }
     about = {"format": FORMAT, "study": folder.study.id, "made": round(now), "identities": identities, "files": files}
     (part / MANIFEST).write_text(json.dumps(about, indent=1), encoding="utf-8")

@@ -25,6 +25,7 @@ from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.spreadsheet import safe_cells
 from movingout.recordings.storage.index import path_of
 from movingout.study.data.codebook import DERIVED, codebook
+from movingout.study.data.map_copies import copy_own_maps
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
@@ -75,6 +76,7 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
                 _write(part, name, rows, _columns(store, name), options.formats)
                 done.rows[name] = len(rows)
             (part / "study.yaml").write_text(frozen.file_text, encoding="utf-8")
+            copy_own_maps(study, part)
             about: Row = {"study": frozen.id, "protocol": study.protocol, "file_sha256": frozen.file_sha256}
             about |= {"code": frozen.code, "models": frozen.models, "simulated": frozen.simulated}
             (part / "about.json").write_text(json.dumps(about, indent=2), encoding="utf-8")

@@ -1,0 +1,51 @@
+"""Maps of one's own go with a study: its file in a backup or an export can be read wherever these lie."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from movingout.maps import load_map, map_to_json
+from movingout.study.data.backup import MANIFEST, back_up, restore
+from movingout.study.data.export import Options, export_study
+from movingout.study.data.map_copies import copy_own_maps
+from movingout.study.design.study_file import read_study
+from movingout.study.design.templates import template_text
+from tests.study.filled import fill
+
+OWN = template_text("agent_survey").replace("HandOff,", f"maps/den.json, 'maps/den.json:mirror', {MANIFEST},")
+
+
+def _study(folder: Path) -> Path:
+    (folder / "maps").mkdir(parents=True)
+    for file, name in (("maps/den.json", "Den"), (MANIFEST, "Manifest")):
+        document = map_to_json(load_map("HandOff")) | {"name": name, "number": 0}
+        (folder / file).write_text(json.dumps(document), encoding="utf-8")
+    (folder / "study.yaml").write_text(OWN, encoding="utf-8")
+    return folder / "study.yaml"
+
+
+def test_backups_and_exports_have_the_maps_where_the_study_names_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = read_study(_study(tmp_path / "here"))
+    place, store, _ = fill(tmp_path / "data", study, OWN, 1)
+    back_up(place, tmp_path / "backup", 1_800_000_000.0)
+    export_study(place, store, tmp_path / "export", Options())
+    shutil.rmtree(tmp_path / "here")
+    monkeypatch.chdir(tmp_path / "data")
+    assert read_study(tmp_path / "export" / "study.yaml").load_map("maps/den.json:mirror").name == "Den:mirror"
+    assert (tmp_path / "backup" / "maps" / "den.json").is_file()
+    assert restore(tmp_path / "backup", tmp_path / "restored").study == study.id, "a map called as the manifest is none"
+
+
+def test_maps_from_elsewhere_and_what_is_there_stay_as_they_are(tmp_path: Path) -> None:
+    study = read_study(_study(tmp_path / "here"))
+    target = tmp_path / "there"
+    target.mkdir()
+    (target / MANIFEST).write_text("mine", encoding="utf-8")
+    (tmp_path / "here" / "maps" / "den.json").unlink()
+    copy_own_maps(study, target)
+    assert (target / MANIFEST).read_text(encoding="utf-8") == "mine"
+    assert not (target / "maps" / "den.json").exists(), "what is gone is no reason to stop"
