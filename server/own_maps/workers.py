@@ -79,15 +79,15 @@ class MapWorkers:
             await asyncio.to_thread(pool.shutdown, cancel_futures=True)
 
     async def _run(self, kind: str, work: Any, *arguments: Any) -> Any:
-        """Run in the process of a kind; once more in a new one if it died."""
-        loop = asyncio.get_running_loop()
-        if kind not in self._pools:
-            self._pools[kind] = process_pool(1, NICE)
-        pool = self._pools[kind]
-        try:
-            return await loop.run_in_executor(pool, work, *arguments)
-        except BrokenProcessPool:
-            log.error("the process for %s of maps died; starting another one", kind)
-            if self._pools.get(kind) is pool:
+        """Run in the process of a kind; once more in a new one if it died. Raises Busy when it dies again."""
+        for _ in range(2):
+            if kind not in self._pools:
                 self._pools[kind] = process_pool(1, NICE)
-            return await loop.run_in_executor(self._pools[kind], work, *arguments)
+            pool = self._pools[kind]
+            try:
+                return await asyncio.get_running_loop().run_in_executor(pool, work, *arguments)
+            except BrokenProcessPool:
+                log.error("the process for %s of maps died; another one will be started", kind)
+                if self._pools.get(kind) is pool:
+                    del self._pools[kind]
+        raise Busy("The server cannot look at maps at the moment; try again in a minute.")

@@ -75,6 +75,19 @@ def test_a_process_that_died_is_replaced(tmp_path: Path) -> None:
     run(work())
 
 
+def test_who_asks_while_the_process_dies_again_is_refused_and_the_next_one_is_served() -> None:
+    async def check() -> None:
+        pool = MapWorkers()
+        try:
+            with pytest.raises(Busy, match="cannot look at maps at the moment"):
+                await pool._run("checks", os._exit, 1)
+            assert await pool.check(map_to_json(SPEC)) == (SPEC, (), ())
+        finally:
+            await pool.close()
+
+    asyncio.run(check())
+
+
 def test_a_map_that_takes_too_long_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solving, "SOLVE_S", 0.1)
     monkeypatch.setattr(solving, "rollout", lambda *_, **__: time.sleep(60))
