@@ -56,7 +56,10 @@ class MapWorkers:
 
     async def read_file(self, path: Path) -> Outcome:
         """The map of a file of the operator's folder, or what is wrong with it."""
-        outcome: Outcome = await self._run("checks", solving.read_file, path)
+        try:
+            outcome: Outcome = await self._run("checks", solving.read_file, path)
+        except Busy:
+            return f"{path.name} cannot be looked at: the process that reads it ends; change the file to try again"
         return outcome
 
     async def solve(self, spec: MapSpec, address: str) -> dict[str, Any]:

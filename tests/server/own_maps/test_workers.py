@@ -15,6 +15,10 @@ from movingout.server.own_maps.workers import Busy, MapWorkers
 SPEC = load_map("Simple")
 
 
+def _die(path: Path) -> None:
+    os._exit(1)
+
+
 def run(work: object) -> None:
     asyncio.run(work)  # type: ignore[arg-type]
 
@@ -75,10 +79,15 @@ def test_a_process_that_died_is_replaced(tmp_path: Path) -> None:
     run(work())
 
 
-def test_who_asks_while_the_process_dies_again_is_refused_and_the_next_one_is_served() -> None:
+def test_who_asks_while_the_process_dies_again_is_refused_and_the_next_one_is_served(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     async def check() -> None:
         pool = MapWorkers()
         try:
+            with monkeypatch.context() as patched:
+                patched.setattr(solving, "read_file", _die)
+                assert "my.json cannot be looked at" in str(await pool.read_file(Path("my.json")))
             with pytest.raises(Busy, match="cannot look at maps at the moment"):
                 await pool._run("checks", os._exit, 1)
             assert await pool.check(map_to_json(SPEC)) == (SPEC, (), ())
