@@ -15,32 +15,7 @@ from movingout.study.design.review import map_warnings, review
 from movingout.study.design.study_file import complete_text, parse_study, read_study
 from movingout.study.design.templates import template_names, template_text
 from movingout.study.errors import StudyError, StudyFileError
-
-SMALL = """\
-format: 1
-id: pilot
-title: {en: A pilot, de: Ein Vorversuch}
-participants: 4
-consent:
-  version: "1"
-  text: We record how you play.
-partners:
-  - {id: one, agent: scripted}
-  - {id: two, agent: "idle"}
-blocks:
-  - id: play
-    partners: [one, two]
-    maps: [HandOff, FourCorners]
-    after_partner: [short]
-questionnaires:
-  - id: short
-    base: movingout-paper-nine
-    without: [future]
-    shuffle: true
-    items:
-      - {id: attention, kind: likert7, text: Please choose 2., expected: 2}
-debrief: {text: They were programs.}
-"""
+from tests.study.design.small_study import SMALL
 
 
 def faults(text: str) -> list[tuple[int, str, str]]:

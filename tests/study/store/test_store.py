@@ -15,7 +15,6 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from sqlalchemy import create_engine
 
-from movingout.server.study.earnings import minutes_here
 from movingout.study.errors import StoreError, StudyError
 from movingout.study.store import IdentityStore, Store, Unit
 from movingout.study.store.clock import now_ms
@@ -285,28 +284,6 @@ def test_a_pause_or_a_night_takes_five_minutes_of_a_block(place: Path | str) -> 
     assert rows["e2"]["ended_ms"] - rows["e2"]["started_ms"] == pytest.approx(1e3 * (ticks_s + 10), abs=1)
     lasted = (300 + ticks_s) + 300 + (ticks_s + 10)
     assert played.block_seconds(unit.id) == {first.block: pytest.approx(lasted, abs=0.1)}
-
-
-def test_who_is_away_at_the_end_was_here_until_they_were_last_seen(place: Path | str) -> None:
-    clock = Clock()
-    store = open_store(place, clock)
-    agree(store, ["P1", "P2"])
-    clock.ms += 86_400_000
-    store.finish("P1", "dropped-out", "AB", away_s=86_000.0)
-    store.finish("P2", "dropped-out", "CD", away_s=1e9)
-    minutes = [minutes_here(store.participant(pid)) for pid in ("P1", "P2")]
-    assert minutes == [pytest.approx(400 / 60, abs=0.1), 0.0]
-
-
-def test_absences_before_somebody_came_back_add_up_and_are_no_minutes_here(place: Path | str) -> None:
-    clock = Clock()
-    store = open_store(place, clock)
-    agree(store, ["P1"])
-    for hours in (10, 14):
-        store.was_away("P1", hours * 3600.0)
-    clock.ms += 25 * 3_600_000
-    store.finish("P1", "done", "AB")
-    assert minutes_here(store.participant("P1")) == pytest.approx(60, abs=0.1)
 
 
 def test_two_at_one_screen_read_on_in_their_language(place: Path | str) -> None:

@@ -1,0 +1,78 @@
+"""Two people at one screen: each consents and answers alone, and both play together."""
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser import study_fake as fake
+from tests.browser.conftest import OpenPage
+from tests.browser.pages import heading, press, violations
+from tests.browser.study_fake import FakePerson, FakeStudy
+from tests.browser.support import Server, wait_for
+
+
+@pytest.mark.slow
+def test_where_the_second_declines_the_first_goes_on_alone_and_may_ask_somebody_else(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.waiting(), group=2, asks_code=False)
+    study.coming = [FakePerson([fake.consent()])]
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_role("button", name="Add the second person").click()
+    page.get_by_role("button", name="Begin").click()
+    page.get_by_role("button", name="I do not agree").click()
+    expect(page.get_by_role("button", name="Add the second person")).to_be_visible()
+    expect(page.get_by_text("it is your turn")).to_have_count(0)
+    page.reload()
+    expect(page.get_by_role("button", name="Add the second person")).to_be_visible()
+
+
+def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
+    open_page: OpenPage, server: Server, pictures: Path
+) -> None:
+    room = server.make_room("Simple", blue="here", red="here")
+    seats = [
+        {"id": room["room"], "token": token, "seat": seat, "path": room["join_path"]}
+        for seat, token in enumerate(room["tokens"])
+    ]
+    ways = [
+        [fake.consent(), fake.input_check(), fake.play(seat=seat, partner_letter=None),
+         fake.play("playing", seat=seat, room=seats[seat])]
+        for seat in (0, 1)
+    ]  # fmt: skip
+    study = FakeStudy.at(*ways[0], group=2, asks_code=False)
+    study.coming = [FakePerson(ways[1])]
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_role("button", name="Add the second person").click()
+    heading(page, "The second person")
+    page.get_by_role("button", name="Begin").click()
+    for number in (1, 2):
+        expect(page.get_by_text(f"Person {number}: it is your turn")).to_be_visible()
+        page.get_by_label("I am 18 or older.").check()
+        page.get_by_role("button", name="I agree").click()
+    expect(page.locator(".check-panel")).to_have_count(2)
+    press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
+    expect(
+        page.get_by_text("Please also press: up, left, down, right, and Grab.")
+    ).to_be_visible()  # the other person has not
+    press(page, "ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight", "Enter")
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    assert violations(page) == []
+    page.emulate_media(color_scheme="light")
+    page.screenshot(path=pictures / "study-two-check.png", full_page=True)
+    page.get_by_role("button", name="Continue").click()
+    expect(page.get_by_text("Person 2 is red")).to_be_visible()
+    page.get_by_role("button", name="I am ready").click()
+    wait_for(page, "game.phase === 'playing'")
+    assert page.evaluate("window.__movingout.seats") == [0, 1]
+    assert study.sent("/arrive") == [
+        {"parameters": {}, "language": "en", "known": ["token-of-person-1"], "beside": "token-of-person-1"}
+    ]
+    page.get_by_role("button", name="Pause or stop…").click()
+    page.get_by_role("button", name="Stop the study").click()
+    page.get_by_label("Person 2").check()
+    page.get_by_role("button", name="Stop, keep my data").click()
+    page.wait_for_url("**/study")
+    assert study.sent("/stop") == [{"keep": True}]
+    assert [person.steps[0]["kind"] for person in study.people.values()] == ["round", "code"]
