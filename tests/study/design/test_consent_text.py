@@ -10,7 +10,7 @@ from movingout.study.design.consent_text import contradictions, filled, unfilled
 from movingout.study.design.review import review
 from movingout.study.design.study_file import parse_study
 from movingout.study.design.templates import template_names, template_text
-from tests.study.design.test_study_file import SMALL
+from tests.study.design.small_study import SMALL
 
 PAID = SMALL.replace(
     "participants: 4",

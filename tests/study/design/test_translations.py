@@ -11,7 +11,7 @@ from movingout.study.design.instruments import TRANSLATIONS, instrument, instrum
 from movingout.study.design.study_file import parse_study
 from movingout.study.design.translations import missing_texts, page_words
 from movingout.study.errors import StudyFileError
-from tests.study.design.test_study_file import SMALL
+from tests.study.design.small_study import SMALL
 
 GERMAN = (
     SMALL.replace("participants: 4", "participants: 4\nlanguages: [en, de]")
