@@ -113,7 +113,8 @@ def _save(address: str | None, file: Path, kind: Kind, target: Path) -> None:
 
 def _copy_database(source: Path, target: Path) -> None:
     """A consistent copy of a database that may be in use."""
-    with closing(sqlite3.connect(f"file:{source}?mode=ro", uri=True)) as old, closing(sqlite3.connect(target)) as new:
+    address = f"{source.absolute().as_uri()}?mode=ro"  # in which a folder's "#", "?" and "%" are quoted
+    with closing(sqlite3.connect(address, uri=True)) as old, closing(sqlite3.connect(target)) as new:
         old.backup(new)
     _fold_in(target)
 
