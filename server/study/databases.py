@@ -82,12 +82,11 @@ class StudyDatabases:
 
         A file without rows is another case: identities are deleted when the study no longer needs them.
         """
-        file = folder.identity_file
-        if file is None or (file.is_file() and file.stat().st_size):
+        if folder.has_identities:
             return
         if number := len(self.store.everybody()):
             raise StudyError(
-                f"{file} of study {folder.study.id}, which says who is who, is not there, but people have taken part "
+                f"{folder.identity_file} of study {folder.study.id}, which says who is who, is not there, but people have taken part "
                 f"({number}): it was moved, lost or deleted. Those who come back would begin once more. {_WHAT_HELPS}"
             )
 

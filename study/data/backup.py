@@ -51,6 +51,10 @@ def back_up(
     if target.exists():
         raise StudyError(f"{target} exists already and is not overwritten; choose another name with -o")
     folder.check_was_run()
+    if identities and not folder.has_identities:
+        raise StudyError(
+            f"{folder.identity_file}, which says who is who, is not there; --no-identities backs up everything else"
+        )
     part = target.with_name(f"{target.name}.part")
     shutil.rmtree(part, ignore_errors=True)
     try:

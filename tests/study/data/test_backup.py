@@ -121,3 +121,12 @@ def test_a_folder_may_have_a_name_that_addresses_would_read_otherwise(tmp_path: 
     restore(tmp_path / "backup", tmp_path / f"{name} again")
     assert open_store(tmp_path / f"{name} again" / "studies" / folder.study.id).participant("P1").language == "en"
     assert {path.name for path in tmp_path.iterdir()} == {name, "backup", f"{name} again"}
+
+
+def test_a_backup_without_the_file_of_identities_names_it_and_the_option(tmp_path: Path) -> None:
+    folder = StudyFolder(study(), tmp_path / "data")
+    open_store(folder.own)
+    with pytest.raises(StudyError, match=r"identity.sqlite, which .* is not there; --no-identities"):
+        back_up(folder, tmp_path / "backup", 1_800_000_000.0)
+    assert not folder.has_identities
+    back_up(folder, tmp_path / "backup", 1_800_000_000.0, identities=False)
