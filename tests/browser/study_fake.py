@@ -121,6 +121,7 @@ class FakeStudy:
     coming: list[FakePerson] = field(default_factory=list)  # who arrives next
     group: int = 1
     pays: bool = True
+    languages: tuple[str, ...] = ("en", "de")
     leaves_rooms: bool = False  # a round is over when the page asks where it is after having been in the room
     asks_code: bool = True
     refusals: dict[str, tuple[int, str, str]] = field(default_factory=dict)  # path to status, code, message
@@ -174,7 +175,7 @@ class FakeStudy:
             else:
                 route.fulfill(status=status, json={"error": {"code": name, "message": message}})
         elif path == "":
-            study = {"title": TITLE, "languages": ["en", "de"], "asks_code": self.asks_code, "group": self.group}
+            study = {"title": TITLE, "languages": self.languages, "asks_code": self.asks_code, "group": self.group}
             study["pays"] = self.pays
             route.fulfill(json=study)
         elif path == "/events":

@@ -5,6 +5,7 @@
 
 import { requestJson } from "../core/api.js";
 import { isolated } from "../text/catalogue.js";
+import { pickLanguage } from "../text/language.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {import("../questionnaire/pages.js").Item} Item */
@@ -71,7 +72,7 @@ import { isolated } from "../text/catalogue.js";
  * @param {Pick<Study, "title" | "titles">} study @param {string} language
  */
 export function titleOf({ title, titles = {} }, language) {
-  return isolated(titles[language] ?? title);
+  return isolated(titles[pickLanguage(Object.keys(titles), [language])] ?? title);
 }
 
 /** @returns {Promise<Study>} */

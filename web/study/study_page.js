@@ -16,7 +16,7 @@ import { roundName } from "./round.js";
 import { SCREENS } from "./screens.js";
 import { Place, arrive, titleOf } from "./service.js";
 import { askToStop } from "./stop.js";
-import { LANGUAGES, browserLanguages, keepLanguage, pickLanguage } from "../text/language.js";
+import { DEFAULT_LANGUAGE, browserLanguages, hasWords, keepLanguage, pickLanguage } from "../text/language.js";
 import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
 
 /** @typedef {import("./service.js").View} View */
@@ -346,9 +346,9 @@ export class StudyPage {
     await this.#takeAllOf(places, views);
   }
 
-  /** Switches to the language of the study's texts, or to the nearest one offered. @param {string} language */
+  /** Switches to the language of the study's texts, where the pages have its words. @param {string} language */
   async #follow(language) {
-    const wanted = pickLanguage(Object.keys(LANGUAGES), [language]);
+    const wanted = hasWords(language) ? language : DEFAULT_LANGUAGE;
     if (wanted === currentLanguage()) return;
     await this.#persistence.until(() => useLanguage(wanted));
     this.#frame.setTexts(this.study);

@@ -11,6 +11,7 @@ from movingout.server.study.arrivals.arrival_link import CODE, Arrival, ArrivalR
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
+from movingout.study.design.localized_text import nearest
 
 SINCE = "."  # in a token, before the time from which on it shows texts
 AT_ONE_SCREEN = 2
@@ -112,7 +113,7 @@ class SessionService:
     async def _admit(self, tx: Transaction, pid: str, source: str, language: str) -> ParticipantSession:
         self._refuse_when_full()
         offered = self._running.study.languages
-        chosen = language if language in offered else offered[0]
+        chosen = nearest(language, offered) or offered[0]
         return await self._running.participants.arrive(tx, pid, chosen, source)
 
     async def _seat_beside(self, tx: Transaction, first: ParticipantSession, second: ParticipantSession) -> None:
