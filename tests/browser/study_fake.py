@@ -182,9 +182,11 @@ class FakeStudy:
             route.fulfill(body='data: {"changed": true}\n\n', content_type="text/event-stream")
         elif path == "/arrive":
             token = f"token-of-person-{len(self.people) + 1}"
-            self.people[token] = self.coming.pop(0)
-            self.people[token].language = body["language"]
-            route.fulfill(json={"token": token, "view": self.people[token].view()})
+            comes = self.coming.pop(0)
+            was = next((at for at, known in enumerate(body["known"]) if self.people.get(known) is comes), None)
+            self.people[token] = comes
+            comes.language = body["language"]
+            route.fulfill(json={"token": token, "view": comes.view(), "replaces": was})
         else:
             self._answer_participant(route, path, body)
 
