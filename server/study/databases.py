@@ -87,8 +87,8 @@ class StudyDatabases:
         if number := len(self.store.everybody()):
             raise StudyError(
                 f"{folder.identity_file} of study {folder.study.id}, which says who is who, is not there, but people "
-                f"have taken part ({number}): it was moved, lost or deleted. Those who come back would begin once more. "
-                f"{_WHAT_HELPS}"
+                f"have taken part ({number}): it was moved, lost or deleted. Those who come back would begin once "
+                f"more. {_WHAT_HELPS}"
             )
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
