@@ -82,13 +82,13 @@ class StudyDatabases:
 
         A file without rows is another case: identities are deleted when the study no longer needs them.
         """
-        file = folder.identity_file
-        if file is None or (file.is_file() and file.stat().st_size):
+        if folder.has_identities:
             return
         if number := len(self.store.everybody()):
             raise StudyError(
-                f"{file} of study {folder.study.id}, which says who is who, is not there, but people have taken part "
-                f"({number}): it was moved, lost or deleted. Those who come back would begin once more. {_WHAT_HELPS}"
+                f"{folder.identity_file} of study {folder.study.id}, which says who is who, is not there, but people "
+                f"have taken part ({number}): it was moved, lost or deleted. Those who come back would begin once "
+                f"more. {_WHAT_HELPS}"
             )
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:

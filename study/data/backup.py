@@ -51,6 +51,10 @@ def back_up(
     if target.exists():
         raise StudyError(f"{target} exists already and is not overwritten; choose another name with -o")
     folder.check_was_run()
+    if identities and not folder.has_identities:
+        raise StudyError(
+            f"{folder.identity_file}, which says who is who, is not there; --no-identities backs up everything else"
+        )
     part = target.with_name(f"{target.name}.part")
     shutil.rmtree(part, ignore_errors=True)
     try:
@@ -113,7 +117,8 @@ def _save(address: str | None, file: Path, kind: Kind, target: Path) -> None:
 
 def _copy_database(source: Path, target: Path) -> None:
     """A consistent copy of a database that may be in use."""
-    with closing(sqlite3.connect(f"file:{source}?mode=ro", uri=True)) as old, closing(sqlite3.connect(target)) as new:
+    address = f"{source.absolute().as_uri()}?mode=ro"  # in which a folder's "#", "?" and "%" are quoted
+    with closing(sqlite3.connect(address, uri=True)) as old, closing(sqlite3.connect(target)) as new:
         old.backup(new)
     _fold_in(target)
 

@@ -1,7 +1,6 @@
 """Deletes a participant, on request or at the end of retention: recordings, identity, then the rows."""
 
 from collections.abc import Collection
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,8 +52,8 @@ def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
     pid = resolve_participant(store, name)
     removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
     remove_rooms(folder, pid)
-    with closing(folder.open_identities()) as identities:
-        known = identities.forget(pid) > 0
+    with folder.existing_identities() as identities:
+        known = identities is not None and identities.forget(pid) > 0
     return Erased(pid, remove_participant(store, pid, removed), removed, known)
 
 
@@ -77,15 +76,15 @@ def _due(study: Study, store: Store, known: Collection[str]) -> DueForErasure:
 
 def due_now(folder: StudyFolder, store: Store) -> DueForErasure:
     """What `purge` would remove."""
-    with closing(folder.open_identities()) as identities:
-        return _due(folder.study, store, identities.everybody())
+    with folder.existing_identities() as identities:
+        return _due(folder.study, store, identities.everybody() if identities else ())
 
 
 def purge(folder: StudyFolder, store: Store) -> DueForErasure:
     """Remove what is due; returns what was removed."""
-    with closing(folder.open_identities()) as identities:
-        found = _due(folder.study, store, identities.everybody())
-        gone = tuple(pid for pid in found.identities if identities.forget(pid))
+    with folder.existing_identities() as identities:
+        found = _due(folder.study, store, identities.everybody() if identities else ())
+        gone = tuple(pid for pid in found.identities if identities and identities.forget(pid))
     for pid in found.trials:
         erase(folder, store, pid)
     store.audit("experimenter", "purge", identities=len(gone), participants=len(found.trials))

@@ -1,7 +1,7 @@
 """Where the data of a study are stored: its two databases, and the recordings that all studies share."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -59,6 +59,21 @@ class StudyFolder:
     def identity_file(self) -> Path | None:
         """Where identities are kept; None in PostgreSQL."""
         return None if self.identities else self.own / "identity.sqlite"
+
+    @property
+    def has_identities(self) -> bool:
+        """Whether their file is there, also with no rows any more; in PostgreSQL they always are."""
+        file = self.identity_file
+        return file is None or (file.is_file() and file.stat().st_size > 0)
+
+    @contextmanager
+    def existing_identities(self) -> Iterator[IdentityStore | None]:
+        """None where they were deleted or lost: made anew, they would pass for those of a study that needs none."""
+        if not self.has_identities:
+            yield None
+            return
+        with closing(self.open_identities()) as identities:
+            yield identities
 
     @contextmanager
     def exclusive(self) -> Iterator[None]:

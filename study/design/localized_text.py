@@ -1,6 +1,7 @@
 """Text that participants read, in one or several languages."""
 
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, Field, RootModel, model_validator
@@ -23,6 +24,13 @@ Language = Annotated[str, shaped(r"[a-z]{2,3}(-[A-Z]{2})?", "a language such as 
 _Text = Annotated[str, Field(min_length=1, max_length=100_000)]
 
 
+def nearest(wanted: str, offered: Sequence[str]) -> str | None:
+    """The language itself, else it without its country, else that of another country: de of de-AT, and de-AT of de."""
+    base = wanted.partition("-")[0]
+    similar = [one for one in offered if one.partition("-")[0] == base]
+    return next((one for one in (wanted, base, *similar) if one in offered), None)
+
+
 class LocalizedText(RootModel[dict[Language, _Text]]):
     """A text per language; in the file a plain text counts as English."""
 
@@ -36,5 +44,6 @@ class LocalizedText(RootModel[dict[Language, _Text]]):
         return {DEFAULT: value} if isinstance(value, str) else value
 
     def text(self, language: str = DEFAULT) -> str:
-        """The text in a language, else in English, else in the first that there is."""
-        return self.root.get(language) or self.root.get(DEFAULT) or next(iter(self.root.values()), "")
+        """The text in a language, else in that of another country, else in English, else in the first that there is."""
+        found = nearest(language, tuple(self.root)) or DEFAULT
+        return self.root.get(found) or next(iter(self.root.values()), "")

@@ -13,7 +13,7 @@ from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.consent_text import contradictions, unfilled
 from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
 from movingout.study.design.partner_origin import origin_warnings
-from movingout.study.design.steps import Step, planned_seconds, steps
+from movingout.study.design.steps import Step, longest_round_s, planned_seconds, steps
 from movingout.study.design.translations import missing_texts
 
 SILENT = ("idle", "person", "ghost")  # agents of the catalogue that take no notice of pings; so do trained ones
@@ -166,6 +166,7 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
     minutes = planned_seconds(step_order) / 60
     if minutes > study.minutes:
         yield f"participants were told {study.minutes} minutes, and it can take {minutes:.0f}"
+    yield from _unmet_partners(study, step_order)
     yield from _impatient_partners(study)
     yield from origin_warnings(study)
     yield from map_warnings(study)
@@ -189,6 +190,19 @@ def _without_code(study: Study) -> list[str]:
     never = ("no-partner", "partner-left") if study.group == 1 else ()
     has = {*study.codes, *(["dropped-out"] if "withdrew" in study.codes else [])}  # which has that of `withdrew`
     return [outcome for outcome in get_args(Outcome) if outcome not in has and outcome not in never]
+
+
+def _unmet_partners(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]:
+    """A block whose time may be up before every partner was met as often as planned."""
+    for block in study.blocks:
+        rounds = [step for step in step_order if step.block == block.id and step.kind == "round"]
+        longest = longest_round_s(block)
+        if block.limit_minutes and len(block.partners) > 1 and any(step.seconds < longest for step in rounds):
+            yield (
+                f"block {block.id}: limit_minutes ends it after {block.limit_minutes:g} minutes with all partners "
+                f"together, and its rounds can take {len(rounds) * longest / 60:.0f}: partners late in the order may "
+                "be met in fewer rounds, or never"
+            )
 
 
 def _impatient_partners(study: Study) -> Iterator[str]:

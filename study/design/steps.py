@@ -5,7 +5,7 @@ written last.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from movingout.study.design.allocation import Assignment, Turn
@@ -29,7 +29,7 @@ class Step:
 
     key: str
     kind: StepKind
-    seconds: float  # at most for rounds and practice, else as planned
+    seconds: float  # at most for rounds and practice, else as planned; none where the time of the block is up before
     block: str = ""
     partner: str = ""  # the id; screens show allocation.letters
     turn: Turn | None = None
@@ -61,10 +61,10 @@ def _steps(study: Study, assignment: Assignment) -> Iterator[Step]:
         limit_ticks = study.practice.limit_ticks
         seconds = TUTORIAL_S if study.practice.tutorial else limit_ticks * TICK_SECONDS
         yield Step("practice", "practice", seconds, limit_ticks=limit_ticks)
+    left = {block.id: _TimeLeft(block) for block in study.blocks}
     for number, visit in enumerate(assignment.visits):
         block = blocks[visit.block]
-        left = [block.limit_minutes * 60 if block.limit_minutes else float("inf")]
-        yield from _visit(study, block, f"{block.id}/{number + 1}", visit.partner, visit.turns, left)
+        yield from _visit(study, block, f"{block.id}/{number + 1}", visit.partner, visit.turns, left[block.id])
     for name in study.at_end:
         yield _questions(study, f"end/{name}", "questionnaire", name)
     if study.debrief:
@@ -72,23 +72,48 @@ def _steps(study: Study, assignment: Assignment) -> Iterator[Step]:
     yield Step("code", "code", CODE_S)
 
 
+class _TimeLeft:
+    """How long a block may still last, with all its partners and what lies between the rounds."""
+
+    def __init__(self, block: Block) -> None:
+        self.seconds = block.limit_minutes * 60 if block.limit_minutes else float("inf")
+
+    def take(self, seconds: float) -> float:
+        """What is left of so many seconds."""
+        taken = min(seconds, self.seconds)
+        self.seconds -= taken
+        return taken
+
+
 def _visit(
-    study: Study, block: Block, prefix: str, partner: str, turns: tuple[Turn, ...], left: list[float]
+    study: Study, block: Block, prefix: str, partner: str, turns: tuple[Turn, ...], left: _TimeLeft
 ) -> Iterator[Step]:
-    maps_done = 0
+    maps_done, met = 0, left.seconds > 0
     for index, turn in enumerate(turns):
         new_map = index > 0 and turns[index - 1].map != turn.map
         maps_done += new_map
         if new_map and block.break_after_maps and maps_done % block.break_after_maps == 0:
-            yield Step(f"{prefix}/break-{maps_done}", "break", BREAK_S, block.id, partner)
-        longest = block.limit_ticks * TICK_SECONDS + CARD_S
-        planned, left[0] = min(longest, left[0]), max(left[0] - longest, 0.0)
+            yield Step(f"{prefix}/break-{maps_done}", "break", left.take(BREAK_S), block.id, partner)
+        planned = left.take(longest_round_s(block))
         key = f"{prefix}/{turn.map}-{turn.number}"
         yield Step(key, "round", planned, block.id, partner, turn, block.limit_ticks)
         for name in block.after_round:
-            yield _questions(study, f"{key}/{name}", "questionnaire", name, block.id, partner)
+            yield _asked(
+                _questions(study, f"{key}/{name}", "questionnaire", name, block.id, partner), planned > 0, left
+            )
     for name in block.after_partner:
-        yield _questions(study, f"{prefix}/{name}", "questionnaire", name, block.id, partner)
+        yield _asked(_questions(study, f"{prefix}/{name}", "questionnaire", name, block.id, partner), met, left)
+
+
+def longest_round_s(block: Block) -> float:
+    """A round of the block at most, with its map card."""
+    return block.limit_ticks * TICK_SECONDS + CARD_S
+
+
+def _asked(step: Step, met: bool, left: _TimeLeft) -> Step:
+    """Questions about a round or a partner: all of them where these are met, else none."""
+    left.take(step.seconds if met else 0.0)
+    return step if met else replace(step, seconds=0.0)
 
 
 def _questions(study: Study, key: str, kind: StepKind, name: str, block: str = "", partner: str = "") -> Step:

@@ -121,6 +121,7 @@ class FakeStudy:
     coming: list[FakePerson] = field(default_factory=list)  # who arrives next
     group: int = 1
     pays: bool = True
+    languages: tuple[str, ...] = ("en", "de")
     leaves_rooms: bool = False  # a round is over when the page asks where it is after having been in the room
     asks_code: bool = True
     refusals: dict[str, tuple[int, str, str]] = field(default_factory=dict)  # path to status, code, message
@@ -174,16 +175,18 @@ class FakeStudy:
             else:
                 route.fulfill(status=status, json={"error": {"code": name, "message": message}})
         elif path == "":
-            study = {"title": TITLE, "languages": ["en", "de"], "asks_code": self.asks_code, "group": self.group}
+            study = {"title": TITLE, "languages": self.languages, "asks_code": self.asks_code, "group": self.group}
             study["pays"] = self.pays
             route.fulfill(json=study)
         elif path == "/events":
             route.fulfill(body='data: {"changed": true}\n\n', content_type="text/event-stream")
         elif path == "/arrive":
             token = f"token-of-person-{len(self.people) + 1}"
-            self.people[token] = self.coming.pop(0)
-            self.people[token].language = body["language"]
-            route.fulfill(json={"token": token, "view": self.people[token].view()})
+            comes = self.coming.pop(0)
+            was = next((at for at, known in enumerate(body["known"]) if self.people.get(known) is comes), None)
+            self.people[token] = comes
+            comes.language = body["language"]
+            route.fulfill(json={"token": token, "view": comes.view(), "replaces": was})
         else:
             self._answer_participant(route, path, body)
 

@@ -6,12 +6,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
-from movingout.study.questionnaire import PAPER
+from movingout.study.questionnaire import PAPER, Questionnaire, QuestionnaireItem
 from tests.browser import study_fake as fake
 from tests.browser.conftest import OpenPage
 from tests.browser.pages import complaining_page, heading, overflow, violations
 from tests.browser.study_fake import FakePerson, FakeStudy
 from tests.browser.support import STORAGE_FORBIDDEN, Server
+
+FREE = Questionnaire(id="free", title="In your words", items=(QuestionnaireItem("why", "text", "Why", "Why?"),))
 
 
 def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(browser: Browser, server: Server) -> None:
@@ -114,6 +116,28 @@ def test_answers_given_without_a_connection_survive_closing_the_page_and_arrive_
         expect(page.locator("input[name=teamwork][value='4']")).to_be_checked()
         expect(page.locator(".questionnaire-status")).to_have_attribute("data-waiting", "0")
         assert study.answers() == {"teamwork": (4, "")}
+
+
+@pytest.mark.parametrize("comes", ["back", "next"])
+def test_a_text_typed_without_a_connection_is_there_for_who_opens_their_link_again_and_for_nobody_else(
+    browser: Browser, server: Server, comes: str
+) -> None:
+    person = FakePerson([fake.questions(FREE, "form")])
+    study = FakeStudy(people={"before-they-left": person}, refusals={"/answer": (503, "starting", "")})
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        page.get_by_role("textbox").fill("They waited for me.")
+        page.get_by_role("textbox").blur()
+        expect(page.locator(".questionnaire-status")).to_have_attribute("data-waiting", "1")
+        study.coming = [person if comes == "back" else FakePerson([fake.questions(FREE, "form")])]
+        study.refusals.clear()
+        page.goto("/healthz")
+        study.heard.clear()
+        page.goto("/study?PROLIFIC_PID=5f00")
+        expect(page.get_by_role("textbox")).to_have_value("They waited for me." if comes == "back" else "")
+        expect(page.locator(".questionnaire-status")).to_have_attribute("data-waiting", "0")
+        assert study.answers() == ({"why": (-1, "They waited for me.")} if comes == "back" else {})
+        assert page.evaluate("localStorage.getItem('movingout-study-unsent')") == "{}"
 
 
 @pytest.mark.slow

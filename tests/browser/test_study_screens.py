@@ -314,6 +314,27 @@ def test_the_language_can_be_changed_on_every_screen(open_page: OpenPage, pictur
     heading(page, "Probieren Sie die Steuerung aus")
 
 
+@pytest.mark.parametrize(
+    ("offered", "locale", "chosen", "name", "button"),
+    [
+        (("en-GB", "de"), "en-US", "en-GB", "British English", "Begin"),
+        (("en", "de-AT"), "de-DE", "de-AT", "Österreichisches Deutsch", "Beginnen"),
+    ],
+)
+def test_a_language_of_a_country_is_offered_and_read_in_the_words_of_its_language(
+    open_page: OpenPage, offered: tuple[str, ...], locale: str, chosen: str, name: str, button: str
+) -> None:
+    study = FakeStudy(coming=[FakePerson([fake.consent()])], asks_code=False, languages=offered)
+    page = open_page("/healthz", locale=locale)
+    study.open(page)
+    expect(page.locator(".language-select")).to_have_value(chosen)
+    expect(page.locator(".language-select option:checked")).to_have_text(name)
+    page.get_by_role("button", name=button).click()
+    heading(page, "Taking part in a research study")
+    assert study.sent("/arrive")[0]["language"] == page.evaluate("document.documentElement.lang") == chosen
+    expect(page.locator(".language-select")).to_have_value(chosen)
+
+
 @pytest.mark.slow
 def test_a_whole_study_can_be_gone_through_with_nothing_but_the_keyboard(open_page: OpenPage, server: Server) -> None:
     practice, room = server.practice(), server.make_room("Simple", red="idle", limit_ticks=10)

@@ -19,9 +19,34 @@ function load(storage) {
   }
 }
 
+/**
+ * Says anew whose the kept answers are.
+ * @param {(person: string) => string | null} nameNow from the name that they were kept under; null drops them
+ * @param {Pick<Storage, "getItem" | "setItem">} [storage]
+ */
+export function renameUnsent(nameNow, storage = lastingStorage()) {
+  const kept = Object.entries(load(storage));
+  const now = kept.flatMap(([name, answer]) => {
+    const [person, ...rest] = name.split(" ");
+    const renamed = nameNow(person);
+    return renamed === null ? [] : [{ name: [renamed, ...rest].join(" "), answer }];
+  });
+  const changed = now.length < kept.length || now.some(({ name }, at) => name !== kept[at][0]);
+  if (changed) save(storage, Object.fromEntries(now.map(({ name, answer }) => [name, answer])));
+}
+
+/** @param {Pick<Storage, "setItem">} storage @param {Record<string, Answer>} kept */
+function save(storage, kept) {
+  try {
+    storage.setItem(KEY, JSON.stringify(kept));
+  } catch {
+    // without storage they last as long as this page
+  }
+}
+
 /** The unsent answers of one form of one participant. */
 export class UnsentAnswers {
-  /** @param {string} form names participant and step @param {Pick<Storage, "getItem" | "setItem">} [storage] */
+  /** @param {string} form participant, a space, and step @param {Pick<Storage, "getItem" | "setItem">} [storage] */
   constructor(form, storage = lastingStorage()) {
     this.prefix = `${form} `;
     this.storage = storage;
@@ -36,7 +61,7 @@ export class UnsentAnswers {
 
   /** @param {Answer} answer */
   add(answer) {
-    this.#write({ ...load(this.storage), [this.prefix + answer.question]: answer });
+    save(this.storage, { ...load(this.storage), [this.prefix + answer.question]: answer });
   }
 
   /** It has arrived, unless a newer one has come since. @param {Answer} answer */
@@ -45,15 +70,6 @@ export class UnsentAnswers {
     const newest = kept[this.prefix + answer.question];
     if (newest?.value !== answer.value || newest.text !== answer.text) return;
     delete kept[this.prefix + answer.question];
-    this.#write(kept);
-  }
-
-  /** @param {Record<string, Answer>} kept */
-  #write(kept) {
-    try {
-      this.storage.setItem(KEY, JSON.stringify(kept));
-    } catch {
-      // without storage they last as long as this page
-    }
+    save(this.storage, kept);
   }
 }

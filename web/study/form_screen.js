@@ -6,6 +6,7 @@
 import { QuestionForm } from "../questionnaire/form.js";
 import { UnsentAnswers } from "../questionnaire/unsent_answers.js";
 import { say } from "../text/catalogue.js";
+import { unsentName } from "./kept_answers.js";
 
 /** @param {import("./screen.js").Context} context @returns {import("./screen.js").Screen} */
 export function formScreen({ step, place, next }) {
@@ -14,7 +15,7 @@ export function formScreen({ step, place, next }) {
     about: step.partner_letter ? say("form.partner", { letter: step.partner_letter }) : "",
     items: step.items ?? [],
     answers: new Map(Object.entries(step.answers ?? {})),
-    unsent: new UnsentAnswers(`${place.token.slice(0, 12)} ${step.key}`),
+    unsent: new UnsentAnswers(`${unsentName(place.token)} ${step.key}`),
     send: (answer) => place.answer(step.key, answer),
     onDone: () => next(),
   });

@@ -7,7 +7,7 @@
 import { heading } from "../components/action.js";
 import { byId, el } from "../core/dom.js";
 import { currentLanguage, isolated, say } from "../text/catalogue.js";
-import { LANGUAGES } from "../text/language.js";
+import { languageName } from "../text/language.js";
 import { isBusy } from "./persistence.js";
 import { card } from "./screen.js";
 import { titleOf } from "./service.js";
@@ -56,7 +56,7 @@ export class StudyFrame {
     const select = el(
       "select",
       { class: "select language-select" },
-      ...languages.map((language) => el("option", { value: language }, LANGUAGES[language] ?? language)),
+      ...languages.map((language) => el("option", { value: language }, languageName(language))),
     );
     select.value = currentLanguage();
     select.addEventListener("change", () => this.actions.language(select.value));

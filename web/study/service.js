@@ -5,6 +5,7 @@
 
 import { requestJson } from "../core/api.js";
 import { isolated } from "../text/catalogue.js";
+import { pickLanguage } from "../text/language.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {import("../questionnaire/pages.js").Item} Item */
@@ -71,7 +72,7 @@ import { isolated } from "../text/catalogue.js";
  * @param {Pick<Study, "title" | "titles">} study @param {string} language
  */
 export function titleOf({ title, titles = {} }, language) {
-  return isolated(titles[language] ?? title);
+  return isolated(titles[pickLanguage(Object.keys(titles), [language])] ?? title);
 }
 
 /** @returns {Promise<Study>} */
@@ -84,7 +85,7 @@ export function askStudy() {
  * @param {string} language
  * @param {string} [beside] token of the first person at this screen
  * @param {readonly string[]} [known] tokens that this browser has from before: they show who comes back
- * @returns {Promise<{token: string, view: View}>}
+ * @returns {Promise<{token: string, view: View, replaces?: number | null}>} `replaces`: which of `known` was theirs
  */
 export function arrive(parameters, language, beside, known = []) {
   return requestJson("/api/study/arrive", { body: { parameters, language, known, ...(beside && { beside }) } });

@@ -8,7 +8,7 @@ import { requireStorage } from "../core/browser_storage.js";
 import { byId, el } from "../core/dom.js";
 import { readLayout } from "../input/keyboard_layout.js";
 import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
-import { LANGUAGES, pickLanguage, wishedLanguages } from "../text/language.js";
+import { LANGUAGES, hasWords, pickLanguage, wishedLanguages } from "../text/language.js";
 import { Persistence } from "./persistence.js";
 import { card } from "./screen.js";
 import { askStudy } from "./service.js";
@@ -17,15 +17,14 @@ import { StudyPage } from "./study_page.js";
 async function boot() {
   const banner = byId("study-banner", HTMLElement);
   const persistence = new Persistence((problem) => (banner.hidden = problem === null));
-  const known = Object.keys(LANGUAGES);
   const wished = wishedLanguages();
-  await Promise.all([persistence.until(() => useLanguage(pickLanguage(known, wished))), readLayout()]);
+  const first = pickLanguage(Object.keys(LANGUAGES), wished);
+  await Promise.all([persistence.until(() => useLanguage(first)), readLayout()]);
   try {
     requireStorage();
     const study = await persistence.until(askStudy);
-    const offered = study.languages.filter((language) => known.includes(language));
-    if (offered.length > 0 && !offered.includes(currentLanguage()))
-      await persistence.until(() => useLanguage(pickLanguage(offered, wished)));
+    const language = pickLanguage(study.languages.filter(hasWords), wished);
+    if (language !== undefined && language !== currentLanguage()) await persistence.until(() => useLanguage(language));
     await new StudyPage(study).start();
   } catch (error) {
     showBootProblem(error);

@@ -11,12 +11,13 @@ import { arrivalScreen, recruitmentParameters } from "./arrival.js";
 import { StudyFrame } from "./frame.js";
 import { markStudyRound } from "../text/study_mark.js";
 import { cameByLink, keepByLink, loadPeople, savePeople, seatsToTake, stillHere, whoseTurn } from "./people.js";
+import { dropUnsentOf, keepUnsentOf } from "./kept_answers.js";
 import { Persistence } from "./persistence.js";
 import { roundName } from "./round.js";
 import { SCREENS } from "./screens.js";
 import { Place, arrive, titleOf } from "./service.js";
 import { askToStop } from "./stop.js";
-import { LANGUAGES, browserLanguages, keepLanguage, pickLanguage } from "../text/language.js";
+import { DEFAULT_LANGUAGE, browserLanguages, hasWords, keepLanguage, pickLanguage } from "../text/language.js";
 import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
 
 /** @typedef {import("./service.js").View} View */
@@ -77,13 +78,16 @@ export class StudyPage {
   /** @param {Record<string, string>} parameters @param {boolean} [second] beside the first person */
   async #arrive(parameters, second = false) {
     const beside = second ? this.#places[0]?.token : undefined;
-    const { token, view } = await this.#persistence.until(() =>
+    const { token, view, replaces } = await this.#persistence.until(() =>
       arrive(parameters, currentLanguage(), beside, this.#known),
     );
     this.#asksNext = false;
     this.#places = second ? [this.#places[0], new Place(token)] : [new Place(token)];
     this.#views = second ? [this.#views[0], view] : [view];
-    savePeople(this.#places.map((place) => place.token));
+    savePeople(this.#tokens);
+    const replaced = this.#known[replaces ?? -1];
+    const expected = replaced && !second ? this.#known.filter((known) => known !== replaced) : [];
+    keepUnsentOf(this.#tokens, token, replaced, expected);
     keepByLink(false);
     history.replaceState(null, "", location.pathname); // ids must not stay in the address bar
     await this.#follow(view.language);
@@ -131,8 +135,10 @@ export class StudyPage {
 
   /** The place that this browser has is given up. @param {string} problem why, empty where a person wants it */
   #leave(problem) {
+    const gone = this.#tokens;
     this.#forget();
     this.#askWho(problem);
+    dropUnsentOf(gone); // with what the screen that closed has kept
   }
 
   #forget() {
@@ -211,7 +217,7 @@ export class StudyPage {
     const staying = stillHere(views);
     if (views.length < 2 || staying.length !== 1) return views;
     this.#places = staying.map((person) => this.#places[person]);
-    savePeople(this.#places.map((place) => place.token));
+    savePeople(this.#tokens);
     this.#listen();
     return staying.map((person) => views[person]);
   }
@@ -240,6 +246,11 @@ export class StudyPage {
     ]);
     if (make) this.#frame.show(id, () => make(this.#context(people)), step);
     else this.#frame.showProblem(say("error.http"), () => location.reload());
+    dropUnsentOf(this.#tokens.filter((_, person) => this.#views[person]?.step.kind === "code"));
+  }
+
+  get #tokens() {
+    return this.#places.map((place) => place.token);
   }
 
   #turn() {
@@ -346,9 +357,9 @@ export class StudyPage {
     await this.#takeAllOf(places, views);
   }
 
-  /** Switches to the language of the study's texts, or to the nearest one offered. @param {string} language */
+  /** Switches to the language of the study's texts, where the pages have its words. @param {string} language */
   async #follow(language) {
-    const wanted = pickLanguage(Object.keys(LANGUAGES), [language]);
+    const wanted = hasWords(language) ? language : DEFAULT_LANGUAGE;
     if (wanted === currentLanguage()) return;
     await this.#persistence.until(() => useLanguage(wanted));
     this.#frame.setTexts(this.study);

@@ -8,7 +8,7 @@
  */
 
 import { ApiError, requestJson } from "../core/api.js";
-import { DEFAULT_LANGUAGE } from "./language.js";
+import { DEFAULT_LANGUAGE, LANGUAGES, pickLanguage } from "./language.js";
 
 /** @typedef {Record<string, string>} Texts */
 /** @typedef {Readonly<Record<string, unknown>>} Values numbers and lists are written as the language does */
@@ -25,10 +25,11 @@ let decimal = new Intl.NumberFormat(language);
 
 /**
  * Loads a language, which all texts are in from then on. What it lacks is said in English.
- * @param {string} wanted a key of LANGUAGES
+ * @param {string} wanted a key of LANGUAGES, or one of a country: "de-AT" has the words of "de" and its own numbers
  */
 export async function useLanguage(wanted) {
-  const files = [...new Set([DEFAULT_LANGUAGE, wanted])].map((name) => requestJson(`/static/words/${name}.json`));
+  const words = pickLanguage(Object.keys(LANGUAGES), [wanted]);
+  const files = [...new Set([DEFAULT_LANGUAGE, words])].map((name) => requestJson(`/static/words/${name}.json`));
   setTexts(wanted, Object.assign({}, ...(await Promise.all(files))));
   document.documentElement.lang = wanted;
 }
@@ -41,7 +42,7 @@ export function setTexts(name, newTexts) {
   decimal = new Intl.NumberFormat(language);
 }
 
-/** The language that texts are in: "en". */
+/** The language that texts are in: "en", or "en-GB" in a study that has it. */
 export function currentLanguage() {
   return language;
 }

@@ -9,15 +9,32 @@ export const LANGUAGES = Object.freeze({ en: "English", de: "Deutsch" });
 export const DEFAULT_LANGUAGE = "en";
 const KEY = "movingout.language";
 
+/** The language without its country. @param {string | null | undefined} language */
+function baseOf(language) {
+  return language?.split("-")[0];
+}
+
+/** Whether the pages have its words: those of "de" for "de-AT". @param {string} language */
+export function hasWords(language) {
+  return Object.keys(LANGUAGES).some((known) => baseOf(known) === baseOf(language));
+}
+
+/** @param {string} language @returns {string} its name for its speakers */
+export function languageName(language) {
+  return LANGUAGES[language] ?? new Intl.DisplayNames(language, { type: "language" }).of(language) ?? language;
+}
+
 /**
- * The first wanted language that is offered, else the first offered: "de-AT" finds "de".
+ * The first wanted language that is offered, else the first offered: "de-AT" finds "de", and "de" finds "de-AT".
  * @param {readonly string[]} offered
  * @param {readonly (string | null | undefined)[]} wanted
  */
 export function pickLanguage(offered, wanted) {
   for (const wish of wanted) {
     const found =
-      offered.find((language) => language === wish) ?? offered.find((language) => language === wish?.split("-")[0]);
+      offered.find((language) => language === wish) ??
+      offered.find((language) => language === baseOf(wish)) ??
+      offered.find((language) => baseOf(language) === baseOf(wish));
     if (found !== undefined) return found;
   }
   return offered[0];

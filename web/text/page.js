@@ -9,7 +9,7 @@ import { readerLanguage } from "./language.js";
 
 const RETRY_MS = 1000;
 
-/** Tries until the server answers. @param {string} [language] a key of LANGUAGES */
+/** Tries until the server answers. @param {string} [language] as useLanguage takes it */
 export async function prepareTexts(language = readerLanguage()) {
   for (;;) {
     try {

@@ -78,12 +78,12 @@ class ParticipantApi:
             arrival = read_arrival(
                 wanted.parameters, running.needs_code, running.signer, needs_signature=running.needs_signature
             )
-            token, session = await self._session_service.arrive(arrival, wanted.language, wanted.beside, wanted.known)
+            done = await self._session_service.arrive(arrival, wanted.language, wanted.beside, wanted.known)
         except ArrivalRefused as error:
             if error.code == "code_unknown" and await gate.guesses_too_often(address, "seat"):
                 raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.") from None
             raise ApiError(403, error.code, str(error)) from None
-        return {"token": token, "view": await self._views.view(session)}
+        return {"token": done.token, "view": await self._views.view(done.session), "replaces": done.replaces}
 
     async def view(self, request: Request, lang: str = "") -> dict[str, View]:
         session = await self._session(request)

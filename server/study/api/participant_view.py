@@ -15,7 +15,7 @@ from movingout.server.study.unit import StudyUnit
 from movingout.study.design.allocation import letters
 from movingout.study.design.consent_text import filled
 from movingout.study.design.definition import Outcome
-from movingout.study.design.steps import Step
+from movingout.study.design.steps import BREAK_S, Step
 from movingout.study.store.store import GivenAnswer
 from movingout.world.constants import TICK_SECONDS
 
@@ -87,7 +87,7 @@ class ParticipantViews:
             debrief = running.study.debrief
             html = _html(filled(running.study, debrief.text, session.record.language))
             return shown | {"html": html, "ask_to_keep": debrief.ask_to_keep}
-        return shown | {"seconds": step.seconds}  # a break
+        return shown | {"seconds": BREAK_S}
 
     def _consent(self, language: str) -> View:
         study, consent = self._running.study, self._running.study.consent

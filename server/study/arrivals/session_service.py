@@ -3,7 +3,7 @@
 import secrets
 import time
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, NamedTuple
 from weakref import WeakValueDictionary
 
 from movingout.server.security.tokens import hash_token, new_id, new_token
@@ -11,12 +11,21 @@ from movingout.server.study.arrivals.arrival_link import CODE, Arrival, ArrivalR
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
+from movingout.study.design.localized_text import nearest
 
 SINCE = "."  # in a token, before the time from which on it shows texts
 AT_ONE_SCREEN = 2
 MOST_SUPERSEDED = 50_000  # pages that are told that the study is open elsewhere; older ones have to arrive again
 CODE_LETTERS = 8  # 40 bits, which nobody guesses
 Elsewhere = Literal["elsewhere"]
+
+
+class Arrived(NamedTuple):
+    """A page of a participant, who is where they were."""
+
+    token: str
+    session: ParticipantSession
+    replaces: int | None  # which of the tokens that the browser had was theirs
 
 
 class SessionService:
@@ -29,10 +38,8 @@ class SessionService:
         self._sessions = WeakValueDictionary[str, ParticipantSession]()
         self._superseded: dict[str, None] = {}  # the oldest first
 
-    async def arrive(
-        self, arrival: Arrival, language: str, beside: str = "", known: Sequence[str] = ()
-    ) -> tuple[str, ParticipantSession]:
-        """A new token for the page, and the participant, who is where they were. Raises ArrivalRefused.
+    async def arrive(self, arrival: Arrival, language: str, beside: str = "", known: Sequence[str] = ()) -> Arrived:
+        """A new token for the page. Raises ArrivalRefused.
 
         `beside` is the token of the first person where two sit at one screen. `known` are the tokens that the browser
         has from before: whoever comes back without theirs may be anybody who knows the link, and is shown no old text.
@@ -43,21 +50,22 @@ class SessionService:
         async with running.transaction() as tx:
             pid = await self._pid(tx, arrival)
             before = running.participants.get(pid)
-            if before is not None and before not in here:
+            replaces = here.index(before) if before is not None and before in here else None
+            if before is not None and replaces is None:
                 self._refuse_other_device(before)
             session = before or await self._admit(tx, pid, arrival.source, language)
-            if arrival.source == CODE and session.finished and session not in here:  # their own page has their code
+            if arrival.source == CODE and session.finished and replaces is None:  # their own page has their code
                 raise ArrivalRefused("code_used", "This code was used already, by somebody who has finished.")
             if session.listeners:
                 running.alerts.add("duplicate", f"{pid} opened a second window; the first one was closed.", pid=pid)
             if isinstance(first, ParticipantSession):
                 await self._seat_beside(tx, first, session)
-            if before is not None and before not in here:
+            if before is not None and replaces is None:
                 session.texts_since_ms = running.databases.store.now()
                 session.any_device = False  # it was allowed once
             token = _token(session.texts_since_ms)
             await self._open_session(tx, session, token)
-            return token, session
+            return Arrived(token, session, replaces)
 
     async def of_token(self, token: str) -> ParticipantSession | Elsewhere | None:
         """Whom a token stands for; "elsewhere" when the study was opened in another window since."""
@@ -112,7 +120,7 @@ class SessionService:
     async def _admit(self, tx: Transaction, pid: str, source: str, language: str) -> ParticipantSession:
         self._refuse_when_full()
         offered = self._running.study.languages
-        chosen = language if language in offered else offered[0]
+        chosen = nearest(language, offered) or offered[0]
         return await self._running.participants.arrive(tx, pid, chosen, source)
 
     async def _seat_beside(self, tx: Transaction, first: ParticipantSession, second: ParticipantSession) -> None:

@@ -54,6 +54,14 @@ def test_the_experimenter_lets_somebody_continue_in_another_browser_once(tmp_pat
         assert refused(study.arrive(PROLIFIC_PID="mover")) == "other_device"
 
 
+def test_a_page_is_told_which_of_the_tokens_of_its_browser_was_theirs(solo: Served) -> None:
+    ann, ben = (solo.visitor(PROLIFIC_PID=name).token for name in ("told-ann", "told-ben"))
+    for known, replaces in ([ben, ann], 1), (["nobody", ben], None), ([], None):
+        status, answer = solo.arrive(known=known, PROLIFIC_PID="told-ann")
+        assert (status, answer["replaces"]) == (200, replaces)
+    assert solo.arrive(known=["nobody", ben], PROLIFIC_PID="told-new")[1]["replaces"] is None
+
+
 def test_before_the_consent_a_platforms_link_may_be_opened_anywhere(solo: Served) -> None:
     solo.visitor(PROLIFIC_PID="undecided")
     assert solo.visitor(PROLIFIC_PID="undecided").kind == "consent"

@@ -318,6 +318,7 @@ def test_the_language_is_the_participants_choice(solo: Served) -> None:
     assert (visitor.view["language"], visitor.view["study"]["title"]) == ("de", "Mit Partnern spielen")
     visitor.look("fr")
     assert visitor.look()["language"] == "de"
+    assert solo.visitor("de-AT").view["language"] == "de"
 
 
 def test_a_click_is_kept_at_once_and_shown_again(solo: Served) -> None:

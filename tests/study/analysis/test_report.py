@@ -25,6 +25,7 @@ from movingout.study.analysis.tables import (
     ratings,
 )
 from movingout.study.design.definition import SUBSTITUTE, Outcome
+from movingout.study.design.localized_text import LocalizedText
 from movingout.study.store import Unit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import answers, rounds
@@ -130,6 +131,12 @@ def test_a_german_report_is_german_throughout(results: Results) -> None:
     assert re.search(r"0,\d{3} ± 0,\d{3}", text) and not re.search(r"<td>0\.\d", text)
     empty = page(Results(results.study, (), (), {}, (), ()), plain, "über", words)
     assert english_left(empty, OWN, LANGUAGE_FILES) == []
+
+
+def test_a_report_has_the_texts_of_the_country_that_the_study_names(results: Results) -> None:
+    austrian = results.study.model_copy(update={"title": LocalizedText({"en": "A game", "de-AT": "Ein Spiel"})})
+    text = page(Results(austrian, (), (), {}, (), ()), plain, "über", Words("de-AT", (LANGUAGE_FILES,)))
+    assert "<h1>Ergebnisse: Ein Spiel</h1>" in text
 
 
 def test_blinded_reports_know_letters_only_and_others_the_agents(

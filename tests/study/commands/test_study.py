@@ -64,8 +64,8 @@ def test_the_page_of_check_says_duration_pay_orders_and_blanks(
 ) -> None:
     main(["study", "check", written("collect", tmp_path)])
     page = capsys.readouterr().out
-    assert "At most 69 minutes" in page
-    assert "Pay: USD 17.17 each, USD 618.12 for all." in page
+    assert "At most 67 minutes" in page
+    assert "Pay: USD 16.67 each, USD 600.12 for all." in page
     assert "missing: the consent has a blank to fill in: [name and address of the investigator]" in page
     assert "not ready: 3 blanks to fill in, 2 warnings" in page
 

@@ -11,9 +11,11 @@ from movingout.recordings.annotation.verdicts import add_verdict, new_line, verd
 from movingout.recordings.storage.listing import recording_paths
 from movingout.server.cli import main
 from movingout.study.data.backup import back_up, restore
+from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StudyError
 from movingout.study.store.tables import answers, rounds
 from tests.server.study.support import SOLO, served
+from tests.study.support import open_identities, open_store, study
 
 
 @pytest.fixture(scope="module")
@@ -108,3 +110,23 @@ def test_the_commands_say_what_they_did(
     assert main(["study", "backup", str(file), "--data", data, "--database", "postgresql://x/y"]) == 2
     said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("movingout: ")]
     assert len(said) == 4, "a sentence each, among what the server beside says"
+
+
+@pytest.mark.parametrize("name", ["Pilot #2", "100%25", "sure?"])
+def test_a_folder_may_have_a_name_that_addresses_would_read_otherwise(tmp_path: Path, name: str) -> None:
+    folder = StudyFolder(study(), tmp_path / name)
+    open_store(folder.own).arrive("P1", "en")
+    open_identities(folder.own).pid("prolific", "5f3c")
+    back_up(folder, tmp_path / "backup", 1_800_000_000.0)
+    restore(tmp_path / "backup", tmp_path / f"{name} again")
+    assert open_store(tmp_path / f"{name} again" / "studies" / folder.study.id).participant("P1").language == "en"
+    assert {path.name for path in tmp_path.iterdir()} == {name, "backup", f"{name} again"}
+
+
+def test_a_backup_without_the_file_of_identities_names_it_and_the_option(tmp_path: Path) -> None:
+    folder = StudyFolder(study(), tmp_path / "data")
+    open_store(folder.own)
+    with pytest.raises(StudyError, match=r"identity.sqlite, which .* is not there; --no-identities"):
+        back_up(folder, tmp_path / "backup", 1_800_000_000.0)
+    assert not folder.has_identities
+    back_up(folder, tmp_path / "backup", 1_800_000_000.0, identities=False)

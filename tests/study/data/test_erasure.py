@@ -9,8 +9,17 @@ from movingout.recordings import finalise
 from movingout.recordings.episode import SeatInfo
 from movingout.recordings.storage.listing import Summary
 from movingout.study.data import erasure
-from movingout.study.data.erasure import is_being_recorded, named_in_recordings, remove_recordings
+from movingout.study.data.erasure import (
+    due_now,
+    erase,
+    is_being_recorded,
+    named_in_recordings,
+    purge,
+    remove_recordings,
+)
+from movingout.study.data.study_folder import StudyFolder
 from tests.recordings.support import record
+from tests.study.support import agree, open_store, study
 
 PID = "P7QRS2"
 
@@ -76,3 +85,17 @@ def test_a_file_whose_name_is_not_utf8_stops_no_deletion_and_is_deleted_if_it_na
     assert remove_recordings(tmp_path, PID, {"mine"}) == 1
     assert [path for path in tmp_path.iterdir() if path.suffix == ".mcap"] == [odd]
     assert remove_recordings(tmp_path, "P3XYZ9", set()) == 1 and not odd.exists()
+
+
+@pytest.mark.parametrize("left", ["nothing", "an empty file"])
+def test_identities_that_were_deleted_or_lost_are_not_made_anew(tmp_path: Path, left: str) -> None:
+    """The study would be served again, and whoever comes back would begin once more."""
+    folder = StudyFolder(study(), tmp_path)
+    store = open_store(folder.own)
+    agree(store, [PID])
+    identities = folder.own / "identity.sqlite"
+    if left != "nothing":
+        identities.touch()
+    assert due_now(folder, store).identities == purge(folder, store).identities == ()
+    assert erase(folder, store, PID).identity is False
+    assert not folder.has_identities and identities.exists() == (left != "nothing")

@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 
 from movingout.study.design.allocation import assign, cells, letters, next_slot
 from movingout.study.design.definition import Study
+from movingout.study.design.review import review
 from movingout.study.design.steps import planned_seconds, steps
 from movingout.study.design.study_file import parse_study
 from movingout.study.design.templates import template_names, template_text
+from tests.study.design.small_study import SMALL
 
 
 def template(name: str) -> Study:
@@ -128,5 +130,20 @@ def test_the_way_begins_with_consent_ends_with_a_code_and_its_keys_are_unique_an
 
 def test_a_block_with_a_limit_in_minutes_is_planned_with_that_limit() -> None:
     study = template("collect")
-    block = tuple(step for step in steps(study, assign(study, 0)) if step.block == "fixed-maps" and step.turn)
-    assert planned_seconds(block) == 50 * 60
+    block = tuple(step for step in steps(study, assign(study, 0)) if step.block == "fixed-maps")
+    assert planned_seconds(block) == 50 * 60, "with its break"
+    assert len([step for step in block if step.turn]) == 72, "all of them, for whoever is faster"
+
+
+def test_the_limit_of_a_block_is_for_all_its_partners_together() -> None:
+    """As the server counts; the questions about somebody whom they do not meet are not asked."""
+    text = SMALL.replace("- id: play", "- id: play\n    limit_minutes: 1.5")
+    limited, whole = (parse_study(one) for one in (text, SMALL))
+    block = [step for step in steps(limited, assign(limited, 0)) if step.block]
+    assert [step.seconds for step in block if step.turn] == [60, 30, 0, 0]
+    assert [step.seconds > 0 for step in block if step.kind == "questionnaire"] == [True, False]
+    (warning,) = set(review(limited).warnings) - set(review(whole).warnings)
+    assert warning.startswith("block play: limit_minutes ends it after 1.5 minutes with all partners together, and its")
+    assert review(limited).minutes < review(whole).minutes
+    enough = parse_study(text.replace("1.5", "10"))
+    assert review(enough).warnings == review(whole).warnings

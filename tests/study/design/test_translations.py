@@ -8,6 +8,7 @@ import pytest
 from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
 from movingout.study.design.instruments import TRANSLATIONS, instrument, instrument_names
+from movingout.study.design.localized_text import LocalizedText, nearest
 from movingout.study.design.study_file import parse_study
 from movingout.study.design.translations import missing_texts, page_words
 from movingout.study.errors import StudyFileError
@@ -31,6 +32,17 @@ def test_a_translation_has_every_text_of_the_original_and_changes_nothing_else(n
         assert other.text and other.text != item.text
         assert len(other.options) == len(item.options) and all(other.options)
         assert [bool(end) for end in other.ends] == [bool(end) for end in item.ends]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "found"), [("de-AT", "de-AT"), ("de", "de-AT"), ("de-CH", "de-AT"), ("en-GB", "en"), ("fr", "en")]
+)
+def test_a_text_is_read_in_the_language_of_another_country_rather_than_in_another_language(
+    wanted: str, found: str
+) -> None:
+    texts = {"en": "of en", "de-AT": "of de-AT"}
+    assert LocalizedText(texts).text(wanted) == f"of {found}"
+    assert nearest(wanted, ["de", "de-AT"]) == {"de-AT": "de-AT", "de": "de", "de-CH": "de"}.get(wanted)
 
 
 def test_a_region_has_the_texts_of_its_language_and_an_unknown_language_those_of_the_original() -> None:

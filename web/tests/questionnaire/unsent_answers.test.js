@@ -2,16 +2,20 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { UnsentAnswers } from "../../questionnaire/unsent_answers.js";
+import { UnsentAnswers, renameUnsent } from "../../questionnaire/unsent_answers.js";
+
+/** @param {Map<string, string>} kept */
+const storageOf = (kept) => ({
+  getItem: (/** @type {string} */ key) => kept.get(key) ?? null,
+  setItem: (/** @type {string} */ key, /** @type {string} */ value) => void kept.set(key, value),
+});
+
+const answer = (/** @type {number} */ value) => ({ question: "teamwork", value, text: "", elapsed_ms: 5 });
 
 test("unsent answers survive the page, belong to one form, and go when the newest has arrived", () => {
   /** @type {Map<string, string>} */
   const kept = new Map();
-  const storage = {
-    getItem: (/** @type {string} */ key) => kept.get(key) ?? null,
-    setItem: (/** @type {string} */ key, /** @type {string} */ value) => void kept.set(key, value),
-  };
-  const answer = (/** @type {number} */ value) => ({ question: "teamwork", value, text: "", elapsed_ms: 5 });
+  const storage = storageOf(kept);
   const before = new UnsentAnswers("P1 form", storage);
   before.add(answer(3));
   before.add(answer(5));
@@ -22,4 +26,14 @@ test("unsent answers survive the page, belong to one form, and go when the newes
   assert.deepEqual(new UnsentAnswers("P1 form", storage).all(), []);
   kept.set("movingout-study-unsent", "not ours");
   assert.deepEqual(before.all(), []);
+});
+
+test("unsent answers follow who gave them to another name, and are dropped where there is none", () => {
+  const storage = storageOf(new Map());
+  const of = (/** @type {string} */ form) => new UnsentAnswers(form, storage);
+  of("old play/1/form").add(answer(3));
+  of("gone play/1/form").add(answer(4));
+  renameUnsent((name) => (name === "old" ? "new" : null), storage);
+  assert.deepEqual(of("new play/1/form").all(), [answer(3)]);
+  assert.deepEqual([...of("old play/1/form").all(), ...of("gone play/1/form").all()], []);
 });

@@ -93,6 +93,9 @@ test("the language is the first wish that is offered, also without its country, 
   assert.equal(pickLanguage(["en", "de"], [null, undefined, "de-AT", "en"]), "de");
   assert.equal(pickLanguage(["en", "de"], ["fr", "en-US"]), "en");
   assert.equal(pickLanguage(["de"], ["en"]), "de");
+  assert.equal(pickLanguage(["de", "en-GB"], ["en-US", "de"]), "en-GB", "one of another country is understood");
+  assert.equal(pickLanguage(["en", "de", "de-AT"], ["de-AT"]), "de-AT");
+  assert.equal(pickLanguage(["en", "de-AT"], ["de"]), "de-AT");
 });
 
 test("a name that is written from the right has its own direction within a sentence, and is kept without marks", () => {
