@@ -6,7 +6,6 @@ import time
 from typing import Any
 
 from movingout.server.rooms.room_view import RoomView
-from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
@@ -91,9 +90,10 @@ class StudyMonitor:
         departures = self._running.departures
         if any(one.finished and one.record.outcome != "done" for one in unit.members):
             await departures.release_partners(tx, unit)  # where a kill or a database error interrupted `dismiss`
-        absent = [one for one in unit.members if not one.finished and self._gone(one, now)]
+        return_s = self._running.study.pairing.return_s
+        absent = [one for one in unit.members if not one.finished and one.is_gone(now, return_s)]
         staying = await self._running.units.with_rounds_left(tx, unit) if absent else []
-        waiting = [one for one in staying if one.present(now)]
+        waiting = [one for one in staying if one.has_waited(now, return_s)]
         if waiting:
             pid, partner = absent[0].pid, waiting[0].pid
             self._running.alerts.add(
@@ -109,9 +109,6 @@ class StudyMonitor:
             if session.absent_s(now) > AWAY_S:
                 session.absence_told = True
                 self._running.alerts.add("away", f"{session.pid} has been away for two minutes.", pid=session.pid)
-
-    def _gone(self, session: ParticipantSession, now: float) -> bool:
-        return session.is_gone(now, self._running.study.pairing.return_s)
 
     def _notice_slow_partner(self, unit: StudyUnit, now: float) -> None:
         if unit.ready and now - unit.ready_at > SLOW_PARTNER_S and not unit.problem:

@@ -5,6 +5,7 @@ Nothing here needs to outlive the server.
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 from movingout.study.design.definition import NOTICED_S
@@ -25,17 +26,18 @@ class ParticipantSession:
     steps: tuple[Step, ...]
     last_seen_at: float  # seconds of the monotonic clock
     step_since: float  # when the current step was reached
+    present_since: float = -inf  # when a page of theirs was opened after none was, on the same clock
     source: str = ""  # who recruited them, as in arrival_link.py
     rtt_ms: float = -1.0
     device: str = ""
     refused: str = ""  # why the input check was not passed
     declined: bool = False
     texts_since_ms: int = 0  # their page is shown no text that was written before
-    resumed_at: float = 0.0  # when the experimenter's last pause ended for them, on the same clock
+    resumed_at: float = -inf  # when the experimenter's last pause ended for them, on the same clock
     any_device: bool = False  # whether they may come back in another browser, once
     absence_told: bool = True  # whether the experimenter knows that they are away; who has not come back yet is no news
     unpaid_s: float = 0.0  # absences that have ended, also with a pause, and that are not in the database yet
-    unpaid_until: float = 0.0  # when a pause began in a long absence, which is in `unpaid_s` up to then
+    unpaid_until: float = -inf  # when a pause began in a long absence, which is in `unpaid_s` up to then
     ended_at: float = 0.0  # when they were given their code, on the same clock; 0 before a restart
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 
@@ -87,6 +89,8 @@ class ParticipantSession:
         """A page of theirs is open. The absence that ends with it is not paid where it was long, and no pause."""
         if not paused:
             self._note_absence(now)
+        if not self.present(now):
+            self.present_since = now
         self.last_seen_at = now
 
     def pause_begins(self, now: float) -> None:
@@ -108,6 +112,10 @@ class ParticipantSession:
     def is_gone(self, now: float, after_s: float) -> bool:
         """Whether they closed their page longer ago than a partner has to wait."""
         return not self.present(now) and self.absent_s(now) > after_s
+
+    def has_waited(self, now: float, for_s: float) -> bool:
+        """Whether they have been here for longer than they have to wait for a partner: they may have been away, too."""
+        return self.present(now) and now - self.present_since > for_s
 
 
 def notify(sessions: Iterable[ParticipantSession]) -> None:

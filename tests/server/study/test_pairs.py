@@ -1,12 +1,10 @@
 """Pairs: a waiting room that never hangs, two at one screen, and partners who are left behind."""
 
-import json
 import threading
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sqlalchemy import update
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.server import messages as m
@@ -176,48 +174,6 @@ def test_the_partner_of_who_leaves_is_free_to_go_and_paid(pair: Served) -> None:
     assert code == m.CLOSE_ROOM_OVER
 
 
-def test_the_partner_of_who_does_not_come_back_is_not_kept_waiting(pair: Served) -> None:
-    first, second = paired(pair)
-    pair.later(26)
-    second.look()
-    pair.look()
-    second.look()
-    first.look()
-    assert (first.step["outcome"], second.step["outcome"]) == ("dropped-out", "partner-left")
-    assert "gone" in pair.alerts()
-
-
-@pytest.mark.parametrize("own", [{}, {"dropped-out": "AWAY0000"}])
-def test_who_does_not_come_back_gets_a_code_of_the_file(own: dict[str, str], tmp_path: Path) -> None:
-    codes = {"withdrew": "STOP0000", "partner-left": "LEFT0000", **own}
-    with served(tmp_path, f"{PAIR}codes: {json.dumps(codes)}\n") as study:
-        first, second = paired(study)
-        study.later(26)
-        second.look()
-        study.look()
-        first.look()
-        assert first.step["code"] == own.get("dropped-out", "STOP0000"), "files of before have no code for it"
-
-
-def test_when_both_are_away_nobody_is_sent_away(pair: Served) -> None:
-    first, second = paired(pair)
-    pair.later(600)
-    pair.look()
-    assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
-
-
-def test_nobody_is_sent_away_in_a_pause_and_the_wait_begins_anew_after_it(pair: Served) -> None:
-    first, second = paired(pair)
-    pair.ask("pause", pid=first.pid)
-    pair.later(600)
-    second.look()
-    pair.look()
-    pair.ask("resume", pid=first.pid)
-    second.look()
-    pair.look()
-    assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
-
-
 def test_the_end_of_a_units_pause_lets_nobody_in_the_waiting_room_wait_longer(pair: Served) -> None:
     first, _ = paired(pair)
     (alone,) = waiting(pair)
@@ -238,28 +194,6 @@ def test_who_has_only_questions_left_can_finish_without_the_partner(tmp_path: Pa
             together(first, second)
         assert first.kind == second.kind == "questionnaire"
         first.stop(True)
-        second.go_to("code")
-        assert second.step["outcome"] == "done"
-
-
-@pytest.mark.parametrize("away", [False, True])
-def test_rounds_that_a_time_limit_skips_are_not_to_come(away: bool, tmp_path: Path) -> None:
-    text = PAIR.replace("rounds: 2", "rounds: 2, limit_minutes: 1, after_round: [nasa-tlx]")
-    with served(tmp_path, text + "at_end: [nasa-tlx]\n") as study:
-        first, second = paired(study)
-        for _ in range(2):
-            together(first, second)
-        assert first.kind == second.kind == "questionnaire"
-        with study.running.databases.store.database.write() as connection:
-            connection.execute(update(rounds).values(started_ms=rounds.c.started_ms - 60_000))  # a long round
-        if away:
-            study.later(26)
-            second.look()
-        else:
-            first.stop(True)
-        study.look()
-        second.look()
-        assert second.kind == "questionnaire", "the second round is skipped: nobody is needed for it"
         second.go_to("code")
         assert second.step["outcome"] == "done"
 
