@@ -119,6 +119,8 @@ class RunningStudy:
             await self.progress.catch_up_all(tx)
             for unit in self.units:
                 await self.units.move_to_first_step(tx, unit)
+                if unit.lacks_member:
+                    await self.departures.release_partners(tx, unit)
         withdrawn = [one for one in self.participants if one.record.keep is False and one.finished]
         self.departures.delete_again(withdrawn)
 

@@ -53,7 +53,8 @@ class Units:
             self._add(record, [self._participants[pid] for pid in record.pids], newest.get(record.id, ""))
 
     def _add(self, record: Unit, members: Sequence[ParticipantSession], episode: str = "") -> None:
-        self._units[record.id] = StudyUnit(record, list(members), paused=record.paused, episode=episode)
+        size = self._study.group if record.dropped else len(members)  # an agent plays with one whom nobody has left
+        self._units[record.id] = StudyUnit(record, list(members), size, paused=record.paused, episode=episode)
         for session in members:
             session.steps = steps(self._study, assign(self._study, record.slot))
 

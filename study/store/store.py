@@ -41,6 +41,7 @@ class Unit:
     slot: int
     pids: tuple[str, ...]
     paused: bool  # by the experimenter
+    dropped: bool = False  # somebody has left it or was removed; its slot is given again
 
 
 @dataclass(frozen=True, slots=True)
@@ -304,7 +305,8 @@ def _unit(connection: Connection, number: int) -> Unit:
     if row is None:
         raise StoreError(f"there is no unit {number}")
     members = select(participants.c.pid).where(participants.c.unit == number).order_by(participants.c.member)
-    return Unit(row.id, row.slot, tuple(connection.execute(members).scalars()), row.paused)
+    pids = tuple(connection.execute(members).scalars())
+    return Unit(row.id, row.slot, pids, row.paused, dropped=row.state == "dropped")
 
 
 def _settle(connection: Connection, number: int) -> None:

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 from sqlalchemy import update
 
-from movingout.study.store.tables import rounds
-from tests.server.study.support import PAIR, Served, served
+from movingout.study.store.removal import remove_participant
+from movingout.study.store.tables import answers, rounds, units
+from tests.server.study.support import PAIR, Served, Visitor, served
 from tests.server.study.test_pairs import paired, together
 
 
@@ -85,3 +86,40 @@ def test_rounds_that_a_time_limit_skips_are_not_to_come(away: bool, tmp_path: Pa
         assert second.kind == "questionnaire", "the second round is skipped: nobody is needed for it"
         second.go_to("code")
         assert second.step["outcome"] == "done"
+
+
+def removed(study: Served, pid: str) -> None:
+    """`study forget`, once the server has ended."""
+    store = study.folder.open()
+    try:
+        remove_participant(store, pid, 0)
+    finally:
+        store.close()
+
+
+def test_the_partner_of_who_is_removed_from_the_data_plays_with_no_agent_instead(tmp_path: Path) -> None:
+    with served(tmp_path, PAIR) as study:
+        first, second = paired(study)
+        gone = first.pid
+    removed(study, gone)
+    with served(tmp_path, PAIR) as study:
+        second = Visitor(study, second.token, second.view)
+        assert second.look()["step"]["outcome"] == "partner-left"
+        assert [row["state"] for row in study.running.databases.store.rows(units)] == ["dropped"]
+
+
+@pytest.mark.slow
+def test_who_has_only_questions_left_answers_them_about_the_partner_who_was_removed(tmp_path: Path) -> None:
+    text = PAIR.replace("rounds: 2", "rounds: 1, after_partner: [nasa-tlx]")
+    with served(tmp_path, text) as study:
+        first, second = paired(study)
+        for _ in range(2):
+            together(first, second)
+        gone = first.pid
+    removed(study, gone)
+    with served(tmp_path, text) as study:
+        second = Visitor(study, second.token, second.view)
+        assert second.look()["step"]["kind"] == "questionnaire"
+        second.go_to("code")
+        assert second.step["outcome"] == "done"
+        assert {row["partner"] for row in study.running.databases.store.rows(answers)} == {""}
