@@ -31,6 +31,7 @@ class Participants:
         self._store = databases.store
         self._identities = databases.identities
         self._sessions: dict[str, ParticipantSession] = {}
+        self._done_units = frozenset[int]()
         self._declined = deque[ParticipantSession](maxlen=MOST_DECLINED)
         self._first_steps = steps(study, assign(study, 0))  # the same for every slot until the unit is formed
 
@@ -48,6 +49,7 @@ class Participants:
         """Read everybody from the database after a start; `sources` says by pseudonym who recruited them."""
         for record in await tx.run(self._store.everybody):
             self._add(record, sources.get(record.pid, ""))
+        self._done_units = await tx.run(self._store.done_units)
 
     async def arrive(self, tx: Transaction, pid: str, language: str, source: str) -> ParticipantSession:
         """Somebody takes part from now on."""
@@ -91,10 +93,9 @@ class Participants:
         await self.refresh(tx, session)
 
     @property
-    def complete(self) -> int:
-        """How many have finished with data that stay: who wants theirs deleted, or played with them, is one too few."""
-        refused = {one.record.unit for one in self if one.record.keep is False}
-        return sum(one.record.outcome == "done" and one.record.unit not in refused for one in self)
+    def complete_units(self) -> int:
+        """How many units have finished with data that stay: where one has left or wants theirs deleted, it is none."""
+        return len(self._done_units - {one.record.unit for one in self if one.record.keep is False})
 
     async def note_absences(self, tx: Transaction) -> None:
         """Keep the absences that have ended since the last time."""
@@ -117,6 +118,8 @@ class Participants:
         await tx.run(self._store.finish, session.pid, outcome, self._code(outcome), away_s)
         session.ended_at = now
         await self.refresh(tx, session)
+        if session.record.unit is not None:
+            self._done_units = await tx.run(self._store.done_units)
 
     def _code(self, outcome: Outcome) -> str:
         fixed = {} if self._study.codes == "unique" else self._study.codes

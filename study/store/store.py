@@ -208,6 +208,11 @@ class Store:
             numbers = connection.execute(select(participants.c.unit).where(on_their_way).distinct()).scalars().all()
             return tuple(_unit(connection, number) for number in sorted(numbers))
 
+    def done_units(self) -> frozenset[int]:
+        """Units all of whose members have finished, of whom nobody has left and nobody's data were removed."""
+        with self.database.read() as connection:
+            return frozenset(connection.execute(select(units.c.id).where(units.c.state == "done")).scalars())
+
     # ---- answers and notes ---------------------------------------------------------------------------------------
 
     def answer(
