@@ -109,6 +109,24 @@ def test_who_is_left_alone_at_a_screen_may_play_with_anybody(pair: Served, leave
     assert pair.row(first.pid)["partner_pid"] == stranger.pid
 
 
+@pytest.mark.parametrize("stays", [True, False])
+def test_who_waits_for_the_other_one_at_their_screen_waits_until_they_come(pair: Served, stays: bool) -> None:
+    (first,) = waiting(pair)
+    pair.running.participants[first.pid].step_since -= 100
+    second = pair.visitor(beside=first.token)
+    pair.look()
+    if not stays:
+        pair.running.participants[second.pid].last_seen_at -= 100
+        pair.later(31, staying=first)
+    pair.look()
+    if stays:
+        assert first.look()["step"]["kind"] == "waiting", "the other one still reads the consent"
+        second.go_to("practice")
+        assert first.look()["step"]["kind"] == "practice"
+    else:
+        assert first.look()["step"]["outcome"] == "no-partner", "they closed the page"
+
+
 def test_two_at_one_screen_are_a_pair_after_a_restart_too(tmp_path: Path) -> None:
     with served(tmp_path, PAIR) as study:
         first = study.visitor().go_to("input-check")
