@@ -15,6 +15,7 @@ log = logging.getLogger(__name__)
 
 INTERVAL_S = 1.0
 AWAY_S = 120.0  # somebody who was here and is silent for so long is worth an alert
+NOTED_S = 60.0  # between two notes of who is here
 SLOW_PARTNER_S = 300.0  # a present partner who keeps somebody waiting this long is worth an alert
 
 
@@ -24,6 +25,7 @@ class StudyMonitor:
     def __init__(self, running: RunningStudy) -> None:
         self._running = running
         self._watching: asyncio.Task[None] | None = None
+        self._noted_at = time.monotonic()  # when it was last kept who is here
 
     def start(self) -> None:
         self._watching = asyncio.create_task(self._watch())
@@ -57,6 +59,9 @@ class StudyMonitor:
             else:
                 await self._check_unit(tx, unit, now)
         await running.participants.note_absences(tx)
+        if now - self._noted_at > NOTED_S:
+            self._noted_at = now
+            await running.participants.note_last_seen(tx)
         await running.progress.hold_rooms(tx)
         await running.rooms.check(tx, running.units, now, may_begin=not running.progress.paused)
         if not running.progress.paused:

@@ -38,6 +38,7 @@ class ParticipantSession:
     absence_told: bool = True  # whether the experimenter knows that they are away; who has not come back yet is no news
     unpaid_s: float = 0.0  # absences that have ended, also with a pause, and that are not in the database yet
     unpaid_until: float = -inf  # when a pause began in a long absence, which is in `unpaid_s` up to then
+    away_before_s: float = 0.0  # of an absence that began before the server started, what lies before that
     ended_at: float = 0.0  # when they were given their code, on the same clock; 0 before a restart
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 
@@ -83,7 +84,7 @@ class ParticipantSession:
 
     def absent_s(self, now: float) -> float:
         """For how long no page of theirs was heard, since the last pause: a pause is no absence."""
-        return now - max(self.last_seen_at, self.resumed_at)
+        return now - max(self.last_seen_at, self.resumed_at) + self.away_before_s
 
     def seen(self, now: float, paused: bool) -> None:
         """A page of theirs is open. The absence that ends with it is not paid where it was long, and no pause."""
@@ -103,11 +104,13 @@ class ParticipantSession:
         absent_s = self.absent_s(now)
         unpaid = absent_s > UNPAID_S and not self.finished
         self.unpaid_s += absent_s if unpaid else 0.0
+        self.away_before_s = 0.0
         return unpaid
 
-    def uncounted_s(self, now: float) -> float:
-        """Of their absence, what is not in `unpaid_s` yet."""
-        return min(self.absent_s(now), now - self.unpaid_until)
+    def away_s(self, now: float) -> float:
+        """For how long they have been away, without what is in `unpaid_s` already; 0 for who is here."""
+        here = self.present(now) and not self.away_before_s  # who was not seen since the start of the server is not
+        return 0.0 if here else min(self.absent_s(now), now - self.unpaid_until)
 
     def is_gone(self, now: float, after_s: float) -> bool:
         """Whether they closed their page longer ago than a partner has to wait."""

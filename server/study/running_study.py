@@ -6,7 +6,7 @@ Every change is in the database before anybody is told of it; everything here ca
 import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 
 from movingout.server.public_host import PublicHost
 from movingout.server.study.alerts import Alerts
@@ -24,6 +24,7 @@ from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.data.study_folder import StudyFolder
+from movingout.study.errors import StoreError
 
 
 def always() -> bool:
@@ -125,6 +126,10 @@ class RunningStudy:
         self.departures.delete_again(withdrawn)
 
     async def stop(self) -> None:
+        with suppress(StoreError):  # or what was noted a minute ago counts
+            async with self.transaction() as tx:
+                await self.participants.note_absences(tx)
+                await self.participants.note_last_seen(tx)
         await self.rooms.finished.saved()
         await self.departures.end()
         await asyncio.to_thread(self.databases.close)  # a query may have to be given up first

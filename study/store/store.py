@@ -11,7 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Row, Table, func, insert, select, update
+from sqlalchemy import Connection, Row, Table, bindparam, func, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
 from movingout.study.design.allocation import next_slot
@@ -60,6 +60,7 @@ class Participant:
     keep: bool | None  # whether the data may be kept, None while nobody has asked
     screen: str  # the same for two who share one screen, else empty
     away_ms: int  # long absences after which they came back
+    last_seen_ms: int | None  # as of the last minute, None before the consent and in data of earlier versions
 
 
 class Store:
@@ -169,6 +170,12 @@ class Store:
         with self.database.write() as connection:
             change = update(participants).where(participants.c.pid == pid)
             connection.execute(change.values(away_ms=participants.c.away_ms + round(1e3 * away_s)))
+
+    def seen(self, last_seen_ms: Mapping[str, int]) -> None:
+        """When participants were last seen, by pseudonym."""
+        change = update(participants).where(participants.c.pid == bindparam("who")).values(last_seen_ms=bindparam("at"))
+        with self.database.write() as connection:
+            connection.execute(change, [{"who": pid, "at": at} for pid, at in last_seen_ms.items()])
 
     def keep_data(self, pid: str, keep: bool) -> None:
         """The answer to "may we keep your data?"."""

@@ -68,7 +68,7 @@ def test_a_database_of_an_older_version_is_brought_forward_with_its_rows(tmp_pat
     with closing(Store(path)) as store:
         assert frozen_study(store).id == "pilot" and not store.paused()
         assert [(one.pid, one.step, one.arrived_ms) for one in store.everybody()] == [("P1", "form", 7)]
-        assert store.participant("P1").away_ms == 0
+        assert (store.participant("P1").away_ms, store.participant("P1").last_seen_ms) == (0, None)
         assert store.units_on_their_way() == (Unit(1, 0, ("P1",), paused=False),)
 
 
