@@ -6,7 +6,6 @@ import time
 from typing import Any
 
 from movingout.server.rooms.room_view import RoomView
-from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
@@ -16,6 +15,7 @@ log = logging.getLogger(__name__)
 
 INTERVAL_S = 1.0
 AWAY_S = 120.0  # somebody who was here and is silent for so long is worth an alert
+NOTED_S = 60.0  # between two notes of who is here
 SLOW_PARTNER_S = 300.0  # a present partner who keeps somebody waiting this long is worth an alert
 
 
@@ -25,6 +25,7 @@ class StudyMonitor:
     def __init__(self, running: RunningStudy) -> None:
         self._running = running
         self._watching: asyncio.Task[None] | None = None
+        self._noted_at = time.monotonic()  # when it was last kept who is here
 
     def start(self) -> None:
         self._watching = asyncio.create_task(self._watch())
@@ -58,6 +59,9 @@ class StudyMonitor:
             else:
                 await self._check_unit(tx, unit, now)
         await running.participants.note_absences(tx)
+        if now - self._noted_at > NOTED_S:
+            self._noted_at = now
+            await running.participants.note_last_seen(tx)
         await running.progress.hold_rooms(tx)
         await running.rooms.check(tx, running.units, now, may_begin=not running.progress.paused)
         if not running.progress.paused:
@@ -91,9 +95,10 @@ class StudyMonitor:
         departures = self._running.departures
         if any(one.finished and one.record.outcome != "done" for one in unit.members):
             await departures.release_partners(tx, unit)  # where a kill or a database error interrupted `dismiss`
-        absent = [one for one in unit.members if not one.finished and self._gone(one, now)]
+        return_s = self._running.study.pairing.return_s
+        absent = [one for one in unit.members if not one.finished and one.is_gone(now, return_s)]
         staying = await self._running.units.with_rounds_left(tx, unit) if absent else []
-        waiting = [one for one in staying if one.present(now)]
+        waiting = [one for one in staying if one.has_waited(now, return_s)]
         if waiting:
             pid, partner = absent[0].pid, waiting[0].pid
             self._running.alerts.add(
@@ -109,9 +114,6 @@ class StudyMonitor:
             if session.absent_s(now) > AWAY_S:
                 session.absence_told = True
                 self._running.alerts.add("away", f"{session.pid} has been away for two minutes.", pid=session.pid)
-
-    def _gone(self, session: ParticipantSession, now: float) -> bool:
-        return session.is_gone(now, self._running.study.pairing.return_s)
 
     def _notice_slow_partner(self, unit: StudyUnit, now: float) -> None:
         if unit.ready and now - unit.ready_at > SLOW_PARTNER_S and not unit.problem:

@@ -178,7 +178,7 @@ class ParticipantActions:
             pid=session.pid,
             step=step.key,
             questionnaire=step.questionnaire,
-            partner=partner_met(step, len(unit.members) if unit else 0),
+            partner=partner_met(step, unit.size if unit else 0),
             item=request.item,
             value=request.value,
             text=request.text.replace(NUL, ""),

@@ -5,6 +5,7 @@ Nothing here needs to outlive the server.
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 from movingout.study.design.definition import NOTICED_S
@@ -25,17 +26,19 @@ class ParticipantSession:
     steps: tuple[Step, ...]
     last_seen_at: float  # seconds of the monotonic clock
     step_since: float  # when the current step was reached
+    present_since: float = -inf  # when a page of theirs was opened after none was, on the same clock
     source: str = ""  # who recruited them, as in arrival_link.py
     rtt_ms: float = -1.0
     device: str = ""
     refused: str = ""  # why the input check was not passed
     declined: bool = False
     texts_since_ms: int = 0  # their page is shown no text that was written before
-    resumed_at: float = 0.0  # when the experimenter's last pause ended for them, on the same clock
+    resumed_at: float = -inf  # when the experimenter's last pause ended for them, on the same clock
     any_device: bool = False  # whether they may come back in another browser, once
     absence_told: bool = True  # whether the experimenter knows that they are away; who has not come back yet is no news
     unpaid_s: float = 0.0  # absences that have ended, also with a pause, and that are not in the database yet
-    unpaid_until: float = 0.0  # when a pause began in a long absence, which is in `unpaid_s` up to then
+    unpaid_until: float = -inf  # when a pause began in a long absence, which is in `unpaid_s` up to then
+    away_before_s: float = 0.0  # of an absence that began before the server started, what lies before that
     ended_at: float = 0.0  # when they were given their code, on the same clock; 0 before a restart
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 
@@ -81,12 +84,14 @@ class ParticipantSession:
 
     def absent_s(self, now: float) -> float:
         """For how long no page of theirs was heard, since the last pause: a pause is no absence."""
-        return now - max(self.last_seen_at, self.resumed_at)
+        return now - max(self.last_seen_at, self.resumed_at) + self.away_before_s
 
     def seen(self, now: float, paused: bool) -> None:
         """A page of theirs is open. The absence that ends with it is not paid where it was long, and no pause."""
         if not paused:
             self._note_absence(now)
+        if not self.present(now):
+            self.present_since = now
         self.last_seen_at = now
 
     def pause_begins(self, now: float) -> None:
@@ -99,15 +104,21 @@ class ParticipantSession:
         absent_s = self.absent_s(now)
         unpaid = absent_s > UNPAID_S and not self.finished
         self.unpaid_s += absent_s if unpaid else 0.0
+        self.away_before_s = 0.0
         return unpaid
 
-    def uncounted_s(self, now: float) -> float:
-        """Of their absence, what is not in `unpaid_s` yet."""
-        return min(self.absent_s(now), now - self.unpaid_until)
+    def away_s(self, now: float) -> float:
+        """For how long they have been away, without what is in `unpaid_s` already; 0 for who is here."""
+        here = self.present(now) and not self.away_before_s  # who was not seen since the start of the server is not
+        return 0.0 if here else min(self.absent_s(now), now - self.unpaid_until)
 
     def is_gone(self, now: float, after_s: float) -> bool:
         """Whether they closed their page longer ago than a partner has to wait."""
         return not self.present(now) and self.absent_s(now) > after_s
+
+    def has_waited(self, now: float, for_s: float) -> bool:
+        """Whether they have been here for longer than they have to wait for a partner: they may have been away, too."""
+        return self.present(now) and now - self.present_since > for_s
 
 
 def notify(sessions: Iterable[ParticipantSession]) -> None:

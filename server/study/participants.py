@@ -31,6 +31,7 @@ class Participants:
         self._store = databases.store
         self._identities = databases.identities
         self._sessions: dict[str, ParticipantSession] = {}
+        self._done_units = frozenset[int]()
         self._declined = deque[ParticipantSession](maxlen=MOST_DECLINED)
         self._first_steps = steps(study, assign(study, 0))  # the same for every slot until the unit is formed
 
@@ -47,7 +48,10 @@ class Participants:
     async def restore(self, tx: Transaction, sources: Mapping[str, str]) -> None:
         """Read everybody from the database after a start; `sources` says by pseudonym who recruited them."""
         for record in await tx.run(self._store.everybody):
-            self._add(record, sources.get(record.pid, ""))
+            session = self._add(record, sources.get(record.pid, ""))
+            if record.last_seen_ms is not None:
+                session.away_before_s = max(0.0, (self._store.now() - record.last_seen_ms) / 1e3)
+        self._done_units = await tx.run(self._store.done_units)
 
     async def arrive(self, tx: Transaction, pid: str, language: str, source: str) -> ParticipantSession:
         """Somebody takes part from now on."""
@@ -91,10 +95,9 @@ class Participants:
         await self.refresh(tx, session)
 
     @property
-    def complete(self) -> int:
-        """How many have finished with data that stay: who wants theirs deleted, or played with them, is one too few."""
-        refused = {one.record.unit for one in self if one.record.keep is False}
-        return sum(one.record.outcome == "done" and one.record.unit not in refused for one in self)
+    def complete_units(self) -> int:
+        """How many units have finished with data that stay: where one has left or wants theirs deleted, it is none."""
+        return len(self._done_units - {one.record.unit for one in self if one.record.keep is False})
 
     async def note_absences(self, tx: Transaction) -> None:
         """Keep the absences that have ended since the last time."""
@@ -108,15 +111,25 @@ class Participants:
         session.unpaid_s -= unpaid_s
         await self.refresh(tx, session)
 
+    async def note_last_seen(self, tx: Transaction) -> None:
+        """Keep until when those who have consented were here: an absence goes on over a stop of the server."""
+        tx.check()
+        now, now_ms = time.monotonic(), self._store.now()
+        on_their_way = [one for one in self if one.has_consented and not one.finished]
+        seen = {one.pid: now_ms - round(1e3 * one.away_s(now)) for one in on_their_way}
+        if seen:
+            await tx.run(self._store.seen, seen)
+
     async def finish(self, tx: Transaction, session: ParticipantSession, outcome: Outcome) -> None:
         """Give them their only completion code; who is away ended when they were last seen."""
         if session.unpaid_s:
             await self._note_absence(tx, session)
         now = time.monotonic()
-        away_s = 0.0 if session.present(now) else session.uncounted_s(now)
-        await tx.run(self._store.finish, session.pid, outcome, self._code(outcome), away_s)
+        await tx.run(self._store.finish, session.pid, outcome, self._code(outcome), session.away_s(now))
         session.ended_at = now
         await self.refresh(tx, session)
+        if session.record.unit is not None:
+            self._done_units = await tx.run(self._store.done_units)
 
     def _code(self, outcome: Outcome) -> str:
         fixed = {} if self._study.codes == "unique" else self._study.codes

@@ -88,6 +88,9 @@ class Progress:
     async def restore(self, tx: Transaction) -> None:
         """After a start: what was paused stays paused. Rooms must have been resumed."""
         self._paused = await tx.run(self._databases.store.paused)
+        for session in self._participants:
+            if self.is_paused(session):
+                session.away_before_s = 0.0  # a pause is no absence
         await self.hold_rooms(tx)
 
     async def set_paused(self, tx: Transaction, paused: bool, unit: StudyUnit | None = None) -> None:
@@ -104,6 +107,10 @@ class Progress:
         if not paused:
             self._restart_waits(tx, unit)
         notify(self._participants)
+        if not paused:
+            await self._participants.note_last_seen(
+                tx
+            )  # a server that is killed now must not take the pause for absence
 
     def note_standing(self, now: float) -> None:
         """For the experimenter's page: since when each unit stands still."""

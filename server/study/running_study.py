@@ -6,7 +6,7 @@ Every change is in the database before anybody is told of it; everything here ca
 import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 
 from movingout.server.public_host import PublicHost
 from movingout.server.study.alerts import Alerts
@@ -24,6 +24,7 @@ from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.data.study_folder import StudyFolder
+from movingout.study.errors import StoreError
 
 
 def always() -> bool:
@@ -119,10 +120,16 @@ class RunningStudy:
             await self.progress.catch_up_all(tx)
             for unit in self.units:
                 await self.units.move_to_first_step(tx, unit)
+                if unit.lacks_member:
+                    await self.departures.release_partners(tx, unit)
         withdrawn = [one for one in self.participants if one.record.keep is False and one.finished]
         self.departures.delete_again(withdrawn)
 
     async def stop(self) -> None:
+        with suppress(StoreError):  # or what was noted a minute ago counts
+            async with self.transaction() as tx:
+                await self.participants.note_absences(tx)
+                await self.participants.note_last_seen(tx)
         await self.rooms.finished.saved()
         await self.departures.end()
         await asyncio.to_thread(self.databases.close)  # a query may have to be given up first

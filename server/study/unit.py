@@ -51,6 +51,7 @@ class StudyUnit:
 
     record: Unit
     members: list[ParticipantSession]
+    size: int  # how many began, also those who were removed from the data since
     ready: set[str] = field(default_factory=set)  # pids of those who want the round of their step to begin
     ready_at: float = 0.0  # when the first of them was, in seconds of the monotonic clock
     running_round: RunningRound | None = None
@@ -64,6 +65,11 @@ class StudyUnit:
     def finished(self) -> bool:
         """Whether all members have their codes and every round is saved."""
         return self.running_round is None and self.finished_round is None and all(one.finished for one in self.members)
+
+    @property
+    def lacks_member(self) -> bool:
+        """Whether one of a pair was removed from the data: the other one's partner is no agent."""
+        return len(self.members) < self.size
 
     def others(self, session: ParticipantSession) -> list[ParticipantSession]:
         return [other for other in self.members if other is not session]

@@ -53,7 +53,8 @@ class Units:
             self._add(record, [self._participants[pid] for pid in record.pids], newest.get(record.id, ""))
 
     def _add(self, record: Unit, members: Sequence[ParticipantSession], episode: str = "") -> None:
-        self._units[record.id] = StudyUnit(record, list(members), paused=record.paused, episode=episode)
+        size = self._study.group if record.dropped else len(members)  # an agent plays with one whom nobody has left
+        self._units[record.id] = StudyUnit(record, list(members), size, paused=record.paused, episode=episode)
         for session in members:
             session.steps = steps(self._study, assign(self._study, record.slot))
 
@@ -137,10 +138,13 @@ class Units:
     def _fill_waiting_room(self, now: float) -> None:
         on_their_way = [one for one in self._participants if one.record.unit is None and not one.finished]
         at_screen = Counter(one.record.screen for one in on_their_way)
+        coming = {one.record.screen for one in on_their_way if one.record.step != WAITING and one.present(now)} - {""}
         for session in on_their_way:
             if session.record.step == WAITING:
                 screen = session.record.screen  # where the other one has left, they wait for anybody
                 self._waiting_room.enter(session.pid, session.step_since, screen if at_screen[screen] > 1 else "")
+                if screen in coming:
+                    self._waiting_room.wait_anew(session.pid, now)
         for session in self._participants:
             if session.listeners and session.present(now):
                 self._waiting_room.heard(session.pid, now)

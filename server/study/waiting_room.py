@@ -29,6 +29,10 @@ class WaitingRoom:
         """Begin to wait; of somebody who is waiting already, only the screen may be another one."""
         self._waiting.setdefault(pid, WaitingParticipant(pid, now, now, screen)).screen = screen
 
+    def wait_anew(self, pid: str, now: float) -> None:
+        """Their wait begins now: the other one at their screen is still on the way."""
+        self._waiting[pid].since = now
+
     def restart_waits(self, now: float) -> None:
         """All waits begin now: a pause does not count."""
         for one in self._waiting.values():

@@ -11,7 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Row, Table, func, insert, select, update
+from sqlalchemy import Connection, Row, Table, bindparam, func, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
 from movingout.study.design.allocation import next_slot
@@ -41,6 +41,7 @@ class Unit:
     slot: int
     pids: tuple[str, ...]
     paused: bool  # by the experimenter
+    dropped: bool = False  # somebody has left it or was removed; its slot is given again
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,7 @@ class Participant:
     keep: bool | None  # whether the data may be kept, None while nobody has asked
     screen: str  # the same for two who share one screen, else empty
     away_ms: int  # long absences after which they came back
+    last_seen_ms: int | None  # as of the last minute, None before the consent and in data of earlier versions
 
 
 class Store:
@@ -169,6 +171,12 @@ class Store:
             change = update(participants).where(participants.c.pid == pid)
             connection.execute(change.values(away_ms=participants.c.away_ms + round(1e3 * away_s)))
 
+    def seen(self, last_seen_ms: Mapping[str, int]) -> None:
+        """When participants were last seen, by pseudonym."""
+        change = update(participants).where(participants.c.pid == bindparam("who")).values(last_seen_ms=bindparam("at"))
+        with self.database.write() as connection:
+            connection.execute(change, [{"who": pid, "at": at} for pid, at in last_seen_ms.items()])
+
     def keep_data(self, pid: str, keep: bool) -> None:
         """The answer to "may we keep your data?"."""
         self._change(pid, keep=keep)
@@ -206,6 +214,11 @@ class Store:
         with self.database.read() as connection:
             numbers = connection.execute(select(participants.c.unit).where(on_their_way).distinct()).scalars().all()
             return tuple(_unit(connection, number) for number in sorted(numbers))
+
+    def done_units(self) -> frozenset[int]:
+        """Units all of whose members have finished, of whom nobody has left and nobody's data were removed."""
+        with self.database.read() as connection:
+            return frozenset(connection.execute(select(units.c.id).where(units.c.state == "done")).scalars())
 
     # ---- answers and notes ---------------------------------------------------------------------------------------
 
@@ -304,7 +317,8 @@ def _unit(connection: Connection, number: int) -> Unit:
     if row is None:
         raise StoreError(f"there is no unit {number}")
     members = select(participants.c.pid).where(participants.c.unit == number).order_by(participants.c.member)
-    return Unit(row.id, row.slot, tuple(connection.execute(members).scalars()), row.paused)
+    pids = tuple(connection.execute(members).scalars())
+    return Unit(row.id, row.slot, pids, row.paused, dropped=row.state == "dropped")
 
 
 def _settle(connection: Connection, number: int) -> None:

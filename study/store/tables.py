@@ -98,6 +98,9 @@ participants = Table(
     Column("keep", Boolean, doc="whether the data may be kept, asked at the debrief or at Stop"),
     Column("screen", String(16), nullable=False, server_default="", doc="the same for two who share one screen"),
     Column("away_ms", BigInteger, nullable=False, server_default="0", info=_INSIDE, doc="absences; they are not paid"),
+    Column(
+        "last_seen_ms", BigInteger, info=_INSIDE, doc="noted once a minute; a server that starts goes on from there"
+    ),
 )
 consents = Table(
     "consents",

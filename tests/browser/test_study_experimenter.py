@@ -42,7 +42,7 @@ class FakeDashboard:
                 "titles": {"en": "Playing with partners", "de": "Mit Partnern spielen"},
             },
             "paused": False,
-            "counts": {"planned": 32, "finished": 21, "active": 3, "waiting": 0},
+            "counts": {"planned": 32, "finished": 21, "group": 1, "active": 3, "waiting": 0},
             "participants": [
                 participant("P4K7Q2"),
                 participant("PX93LM", kind="questionnaire", room=None, tick=None, late_ms=None, recording=""),

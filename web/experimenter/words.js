@@ -60,7 +60,8 @@ import { mapTitle } from "../text/names.js";
  * @typedef {object} StudyState
  * @property {{id: string, title: string, titles?: Record<string, string>}} study
  * @property {boolean} paused
- * @property {{planned: number, finished: number, active: number, waiting: number}} counts
+ * @property {{planned: number, finished: number, group: number, active: number, waiting: number}} counts planned and
+ *   finished: participants, or pairs where the group is 2
  * @property {ParticipantRow[]} participants
  * @property {Alert[]} alerts
  * @property {Note[]} notes
@@ -80,8 +81,9 @@ import { mapTitle } from "../text/names.js";
  */
 
 /** @param {StudyState} state */
-export function summaryWords({ counts: { finished, planned, active, waiting } }) {
-  const parts = [say("experimenter.finishedOf", { finished, planned }), say("experimenter.here", { count: active })];
+export function summaryWords({ counts: { finished, planned, group, active, waiting } }) {
+  const done = say(group === 2 ? "experimenter.pairsOf" : "experimenter.finishedOf", { finished, planned });
+  const parts = [done, say("experimenter.here", { count: active })];
   if (waiting > 0) parts.push(say("experimenter.waitingForPartner", { count: waiting }));
   return parts.join(" · ");
 }
@@ -190,13 +192,13 @@ export function recordingPill({ recording }) {
 }
 
 /** The cards above the table. @param {StudyState} state @returns {Fact[]} */
-export function facts({ counts: { finished, planned }, server }) {
+export function facts({ counts: { finished, planned, group }, server }) {
   const left = Math.max(0, planned - finished);
   const { missed, ticks, partial } = server;
   const disk = freeDisk(server.disk_free_mb);
   return [
     {
-      title: say("experimenter.finished"),
+      title: say(group === 2 ? "experimenter.pairs" : "experimenter.finished"),
       value: say("experimenter.of", { finished, planned }),
       detail: left === 0 ? say("experimenter.asPlanned") : say("experimenter.toCome", { count: left }),
       tone: "",

@@ -106,8 +106,9 @@ class Dashboard:
             },
             "paused": running.progress.paused,
             "counts": {
-                "planned": running.study.participants,
-                "finished": running.participants.complete,
+                "planned": running.study.units,
+                "finished": running.participants.complete_units,
+                "group": running.study.group,
                 "active": sum(not row["outcome"] and row["present"] for row in rows),
                 "waiting": running.units.waiting_count,
             },

@@ -51,7 +51,7 @@ class ParticipantViews:
         """The letter of the partner; None for another person, and in practice."""
         if step.kind == "practice" or unit is None:
             return None
-        substitute = self._running.study.group == 2 and len(unit.members) == 1 and step.block
+        substitute = self._running.study.group == 2 and unit.size == 1 and step.block
         return AGENT_IN_PAIRS if substitute else self._letters.get(step.partner)
 
     def _frame(self, language: str, step: View, done: int, total: int, can_stop: bool) -> View:

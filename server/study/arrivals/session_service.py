@@ -114,7 +114,7 @@ class SessionService:
         raise ArrivalRefused("other_device", text)
 
     def _refuse_when_full(self) -> None:
-        if self._running.participants.complete >= self._running.study.participants:
+        if self._running.participants.complete_units >= self._running.study.units:
             raise ArrivalRefused("study_full", "This study has as many participants as it needs. Thank you for coming!")
 
     async def _admit(self, tx: Transaction, pid: str, source: str, language: str) -> ParticipantSession:

@@ -29,3 +29,4 @@ def solo(served_solo: Served) -> Iterator[Served]:
 def pair(served_pair: Served) -> Iterator[Served]:
     yield served_pair
     served_pair.live.hang_up()
+    served_pair.later(served_pair.running.study.pairing.wait_s)  # nobody who is left over is paired in the next test

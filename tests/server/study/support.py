@@ -121,16 +121,18 @@ class Served:
 
         asyncio.run_coroutine_threadsafe(once(), self.live.loop).result(WAIT_S)
 
-    def later(self, seconds: float) -> None:
-        """As if all pages had been silent for so long."""
+    def later(self, seconds: float, staying: "Visitor | None" = None) -> None:
+        """As if all pages, but that of who stays, had been silent for so long."""
+        here = staying and staying.pid
 
         def age() -> None:
             for session in self.running.participants:
-                session.last_seen_at -= seconds
+                session.last_seen_at -= 0.0 if session.pid == here else seconds
+                session.present_since -= seconds
                 session.resumed_at -= seconds
             for one in self.running.units._waiting_room.present(float("-inf")):
                 one.since -= seconds
-                one.heard -= seconds
+                one.heard -= 0.0 if one.pid == here else seconds
 
         self.live.run(age)
 

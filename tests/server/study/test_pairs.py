@@ -1,12 +1,10 @@
 """Pairs: a waiting room that never hangs, two at one screen, and partners who are left behind."""
 
-import json
 import threading
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sqlalchemy import update
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.server import messages as m
@@ -111,6 +109,24 @@ def test_who_is_left_alone_at_a_screen_may_play_with_anybody(pair: Served, leave
     assert pair.row(first.pid)["partner_pid"] == stranger.pid
 
 
+@pytest.mark.parametrize("stays", [True, False])
+def test_who_waits_for_the_other_one_at_their_screen_waits_until_they_come(pair: Served, stays: bool) -> None:
+    (first,) = waiting(pair)
+    pair.running.participants[first.pid].step_since -= 100
+    second = pair.visitor(beside=first.token)
+    pair.look()
+    if not stays:
+        pair.running.participants[second.pid].last_seen_at -= 100
+        pair.later(31, staying=first)
+    pair.look()
+    if stays:
+        assert first.look()["step"]["kind"] == "waiting", "the other one still reads the consent"
+        second.go_to("practice")
+        assert first.look()["step"]["kind"] == "practice"
+    else:
+        assert first.look()["step"]["outcome"] == "no-partner", "they closed the page"
+
+
 def test_two_at_one_screen_are_a_pair_after_a_restart_too(tmp_path: Path) -> None:
     with served(tmp_path, PAIR) as study:
         first = study.visitor().go_to("input-check")
@@ -176,48 +192,6 @@ def test_the_partner_of_who_leaves_is_free_to_go_and_paid(pair: Served) -> None:
     assert code == m.CLOSE_ROOM_OVER
 
 
-def test_the_partner_of_who_does_not_come_back_is_not_kept_waiting(pair: Served) -> None:
-    first, second = paired(pair)
-    pair.later(26)
-    second.look()
-    pair.look()
-    second.look()
-    first.look()
-    assert (first.step["outcome"], second.step["outcome"]) == ("dropped-out", "partner-left")
-    assert "gone" in pair.alerts()
-
-
-@pytest.mark.parametrize("own", [{}, {"dropped-out": "AWAY0000"}])
-def test_who_does_not_come_back_gets_a_code_of_the_file(own: dict[str, str], tmp_path: Path) -> None:
-    codes = {"withdrew": "STOP0000", "partner-left": "LEFT0000", **own}
-    with served(tmp_path, f"{PAIR}codes: {json.dumps(codes)}\n") as study:
-        first, second = paired(study)
-        study.later(26)
-        second.look()
-        study.look()
-        first.look()
-        assert first.step["code"] == own.get("dropped-out", "STOP0000"), "files of before have no code for it"
-
-
-def test_when_both_are_away_nobody_is_sent_away(pair: Served) -> None:
-    first, second = paired(pair)
-    pair.later(600)
-    pair.look()
-    assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
-
-
-def test_nobody_is_sent_away_in_a_pause_and_the_wait_begins_anew_after_it(pair: Served) -> None:
-    first, second = paired(pair)
-    pair.ask("pause", pid=first.pid)
-    pair.later(600)
-    second.look()
-    pair.look()
-    pair.ask("resume", pid=first.pid)
-    second.look()
-    pair.look()
-    assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
-
-
 def test_the_end_of_a_units_pause_lets_nobody_in_the_waiting_room_wait_longer(pair: Served) -> None:
     first, _ = paired(pair)
     (alone,) = waiting(pair)
@@ -238,28 +212,6 @@ def test_who_has_only_questions_left_can_finish_without_the_partner(tmp_path: Pa
             together(first, second)
         assert first.kind == second.kind == "questionnaire"
         first.stop(True)
-        second.go_to("code")
-        assert second.step["outcome"] == "done"
-
-
-@pytest.mark.parametrize("away", [False, True])
-def test_rounds_that_a_time_limit_skips_are_not_to_come(away: bool, tmp_path: Path) -> None:
-    text = PAIR.replace("rounds: 2", "rounds: 2, limit_minutes: 1, after_round: [nasa-tlx]")
-    with served(tmp_path, text + "at_end: [nasa-tlx]\n") as study:
-        first, second = paired(study)
-        for _ in range(2):
-            together(first, second)
-        assert first.kind == second.kind == "questionnaire"
-        with study.running.databases.store.database.write() as connection:
-            connection.execute(update(rounds).values(started_ms=rounds.c.started_ms - 60_000))  # a long round
-        if away:
-            study.later(26)
-            second.look()
-        else:
-            first.stop(True)
-        study.look()
-        second.look()
-        assert second.kind == "questionnaire", "the second round is skipped: nobody is needed for it"
         second.go_to("code")
         assert second.step["outcome"] == "done"
 

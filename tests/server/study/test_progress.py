@@ -1,10 +1,26 @@
-"""Pauses, and the absences around them, which are not paid where they are long."""
+"""Pauses, and the absences around them, which are not paid where they are long; also over a stop of the server."""
+
+import asyncio
+import time
+from pathlib import Path
 
 import pytest
 from sqlalchemy import update
 
+from movingout.server.host import Host
+from movingout.server.settings import Settings
+from movingout.server.study.arrivals.arrival_link import LINK
+from movingout.server.study.earnings import minutes_here
+from movingout.server.study.monitor import StudyMonitor
+from movingout.server.study.participant_session import ParticipantSession
+from movingout.server.study.running_study import RunningStudy
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import parse_study
 from movingout.study.store.tables import participants
-from tests.server.study.support import Served, Visitor
+from tests.server.study.support import SOLO, Served, Visitor
+from tests.study.support import Clock
+
+HOUR_S = 3600
 
 
 def away(study: Served, visitor: Visitor, seconds: float) -> None:
@@ -73,3 +89,113 @@ def test_who_is_ended_in_a_pause_that_began_in_their_absence_is_not_paid_for_it_
     solo.ask("resume")
     row = solo.row(visitor.pid)
     assert row["outcome"] == "dropped-out" and 60_000 / 60 <= row["minutes"] < 60_000 / 60 + 5, "counted once"
+
+
+# ---- over a stop of the server --------------------------------------------------------------------------------------
+
+
+def begun(folder: Path, clock: Clock) -> RunningStudy:
+    """A study that is not served."""
+    study = RunningStudy(StudyFolder(parse_study(SOLO), folder), SOLO, Host(Settings(data=folder)))
+    study.databases.store.now = clock
+    return study
+
+
+async def here(study: RunningStudy) -> ParticipantSession:
+    """Somebody who has consented."""
+    async with study.transaction() as tx:
+        session = await study.participants.arrive(tx, "P1", "en", LINK)
+        await tx.run(study.databases.store.consent, "P1", "1", "en", "text", [])
+        await study.participants.move(tx, session, "input-check")
+    return session
+
+
+async def started_again(study: RunningStudy) -> ParticipantSession:
+    async with study.transaction() as tx:
+        await study.participants.restore(tx, {})
+        await study.progress.restore(tx)
+    return study.participants["P1"]
+
+
+async def minutes(study: RunningStudy, session: ParticipantSession) -> float | None:
+    async with study.transaction() as tx:
+        await study.participants.finish(tx, session, "done")
+    return minutes_here(session.record)
+
+
+@pytest.mark.parametrize(
+    ("away_s", "stopped_s", "paid_s"),
+    [
+        (9 * HOUR_S, 15 * HOUR_S, 0),
+        (0, 15 * HOUR_S, 0),
+        (100, 250, 0),
+        (0, 250, 250),
+    ],
+)
+@pytest.mark.parametrize("returns", [True, False])
+def test_an_absence_goes_on_while_the_server_is_stopped(
+    tmp_path: Path, away_s: int, stopped_s: int, paid_s: int, returns: bool
+) -> None:
+    async def test() -> None:
+        clock = Clock()
+        study = begun(tmp_path, clock)
+        session = await here(study)
+        clock.ms += 1000 * (HOUR_S + away_s)
+        session.last_seen_at -= away_s
+        await study.stop()
+        clock.ms += 1000 * stopped_s
+        study = begun(tmp_path, clock)
+        try:
+            session = await started_again(study)
+            if returns:
+                session.seen(time.monotonic(), paused=False)
+            paid = HOUR_S + (paid_s if returns else 0)
+            assert await minutes(study, session) == pytest.approx(paid / 60, abs=0.1)
+        finally:
+            study.databases.close()
+
+    asyncio.run(test())
+
+
+def test_a_pause_over_a_stop_is_paid_and_what_went_before_it_counts_once(tmp_path: Path) -> None:
+    async def test() -> None:
+        clock = Clock()
+        study = begun(tmp_path, clock)
+        session = await here(study)
+        clock.ms += 1000 * 10 * HOUR_S
+        session.last_seen_at -= 9 * HOUR_S
+        async with study.transaction() as tx:
+            await study.progress.set_paused(tx, True)
+        await study.stop()
+        clock.ms += 1000 * 15 * HOUR_S
+        study = begun(tmp_path, clock)
+        try:
+            session = await started_again(study)
+            async with study.transaction() as tx:
+                await study.progress.set_paused(tx, False)
+            assert await minutes(study, session) == pytest.approx(60 * (1 + 15), abs=0.1)
+        finally:
+            study.databases.close()
+
+    asyncio.run(test())
+
+
+def test_who_is_here_is_noted_once_a_minute_in_case_the_server_is_killed(tmp_path: Path) -> None:
+    async def test() -> None:
+        clock = Clock()
+        study = begun(tmp_path, clock)
+        try:
+            session = await here(study)
+            monitor = StudyMonitor(study)
+            async with study.transaction() as tx:
+                await monitor.check(tx)
+                assert study.databases.store.participant("P1").last_seen_ms is None
+                monitor._noted_at -= 61
+                session.last_seen_at -= 30
+                await monitor.check(tx)
+            noted = study.databases.store.participant("P1").last_seen_ms
+            assert noted is not None and 29_000 < clock.ms - noted < 32_000
+        finally:
+            study.databases.close()
+
+    asyncio.run(test())

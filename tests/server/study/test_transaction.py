@@ -49,6 +49,7 @@ CHANGES: dict[str, Change] = {
     "Participants.refresh": lambda study, tx, one, unit: study.participants.refresh(tx, one),
     "Units.restore": lambda study, tx, one, unit: study.units.restore(tx),
     "Participants.note_absences": lambda study, tx, one, unit: study.participants.note_absences(tx),
+    "Participants.note_last_seen": lambda study, tx, one, unit: study.participants.note_last_seen(tx),
     "Units.blocks_over": lambda study, tx, one, unit: study.units.blocks_over(tx, unit.record.id),
     "Units.with_rounds_left": lambda study, tx, one, unit: study.units.with_rounds_left(tx, unit),
     "Units.form": lambda study, tx, one, unit: study.units.form(tx, [one]),

@@ -28,3 +28,11 @@ def test_absences_before_somebody_came_back_add_up_and_are_no_minutes_here(place
     clock.ms += 25 * 3_600_000
     store.finish("P1", "done", "AB")
     assert minutes_here(store.participant("P1")) == pytest.approx(60, abs=0.1)
+
+
+def test_it_is_known_when_participants_were_last_seen(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1", "P2", "P3"])
+    store.seen({"P1": 70, "P2": 80})
+    store.seen({"P2": 1_790_000_000_000})
+    assert [one.last_seen_ms for one in store.everybody()] == [70, 1_790_000_000_000, None]

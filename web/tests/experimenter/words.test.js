@@ -149,7 +149,7 @@ test("the head counts people, the cards say when something is wrong", () => {
   const state = {
     study: { id: "s", title: "S" },
     paused: false,
-    counts: { planned: 32, finished: 21, active: 4, waiting: 1 },
+    counts: { planned: 32, finished: 21, group: 1, active: 4, waiting: 1 },
     participants: [],
     alerts: [],
     notes: [],
@@ -165,6 +165,9 @@ test("the head counts people, the cards say when something is wrong", () => {
       ["38 GB", ""],
     ],
   );
+  const pairs = { ...state, counts: { ...state.counts, group: 2 } };
+  assert.equal(summaryWords(pairs), "21 of 32 pairs finished · 4 here · 1 waiting for a partner");
+  assert.deepEqual([facts(state)[0]?.title, facts(pairs)[0]?.title], ["Finished", "Finished pairs"]);
   const bad = facts({ ...state, server: { ...server, missed: 300, disk_free_mb: 300 } });
   assert.deepEqual(
     bad.map(({ tone }) => tone),

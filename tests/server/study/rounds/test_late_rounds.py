@@ -42,7 +42,7 @@ def story(late: LateRounds, unit: StudyUnit, now: float) -> int:
 
 def test_a_unit_waits_for_its_round_and_moves_on_when_it_is_known() -> None:
     recovery, member = Recovery(), Member()
-    unit = StudyUnit(Unit(7, 0, ("P1",), False), [cast(Any, member)], ready={"P1"})
+    unit = StudyUnit(Unit(7, 0, ("P1",), False), [cast(Any, member)], 1, ready={"P1"})
 
     async def moves(tx: Transaction, unit: StudyUnit) -> None:
         member.step = "questions"
@@ -58,7 +58,7 @@ def test_a_unit_waits_for_its_round_and_moves_on_when_it_is_known() -> None:
 
 def test_a_round_that_was_broken_off_is_played_again_by_whoever_is_ready() -> None:
     recovery, member = Recovery(), Member()
-    unit = StudyUnit(Unit(7, 0, ("P1",), False), [cast(Any, member)], ready={"P1"})
+    unit = StudyUnit(Unit(7, 0, ("P1",), False), [cast(Any, member)], 1, ready={"P1"})
 
     async def stays(tx: Transaction, unit: StudyUnit) -> None: ...
 
@@ -71,7 +71,7 @@ def test_a_round_that_was_broken_off_is_played_again_by_whoever_is_ready() -> No
 
 def test_a_round_whose_room_is_there_after_all_goes_on() -> None:
     recovery = Recovery()
-    unit = StudyUnit(Unit(7, 0, ("P1",), False), [])
+    unit = StudyUnit(Unit(7, 0, ("P1",), False), [], 1)
 
     async def stays(tx: Transaction, unit: StudyUnit) -> None: ...
 

@@ -1,0 +1,125 @@
+"""Partners who do not come back: who stays waits for them for a while, and is free to go then."""
+
+import json
+from pathlib import Path
+
+import pytest
+from sqlalchemy import update
+
+from movingout.study.store.removal import remove_participant
+from movingout.study.store.tables import answers, rounds, units
+from tests.server.study.support import PAIR, Served, Visitor, served
+from tests.server.study.test_pairs import paired, together
+
+
+def test_the_partner_of_who_does_not_come_back_is_not_kept_waiting(pair: Served) -> None:
+    first, second = paired(pair)
+    pair.later(26, staying=second)
+    pair.look()
+    second.look()
+    first.look()
+    assert (first.step["outcome"], second.step["outcome"]) == ("dropped-out", "partner-left")
+    assert "gone" in pair.alerts()
+
+
+@pytest.mark.parametrize("own", [{}, {"dropped-out": "AWAY0000"}])
+def test_who_does_not_come_back_gets_a_code_of_the_file(own: dict[str, str], tmp_path: Path) -> None:
+    codes = {"withdrew": "STOP0000", "partner-left": "LEFT0000", **own}
+    with served(tmp_path, f"{PAIR}codes: {json.dumps(codes)}\n") as study:
+        first, second = paired(study)
+        study.later(26, staying=second)
+        study.look()
+        first.look()
+        assert first.step["code"] == own.get("dropped-out", "STOP0000"), "files of before have no code for it"
+
+
+def test_when_both_are_away_nobody_is_sent_away(pair: Served) -> None:
+    first, second = paired(pair)
+    pair.later(600)
+    pair.look()
+    assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
+
+
+def test_who_comes_back_first_waits_for_the_other(pair: Served) -> None:
+    first, second = paired(pair)
+    pair.later(32)
+    first.look()
+    pair.look()
+    pair.later(2, staying=first)
+    pair.look()
+    assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
+    pair.later(32)
+    first.look()
+    pair.later(6, staying=first)
+    pair.look()
+    assert (first.look()["step"]["outcome"], second.look()["step"]["outcome"]) == ("partner-left", "dropped-out")
+
+
+def test_nobody_is_sent_away_in_a_pause_and_the_wait_begins_anew_after_it(pair: Served) -> None:
+    first, second = paired(pair)
+    pair.ask("pause", pid=first.pid)
+    pair.later(600)
+    second.look()
+    pair.look()
+    pair.ask("resume", pid=first.pid)
+    second.look()
+    pair.look()
+    assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
+
+
+@pytest.mark.parametrize("away", [False, True])
+def test_rounds_that_a_time_limit_skips_are_not_to_come(away: bool, tmp_path: Path) -> None:
+    text = PAIR.replace("rounds: 2", "rounds: 2, limit_minutes: 1, after_round: [nasa-tlx]")
+    with served(tmp_path, text + "at_end: [nasa-tlx]\n") as study:
+        first, second = paired(study)
+        for _ in range(2):
+            together(first, second)
+        assert first.kind == second.kind == "questionnaire"
+        with study.running.databases.store.database.write() as connection:
+            connection.execute(update(rounds).values(started_ms=rounds.c.started_ms - 60_000))  # a long round
+        if away:
+            study.later(26, staying=second)
+        else:
+            first.stop(True)
+        study.look()
+        second.look()
+        assert second.kind == "questionnaire", "the second round is skipped: nobody is needed for it"
+        second.go_to("code")
+        assert second.step["outcome"] == "done"
+
+
+def removed(study: Served, pid: str) -> None:
+    """`study forget`, once the server has ended."""
+    store = study.folder.open()
+    try:
+        remove_participant(store, pid, 0)
+    finally:
+        store.close()
+
+
+def test_the_partner_of_who_is_removed_from_the_data_plays_with_no_agent_instead(tmp_path: Path) -> None:
+    with served(tmp_path, PAIR) as study:
+        first, second = paired(study)
+        gone = first.pid
+    removed(study, gone)
+    with served(tmp_path, PAIR) as study:
+        second = Visitor(study, second.token, second.view)
+        assert second.look()["step"]["outcome"] == "partner-left"
+        assert [row["state"] for row in study.running.databases.store.rows(units)] == ["dropped"]
+
+
+@pytest.mark.slow
+def test_who_has_only_questions_left_answers_them_about_the_partner_who_was_removed(tmp_path: Path) -> None:
+    text = PAIR.replace("rounds: 2", "rounds: 1, after_partner: [nasa-tlx]")
+    with served(tmp_path, text) as study:
+        first, second = paired(study)
+        for _ in range(2):
+            together(first, second)
+        gone = first.pid
+    removed(study, gone)
+    with served(tmp_path, text) as study:
+        second = Visitor(study, second.token, second.view)
+        assert second.look()["step"]["kind"] == "questionnaire"
+        second.go_to("code")
+        assert second.step["outcome"] == "done"
+        assert {row["partner"] for row in study.running.databases.store.rows(answers)} == {""}
