@@ -1,6 +1,7 @@
 """How the people of Challenge 1 were divided, where that is not as in the paper."""
 
 from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import read_groups
 from movingout.recordings.styles import style_of_pair, styles_of
 
@@ -24,6 +25,9 @@ def _are_populations(space: Workspace) -> bool:
     if space.given or not listing.exists():
         return False
     rows = read_groups(listing)
-    styles = styles_of((name for row in rows for name in row.people), {})
+    try:
+        styles = styles_of((name for row in rows for name in row.people), {})
+    except RecordingError:  # others than scripted people
+        return False
     found = {(row.group, style_of_pair(row.people, styles)) for row in rows}
     return len(found) == len({group for group, _ in found}) == len({style for _, style in found})
