@@ -1,4 +1,4 @@
-"""The official project's three JSON shapes of a trajectory, as our episodes are written in them.
+"""The official project's three JSON shapes of a trajectory; our episodes are written in the first two.
 
 | shape | who writes it | one step |
 |---|---|---|
@@ -23,7 +23,6 @@ from movingout.world.state import Floats, WorldState
 
 ROBOTS = ("robot_1", "robot_2")
 ITEM_COLOUR, TARGET_COLOUR = "grey", "blue"  # colours mean nothing to the world; ours has none
-EVALUATOR_NAMES = ("model_2", "model_1")  # blue_name, red_name: the evaluator swaps them
 
 Json = dict[str, Any]
 
@@ -87,16 +86,6 @@ def dataset_row(episode: Episode, trajectory_id: int) -> Json:
         for number, (before, tick) in enumerate(zip(episode.states, episode.ticks, strict=False))
     ]
     return {"map_name": spec.name, "trajectory_id": trajectory_id, "steps_data": json.dumps(steps)}
-
-
-def evaluator_steps(episode: Episode) -> list[Json]:
-    """The steps as the official evaluation saves them."""
-    spec = episode.header.map
-    steps = recorder_steps(episode)
-    for step, tick in zip(steps, episode.ticks, strict=True):
-        step["states"] = official_state(spec, tick.state)
-        step["blue_name"], step["red_name"] = EVALUATOR_NAMES
-    return steps
 
 
 def _robot(spec: MapSpec, state: WorldState, seat: int) -> Json:

@@ -1,11 +1,12 @@
-"""How accurate the parts of BASS are on episodes, as in the paper's "BASS Analysis".
+"""How accurate the parts of BASS are on episodes, as in the paper's "BASS Analysis". It plays blue; red is its partner.
 
 1. next state: L2 distance between the predicted and the true moving state one tick ahead, and the share of all grasps
    and releases in these episodes that are predicted;
 2. partner prediction: share of the partner's actions predicted within 10 % and 20 % (relative error over distance, cos
    and sin of the mean prediction, first action only);
-3. selection: how often the learned simulator and the engine, given the same predictions of the partner, choose the
-   same candidate.
+3. selection: how often the learned simulator, given what the agent guesses of the partner, and the engine, given the
+   policy's samples of the partner, choose the same candidate. The guesses are these samples unless the option
+   `partner` of the agent's id says otherwise.
 """
 
 import math

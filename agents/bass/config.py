@@ -24,6 +24,11 @@ Simulated = Literal["vae", "gru", "qvae", "engine"]  # the learned ones are `Dyn
 class BassConfig(Optimisation):
     """The simulator of BASS, its value, and how candidates are chosen with them."""
 
+    UNUSED = frozenset({"window_share"})
+
+    decay: NotNegativeFloat = documented(
+        1e-4, "weight decay of the simulator and of the embedding of score tcl; the value network has 0.01"
+    )
     dynamics: Simulated = documented(
         "vae",
         "vae (the paper's two autoencoders), gru or qvae (its baselines), or engine: nothing is learned, the "

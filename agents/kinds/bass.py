@@ -100,6 +100,14 @@ def _check(config: BassConfig, base: Checkpoint, options: argparse.Namespace) ->
         )
     if options.simulator and config.dynamics == "engine":
         raise DataError(f"--simulator {options.simulator} is for a learned simulator, not for --dynamics engine")
+    if (
+        config.decay != BassConfig.decay
+        and (options.simulator or config.dynamics == "engine")
+        and config.score != "tcl"
+    ):
+        raise DataError(
+            "--decay is for the simulator and the embedding of --score tcl, neither of which is learned; leave it out"
+        )
     if options.value and config.score != "value":
         raise DataError(f"--value {options.value} is for --score value, not for --score {config.score}")
 

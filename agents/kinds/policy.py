@@ -1,22 +1,21 @@
 """The kinds that are a policy network alone: MLP, GRU and Diffusion Policy. They differ in network and presets."""
 
 import argparse
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from movingout.agents.agent_options import ticks_between_decisions, yes_or_no
 from movingout.agents.base import Agent
 from movingout.agents.checkpoint.card import Card
 from movingout.agents.checkpoint.checkpoint import Checkpoint
-from movingout.agents.checkpoint.policy_spec import Denoiser, PolicySpec
+from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.data.dataset import SeatChoice, SeatSamples
 from movingout.agents.errors import CheckpointError, DataError
 from movingout.agents.inference.mirror import FeatureMirror
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.observation.features import FeatureSet
-from movingout.agents.policies.config import PolicyConfig
+from movingout.agents.policies.config import PolicyConfig, RegressionConfig
 from movingout.agents.training.run import TrainingRun
 from movingout.agents.training.training_data import TrainingData
 from movingout.maps.suggestion import counted
@@ -24,21 +23,19 @@ from movingout.maps.suggestion import counted
 if TYPE_CHECKING:
     from movingout.agents.policies.policy import Policy
 
-NO_DENOISER: Denoiser = "resmlp"  # on the cards of policies without a denoiser
 Build = Callable[[PolicySpec], "Policy"]
 """Makes the network that a spec describes, with fresh weights."""
 
-_PAPER = PolicyConfig(
-    layout="map-v1", obs_horizon=2, horizon=8, execute=4, grasp="toggle", epochs=1000, batch=1024, rate=1e-3, warmup=0,
-    decay=0.0, clip=0.0, precision="fp32", width=2048,
-)  # fmt: skip
+_PAPER: Mapping[str, Any] = {
+    "layout": "map-v1", "obs_horizon": 2, "horizon": 8, "execute": 4, "grasp": "toggle", "epochs": 1000, "batch": 1024,
+    "rate": 1e-3, "warmup": 0, "decay": 0.0, "clip": 0.0, "precision": "fp32", "width": 2048,
+}  # fmt: skip
 """What the paper's policies have in common."""
 
 
 def policy_kind(
-    name: str, summary: str, build: Build, fast: PolicyConfig, paper: PolicyConfig, *,
-    denoisers: tuple[Denoiser, ...] = (NO_DENOISER,),
-) -> AgentKind[PolicyConfig]:  # fmt: skip
+    name: str, summary: str, build: Build, fast: PolicyConfig, paper: PolicyConfig
+) -> AgentKind[PolicyConfig]:
     """The record of a policy that is trained from windows and plays as an ONNX graph."""
     return AgentKind(
         name=name,
@@ -46,7 +43,7 @@ def policy_kind(
         presets={"fast": fast, "paper": paper},
         add_options=_add_options,
         option_names=("seats", "start"),
-        train=lambda run: _train(name, build, denoisers, run),
+        train=lambda run: _train(name, build, run),
         load=load_policy,
         check=check_policy,
     )
@@ -73,7 +70,7 @@ def check_policy(card: Card, execute: int = 0, mirrored: bool | str = False) -> 
         FeatureMirror(FeatureSet.of(card.network))
 
 
-def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: TrainingRun[PolicyConfig]) -> Trained:
+def _train(kind: str, build: Build, run: TrainingRun[PolicyConfig]) -> Trained:
     """From recordings to a checkpoint: read, cut into windows, fit, export."""
     from movingout.agents.data.dataset import windows_of
     from movingout.agents.policies.export import save_policy
@@ -81,8 +78,6 @@ def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: Traini
 
     base = _base(kind, run)
     config = run.config.shaped(base.card.network) if base else run.config
-    if config.denoiser not in denoisers:
-        raise DataError(f"--denoiser {config.denoiser} is not for {kind}; leave the option out")
     spec = config.spec(kind)
     first = weighted_policy(base) if base else None
     seats: SeatChoice = run.options.seats
@@ -201,20 +196,22 @@ def _diffusion_policy(spec: PolicySpec) -> "Policy":
     return DiffusionPolicy(spec)
 
 
-MLP = policy_kind("mlp", "the paper's MLP", _mlp, fast=PolicyConfig(width=512), paper=_PAPER)
+MLP = policy_kind("mlp", "the paper's MLP", _mlp, fast=RegressionConfig(width=512), paper=RegressionConfig(**_PAPER))
 GRU = policy_kind(
     "gru",
     "the paper's GRU",
     _gru,
-    fast=PolicyConfig(width=256, obs_horizon=4, horizon=4, depth=2),
-    paper=replace(_PAPER, horizon=4),
+    fast=RegressionConfig(width=256, obs_horizon=4, horizon=4, depth=2),
+    paper=RegressionConfig(**{**_PAPER, "horizon": 4}),
 )
 DP = policy_kind(
     "dp",
     "Diffusion Policy, with the U-Net or the fast denoiser",
     _diffusion_policy,
     fast=PolicyConfig(denoiser="items", restless=2.0),
-    paper=replace(_PAPER, denoiser="unet", process="ddpm", width=128, dropout=0.05, warmup=500, sample_steps=36),
-    denoisers=get_args(Denoiser),
-)
+    paper=PolicyConfig(**{
+        **_PAPER, "denoiser": "unet", "process": "ddpm", "width": 128, "dropout": 0.05, "warmup": 500,
+        "sample_steps": 36,
+    }),
+)  # fmt: skip
 _NETWORKS: dict[str, Build] = {MLP.name: _mlp, GRU.name: _gru, DP.name: _diffusion_policy}

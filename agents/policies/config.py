@@ -55,13 +55,13 @@ class PolicyConfig(Optimisation):
     dropout: float = documented(0.0, "dropout in the network")
     denoiser: Denoiser = documented(
         "resmlp",
-        "dp only: resmlp, items (a resmlp that encodes items with shared weights), cnn (for pictures) or unet",
+        "resmlp, items (a resmlp that encodes items with shared weights), cnn (for pictures) or unet",
         "never",
     )
-    process: Process = documented("flow", "dp only: flow, ddim or ddpm", "never")
-    train_steps: int = documented(36, "dp only: diffusion steps in training (ddim, ddpm)", "never")
-    sample_steps: int = documented(4, "dp only: sampling steps per decision", "free")
-    restless: float = documented(1.0, "dp only: factor on the sampling noise after a standstill of 2 s", "free")
+    process: Process = documented("flow", "flow, ddim or ddpm", "never")
+    train_steps: int = documented(36, "diffusion steps in training (ddim, ddpm)", "never")
+    sample_steps: int = documented(4, "sampling steps per decision", "free")
+    restless: float = documented(1.0, "factor on the sampling noise after a standstill of 2 s", "free")
     pose_noise: NotNegativeFloat = documented(
         0.0, "augmentation: standard deviation of noise on the partner's pose; paper 0.002"
     )
@@ -100,3 +100,15 @@ class PolicyConfig(Optimisation):
             raise DataError(f"--pose-noise is for layouts of numbers; leave it out with {self.layout}")
         if self.pose_noise and LAYOUTS[self.layout].own_frame:
             raise DataError(f"--pose-noise is for layouts with places of the arena; leave it out with {self.layout}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegressionConfig(PolicyConfig):
+    """A policy that predicts at once: it has no denoiser, and so no dropout and no sampling."""
+
+    UNUSED = frozenset({"dropout", "denoiser", "process", "train_steps", "sample_steps", "restless"})
+
+    def check(self) -> None:
+        super().check()
+        if LAYOUTS[self.layout].picture:
+            raise DataError(f"--layout {self.layout} is for `train dp`: no other policy reads pictures")

@@ -1,7 +1,8 @@
 """How MAPPO and CoMeDi are learned. Knows no torch.
 
-The preset `paper` has the paper's numbers ("MAPPO Training Setting"). Three of its table do nothing in MAPPO, neither
-here nor in the library that the paper used: the soft and hard updates of target networks, and exploration epsilon.
+The preset `paper` has the paper's numbers ("MAPPO Training Setting"). Five of its table do nothing in MAPPO, neither
+here nor in the library that the paper used: soft updates of target networks, their tau, the frequency of hard ones, and
+exploration epsilon at the beginning and at the end.
 What the paper has and nobody needs to change is no option: ADAM_EPSILON, CRITIC_LOSS.
 """
 

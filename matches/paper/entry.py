@@ -15,6 +15,13 @@ RowCells = Callable[[PublishedColumn], PaperCell]
 """The cell of a row in a column."""
 
 
+class Earlier(NamedTuple):
+    """How numbers were measured that docs/reproduction.md keeps, where that is not as today."""
+
+    before: str  # the first day on which it was as today, as 2026-11-28
+    said: str  # a sentence
+
+
 class EntryCell(NamedTuple):
     """A cell with the paper's figure, where it has one."""
 
@@ -46,6 +53,7 @@ class PaperEntry:
     drawing: Drawing | None = None  # of a figure without numbers
     differs: str = ""  # for docs/reproduction.md: in a phrase, what differs from the paper and why
     notes: tuple[str, ...] = ()  # what differs from the paper
+    earlier: Earlier | None = None
     against: Mapping[str, str] = field(default_factory=dict)  # by group: that which changes in % are relative to
     grouping: RowGrouping = "rule"
     row_heads: tuple[str, ...] = ("Method",)  # over the names of rows, and before it over those of groups

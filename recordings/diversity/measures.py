@@ -101,11 +101,6 @@ def dynamic_time_warping(one: Floats, other: Floats) -> Floats:
     return ends
 
 
-def place_entropy(places: Floats, options: DiversityOptions = DEFAULT) -> float:
-    """Entropy of a kernel density of places (M, 2) on a grid, divided by that of the uniform density."""
-    return _entropy(_density(places, options))
-
-
 def _alike(paths: Sequence[Floats]) -> list[int]:
     """For each path the number of the first one that is equal to it to the bit."""
     first: dict[bytes, int] = {}

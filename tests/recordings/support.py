@@ -21,6 +21,7 @@ from movingout.recordings import (
     TickRecord,
 )
 from movingout.recordings.episode import Outcome
+from movingout.recordings.official_format import Json, official_state, recorder_steps
 from movingout.world import World
 from movingout.world.state import Floats
 
@@ -151,3 +152,12 @@ def assert_holds(episode: Episode, played: Played, ticks: int | None = None) -> 
     assert list(episode.decisions) == played.decisions[:kept]
     told = [event for event in episode.events if event.kind != "collision"]  # which the writer sees by itself
     assert told == [event for event in played.events if event.tick <= kept]
+
+
+def evaluator_steps(episode: Episode) -> list[Json]:
+    """The steps as the official evaluation saves them: like the recorder's, but states are after the action."""
+    steps = recorder_steps(episode)
+    for step, tick in zip(steps, episode.ticks, strict=True):
+        step["states"] = official_state(episode.header.map, tick.state)
+        step["blue_name"], step["red_name"] = "model_2", "model_1"  # the evaluator swaps them
+    return steps

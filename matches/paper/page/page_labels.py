@@ -31,6 +31,11 @@ class PageLabel:
         return list(BUDGETS).index(self._cells[2].partition(",")[0])
 
     @property
+    def day(self) -> str:
+        """On which it was measured."""
+        return self._cells[2].split(", ")[1]
+
+    @property
     def trainings(self) -> int:
         """Of each agent; two or more where the page does not say how many, but has the error between them."""
         said = re.search(rf", (\d+) {TRAININGS}\b", self._cells[2])

@@ -16,14 +16,16 @@ def reworded(then: PageLabel, entry: PaperEntry, space: Workspace, differs: str)
     """
     if not entry.runnable:
         return then
-    table = _table(then.table, entry, laid_out(entry, space)) if then.table else ""
+    is_older = entry.earlier is not None and then.day < entry.earlier.before
+    table = _table(then.table, entry, laid_out(entry, space), is_older) if then.table else ""
     return then.reworded(_status(then, entry, table), differs, table)
 
 
-def section(entry: PaperEntry, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in full, below its title."""
+def section(entry: PaperEntry, heads: Sequence[str], rows: Sequence[Sequence[str]], is_older: bool = False) -> str:
+    """A table in full, below its title; `is_older`: measured as `PaperEntry.earlier` says."""
     ruled = [heads, ["---", *("--:" for _ in heads[1:])], *rows]
-    notes = ["", " ".join(entry.notes)] if entry.notes else []
+    said = [*entry.notes, *([entry.earlier.said] if entry.earlier and is_older else [])]
+    notes = ["", " ".join(said)] if said else []
     return "\n".join([f"### {entry.heading} (`{entry.label}`)", "", *map(line, ruled), *notes]) + "\n"
 
 
@@ -35,7 +37,7 @@ def _status(then: PageLabel, entry: PaperEntry, table: str) -> str:
     return IN_PART if entry.lacks or empty or missing else MEASURED
 
 
-def _table(kept: str, entry: PaperEntry, today: LaidOutTable) -> str:
+def _table(kept: str, entry: PaperEntry, today: LaidOutTable, is_older: bool) -> str:
     """Rows are known by their names, columns by their places; of a table with other columns, everything is kept."""
     lines = [cells_of(one) for one in kept.splitlines() if one.startswith("| ")]
     if not lines or len(lines[0]) != len(today.heads):
@@ -46,7 +48,7 @@ def _table(kept: str, entry: PaperEntry, today: LaidOutTable) -> str:
         [row[0], *_numbers(row, found.get(row[0]), cells[number * width : (number + 1) * width])]
         for number, row in enumerate(today.rows)
     ]
-    return section(entry, today.heads, rows)
+    return section(entry, today.heads, rows, is_older)
 
 
 def _numbers(today: Sequence[str], kept: Sequence[str] | None, cells: Sequence[EntryCell]) -> Iterator[str]:

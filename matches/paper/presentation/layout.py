@@ -9,6 +9,7 @@ from typing import NamedTuple
 from movingout.matches.paper.cells import EmptyCell, Found
 from movingout.matches.paper.entry import EntryCell, PaperEntry, RowGrouping, played_cells
 from movingout.matches.paper.presentation.given_note import given_notes
+from movingout.matches.paper.presentation.group_note import group_notes
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
 
@@ -41,7 +42,6 @@ BETWEEN = (
     "Every agent was trained {0} times. The first ± takes all matches or samples for independent; behind it stands the "
     "standard error between the means of the trainings, n = {0}."
 )
-STYLES = "The two groups of people are two styles of play, in the order of their names, not drawn at random."
 SCRIPTED = "Here all episodes are of scripted people, who stand in for the paper's participants."
 
 
@@ -246,8 +246,8 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
             if space.evaluation == "official"
             else "Challenge 2: trained and evaluated on varied maps that share no combination of size and shape."
         )
-    if space.grouping == "style" and any(_of_groups(cell) for cell in cells):
-        notes.append(STYLES)
+    if any(_of_groups(cell) for cell in cells):
+        notes += group_notes(space)
     notes += entry.notes
     if entry.published and entry.published.about:
         notes.append(entry.published.about)

@@ -1,49 +1,45 @@
 """What is measured for tables besides matches: accuracy of the parts of BASS, noise that episodes stand, and time."""
 
 import time
-from collections import defaultdict
-from collections.abc import Iterable
 from functools import partial
-from pathlib import Path
 
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.bass.accuracy import moment_values
 from movingout.agents.bass.agent import BassAgent
 from movingout.agents.bass.noise_validity import valid_after_noise
 from movingout.agents.catalogue import load_agent
-from movingout.agents.data.dataset import Trajectory, read_trajectories
-from movingout.agents.data.held_out import held_out_episodes
+from movingout.agents.data.dataset import read_trajectories
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import load_map
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.methods import NOISE_MAP, with_seed
+from movingout.matches.paper.rows.unseen_episodes import EPISODES, unseen_episodes
 from movingout.matches.paper.workspace import Measured, Workspace
 from movingout.recordings.groups import read_groups
 from movingout.world import World
 from movingout.world.constants import LIMIT_TICKS
 from movingout.world.estimates import estimate
 
-EPISODES = 2  # per map, in which accuracy is measured
 TIMED_MAP = "HandOff"
 NOISE_SAMPLES = 2000  # perturbed states per level, at most; the paper has as many
 DECISIONS = 20  # that are timed, after one that is not
 
 
 def accuracy(method: str, options: str, challenge: int, field: str) -> MeasuredCell:
-    """A field of `BassAccuracy` of an agent, on episodes that it has not learned from.
+    """A field of `BassAccuracy` of an agent, on episodes of people that it has not learned from.
 
     In Challenge 1 an agent of group a, on episodes of group b; in Challenge 2, on the maps that it is evaluated on.
     """
     agent = f"{method}@{'a' if challenge == 1 else 'c2'}"
-    name = f"accuracy-{agent}{options}".translate(str.maketrans("@:=,", "----"))
+    name = f"accuracy-of-pairs-{agent}{options}".translate(str.maketrans("@:=,", "----"))
     measurement = Measurement(
         name=name,
-        about=f"accuracy of {agent}{options} on episodes that it has not learned from",
+        about=f"accuracy of {agent}{options} on episodes of pairs in turn that it has not learned from",
         perform=partial(_accuracy, agent + options, challenge),
         agents=(agent,),
-        data=("b",) if challenge == 1 else ("c1",),
+        data=("b",) if challenge == 1 else ("c1", "c2"),
         repeated=True,
         seconds=lambda budget: 5.0 + 12 * EPISODES * (1.5 + 0.2 * budget.moments) * budget.ticks / 500,
     )
@@ -60,24 +56,9 @@ def _accuracy(first: str, challenge: int, space: Workspace, training: int) -> Me
     agent = load_agent(agent_id)
     if not isinstance(agent, BassAgent):
         raise MatchError(f"{agent_id} is not a BASS agent: it has no simulator and no candidates")
-    values = moment_values(agent, _unseen_episodes(challenge, space), space.budget.moments, seed=space.seed)
+    values = moment_values(agent, unseen_episodes(challenge, space), space.budget.moments, seed=space.seed)
     found = {name: estimate(numbers) for name, numbers in values.items()}
     return {name: numbers for name, numbers in found.items() if numbers is not None}
-
-
-def _unseen_episodes(challenge: int, space: Workspace) -> list[Trajectory]:
-    if challenge == 2 and space.evaluation == "held-out":
-        return held_out_episodes(2, space.budget.ticks, space.workers)
-    return read_trajectories(list(_some_of_each_map(space, "b" if challenge == 1 else "c1")))
-
-
-def _some_of_each_map(space: Workspace, data: str) -> Iterable[Path]:
-    by_map: dict[str, list[Path]] = defaultdict(list)
-    mine = set(space.episodes(data))
-    for row in read_groups(space.listing(data)):
-        if row.path in mine:
-            by_map[row.map].append(row.path)
-    return (path for paths in by_map.values() for path in sorted(paths)[:EPISODES])
 
 
 def noise_validity(level: str) -> MeasuredCell:

@@ -37,10 +37,20 @@ def test_the_help_of_what_learns_from_its_own_play_has_only_options_that_apply(k
     assert "--seed" in help_text and "--rate" in help_text
 
 
-def test_an_option_that_a_training_does_not_use_is_unknown_to_it(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("kind", "option"),
+    [
+        ("mappo", "--updates"),
+        ("bass --base dp@all", "--window-share"),
+        *((kind, option) for kind in ("mlp", "gru") for option in ("--dropout", "--denoiser", "--sample-steps")),
+    ],
+)
+def test_an_option_that_a_training_does_not_use_is_unknown_to_it(
+    kind: str, option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit):
-        main(["train", "mappo", "--updates", "3"])
-    assert "unknown option --updates" in capsys.readouterr().err
+        main(["train", *kind.split(), option, "3"])
+    assert f"unknown option {option}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,8 @@ def test_a_wrong_word_is_answered_with_those_there_are(
         ("bass --base dp@all --discount 1.5", "--discount 1.5"),
         ("bass --base dp@all --order fine-tuned", "needs --residual no"),
         ("bass --base dp@all --order separate --dynamics gru", "--dynamics gru has none"),
+        ("mlp --layout image-v1", "--layout image-v1 is for `train dp`"),
+        ("bass --base dp@all --simulator bass@all --decay 0.1", "neither of which is learned; leave it out"),
         ("dp --id ../x", "'../x' is no id of a trained agent"),
         ("dp --id DP@mine", "such as dp@mine"),
         ("dp --id mine", "such as dp@mine"),

@@ -53,7 +53,7 @@ def test_what_is_measured_of_agents_is_measured_of_every_training(
     monkeypatch.chdir(tmp_path)
     space = Workspace(budget=TWICE)
     steps = [step.about for step in paper_steps([ENTRIES["tab:next_state_pred"]], space)]
-    about = "measure accuracy of bass@a on episodes that it has not learned from"
+    about = "measure accuracy of bass@a on episodes of pairs in turn that it has not learned from"
     assert about in steps and f"{about}, training 2" in steps and "train bass@a-1 (bass)" in steps
     timed = [step.about for step in paper_steps([ENTRIES["text:inference_time"]], space)]
     assert not any("training 2" in about or "-1 (" in about for about in timed), "time is measured once"

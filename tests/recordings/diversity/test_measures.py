@@ -5,12 +5,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from movingout.recordings.diversity.measures import (
-    DiversityOptions,
-    PathSet,
-    dynamic_time_warping,
-    place_entropy,
-)
+from movingout.recordings.diversity.measures import DiversityOptions, PathSet, dynamic_time_warping
 from movingout.world.state import Floats
 
 
@@ -34,8 +29,8 @@ def test_pairs_are_aligned_as_each_alone() -> None:
 
 def test_entropy_is_one_when_all_places_are_visited_equally_and_small_for_one_place() -> None:
     everywhere = np.stack(np.meshgrid(*[np.linspace(-1.19, 1.19, 96)] * 2), axis=-1).reshape(-1, 2)
-    assert place_entropy(everywhere) > 0.99
-    assert place_entropy(np.zeros((10, 2))) < 0.5
+    assert PathSet([np.tile(everywhere, 2)]).diversity().entropy > 0.99
+    assert PathSet([np.zeros((10, 4))]).diversity().entropy < 0.5
 
 
 def test_a_part_is_measured_as_if_the_rest_were_not_there() -> None:

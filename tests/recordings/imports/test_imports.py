@@ -15,9 +15,9 @@ from movingout.maps import load_map
 from movingout.recordings import Episode, RecordingError, finalise, read_episode, verify
 from movingout.recordings.imports.convert import ImportReport, import_source, pseudonym
 from movingout.recordings.imports.sources import find, read
-from movingout.recordings.official_format import dataset_row, evaluator_steps, recorder_steps
+from movingout.recordings.official_format import dataset_row, recorder_steps
 from movingout.server.cli import main
-from tests.recordings.support import plain, record
+from tests.recordings.support import evaluator_steps, plain, record
 from tests.support import reference
 
 TICKS = 40

@@ -11,9 +11,8 @@ from movingout.recordings import SeatInfo, finalise, read_episode
 from movingout.recordings.episode import SeatKind
 from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import ExportPlan
-from movingout.recordings.official_format import evaluator_steps
 from movingout.server.cli import main
-from tests.recordings.support import record
+from tests.recordings.support import evaluator_steps, record
 
 SEATS = (SeatInfo("human", "P-1"), SeatInfo("agent", "scripted"))
 

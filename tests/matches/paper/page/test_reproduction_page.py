@@ -12,7 +12,7 @@ from movingout.agents.bass.recombination import RecombinedPiece
 from movingout.agents.overcooked.kitchen import is_installed
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell, Measurement
-from movingout.matches.paper.entry import measurements
+from movingout.matches.paper.entry import Earlier, measurements
 from movingout.matches.paper.page.page_labels import IN_PART, MEASURED, PageLabel, line
 from movingout.matches.paper.page.reproduction_page import BEGIN, END, write_page
 from movingout.matches.paper.registry import ENTRIES
@@ -199,6 +199,25 @@ def test_what_a_page_keeps_is_said_in_todays_words(here: Path) -> None:
     lines = [line.split(" | ")[:5] for line in text.splitlines() if line.startswith("| 0.")]
     assert lines[2] == ["| 0.02", "0.043", "0.040", "0.2500 ± 0.1000", "0.3501"], "numbers as they were"
     assert lines[3] == ["| 0.2", "0.43", "0.400", "not measured", "0.0002"], "new rows have none of another folder"
+
+
+def test_numbers_that_were_measured_otherwise_before_a_day_say_so_until_they_are_measured_again(here: Path) -> None:
+    page, entry = here / "page.md", ENTRIES["tab:pose_noise_ablation"]
+    entry = replace(entry, earlier=Earlier("2026-11-28", "It was in fewer states."))
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+
+    def written(day: str, budget: str) -> str:
+        with contextlib.chdir(here):
+            space = Workspace(budget=BUDGETS[budget])
+            space.keep("noise-0.2", {"valid_share": Estimate(0.5, 0.1, len(day + budget))})
+            write_page(page, [entry], space, day)
+        return page.read_text(encoding="utf-8")
+
+    assert entry.notes[0] in written("2026-11-27", "small")
+    assert f"{entry.notes[0]} It was in fewer states." in written("2026-11-29", "smoke")
+    assert f"{entry.notes[0]} It was in fewer states." in written("2026-11-30", "smoke"), "kept again"
+    assert "fewer states" not in written("2026-11-28", "medium")
+    assert "fewer states" not in written("2026-11-30", "smoke"), "kept, and measured as today"
 
 
 def test_the_command_writes_the_page_of_a_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -22,3 +22,20 @@ def test_a_selection_counts_only_where_the_engine_tells_candidates_apart() -> No
         for cell in cells:
             assert isinstance(cell.ours, MeasuredCell) and cell.ours.may_lack
             assert cell.ours.field == "selection_told_apart"
+
+
+def test_the_note_of_zero_shot_coordination_says_whom_each_row_meets() -> None:
+    entry = ENTRIES["tab:zsc_comparison"]
+    plays = {
+        cell.row.name: [play.seats[0] for play in cell.ours.plays]
+        for cell in entry.cells()
+        if isinstance(cell.ours, PlayedCell) and cell.column.measure == "tcr_map_12_unseen"
+    }
+    assert plays == {
+        "DP/BASS": [("bass@a", "bass@b")],
+        "MAPPO": [("mappo-12@a", "dp@b"), ("mappo-12@b", "dp@b")],
+        "CoMeDi": [("comedi-12@a", "dp@b"), ("comedi-12@b", "dp@b")],
+    }
+    note = " ".join(entry.notes)
+    assert "Unseen: DP/BASS of group a with DP/BASS of group b; MAPPO and CoMeDi with DP of group b" in note
+    assert "WT" not in note and not any(cell.column.measure == "waiting_share" for cell in entry.cells())
