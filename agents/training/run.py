@@ -30,7 +30,7 @@ from movingout.agents.training.training_data import TrainingData, read_training_
 from movingout.maps import MapSpec
 from movingout.maps.generated.names import test_maps_caution
 from movingout.maps.json_format import map_to_json
-from movingout.maps.randomize import pair_text, pairs_on
+from movingout.maps.randomize import Pair, pair_text, pairs_on
 from movingout.maps.suggestion import counted
 
 ConfigT = TypeVar("ConfigT", bound=Optimisation)
@@ -38,6 +38,8 @@ ConfigT = TypeVar("ConfigT", bound=Optimisation)
 
 Begun = Mapping[str, object]
 """The configuration of a run as it was before."""
+OTHERS_BEFORE = ", and on others before"
+"""In the description of an agent that went on with other data or maps than it began with."""
 
 
 class FitProgress(Protocol):
@@ -95,6 +97,11 @@ class TrainingRun(Generic[ConfigT]):
         folder: Path = self.options.data / "models" / folder_name(self.agent_id)
         return folder
 
+    @property
+    def earlier(self) -> Card | None:
+        """The card of the weights that are trained on, as of when this run last ended; None where it never did."""
+        return read_checkpoint(self.folder).card if (self.folder / CARD).exists() else None
+
     def find(self, agent_id: str) -> Checkpoint:
         """Another agent: of the data folder, of where others look for agents, or shipped. Raises CheckpointError."""
         return find_checkpoint(agent_id, self.options.data / "models", *model_roots())
@@ -144,6 +151,27 @@ class TrainingRun(Generic[ConfigT]):
                 f"{self.agent_id} has made all of its {fitted.updates} updates; to train on, give a larger {option}"
             )
 
+    def others_before(self, before: Begun, data_sha256: str) -> str:
+        """For the description: empty, or that these weights learned from other data or maps before.
+
+        `before` is what `begin` returned, and `data_sha256` what it was given.
+        """
+        changed = before.get("data_sha256") not in (None, "", data_sha256)
+        said = self.earlier is not None and OTHERS_BEFORE in self.earlier.description
+        return OTHERS_BEFORE if changed or said else ""
+
+    def maps(self, names: Collection[str], start: Card | None = None) -> set[str]:
+        """All maps that these weights learned on, whenever: those of now, of earlier, and of the agent at the start."""
+        return {*names, *(one for card in (start, self.earlier) if card for one in card.maps)}
+
+    def items(self, pairs: Collection[Pair], start: Card | None = None) -> tuple[str, ...] | None:
+        """Sizes and shapes that they learned from, whenever; None where an earlier card does not say."""
+        earlier = [card.learned_items for card in (start, self.earlier) if card]
+        known = [items for items in earlier if items is not None]
+        if len(known) < len(earlier):
+            return None
+        return tuple(sorted({pair_text(pair) for pair in pairs}.union(*known)))
+
     def training(
         self, data: TrainingData, people: Collection[str], rows: int, updates: int, start: Card | None = None
     ) -> Training:
@@ -157,19 +185,8 @@ class TrainingRun(Generic[ConfigT]):
             updates=updates,
             seed=self.config.seed,
             created=datetime.datetime.now(datetime.UTC).date().isoformat(),
-            items=self._items(data, start),
+            items=self.items({pair for one in data.episodes for pair in pairs_on(one.map)}, start),
         )
-
-    def _items(self, data: TrainingData, start: Card | None) -> tuple[str, ...] | None:
-        """Sizes and shapes that these weights learned from, whenever; None where an earlier card does not say."""
-        earlier = [start.learned_items] if start else []
-        if self.options.go_on and (self.model_folder / CARD).exists():
-            earlier.append(read_checkpoint(self.model_folder).card.learned_items)
-        known = [items for items in earlier if items is not None]
-        if len(known) < len(earlier):
-            return None
-        items = {pair_text(pair) for trajectory in data.episodes for pair in pairs_on(trajectory.map)}
-        return tuple(sorted(items.union(*known)))
 
 
 def _participants(number: int, data: TrainingData) -> str:
