@@ -8,7 +8,8 @@ import datetime
 import hashlib
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
@@ -74,6 +75,7 @@ class TrainingRun(Generic[ConfigT]):
     kept_options: tuple[str, ...]  # which of its own options the run folder keeps
     tell: Callable[[str], None]  # prints a note for the user
     load_agent: Callable[[str], Agent]  # the agent of an id, for kinds that are trained by playing
+    until_its_end: ExitStack = field(default_factory=ExitStack)  # keeps other processes out of the run folder
 
     @property
     def agent_id(self) -> str:
@@ -132,12 +134,13 @@ class TrainingRun(Generic[ConfigT]):
     def begin(self, data_sha256: str = "", changes: Mapping[str, Change] = NO_CHANGES) -> Begun:
         """Write the run's configuration, see `run_folder.begin`; without a SHA-256 when nothing is trained.
 
-        Returns the one it had before, empty when it had none.
+        Returns the one it had before, empty when it had none. Raises DataError also while another process trains there.
         """
         names = ("id", "kind", "preset", *self.kept_options)
         about = {name: str(value) for name, value in vars(self.options).items() if name in names}
         if data_sha256:
             about["data_sha256"] = data_sha256
+        self.until_its_end.enter_context(run_folder.held(self.folder))
         return run_folder.begin(self.folder, about, self.config, self.options.go_on, changes)
 
     def check_learned(self, before: Begun, fitted: FitProgress, option: str) -> None:

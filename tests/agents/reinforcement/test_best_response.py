@@ -166,8 +166,12 @@ def test_an_interrupted_response_goes_on(tmp_path: Path) -> None:
     pytest.importorskip("torchrl")
     from movingout.agents.reinforcement.best_response import BestResponse, learn_response
 
-    first = BestResponse(policy(), COMPANY, dataclasses.replace(CONFIG, updates=1))
-    assert learn_response(first, tmp_path, lambda told: None) == 1
+    def stop(told: dict[str, float]) -> None:
+        if told["update"] == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):  # saved after the first round alone
+        learn_response(BestResponse(policy(), COMPANY, CONFIG), tmp_path, stop)
     again = BestResponse(policy(), COMPANY, CONFIG)
     assert learn_response(again, tmp_path, lambda told: None) == 1
     assert again.round == 2
