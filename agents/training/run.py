@@ -118,6 +118,9 @@ class TrainingRun(Generic[ConfigT]):
         if data.uncounted:
             what = counted(data.uncounted, "recording")
             self.tell(f"movingout: {what} left out: invalid, broken off, or of people who declined, says the study")
+        if data.copies:
+            what = f"{data.copies} {'copy' if data.copies == 1 else 'copies'}"
+            self.tell(f"movingout: {what} left out, of recordings that are there, too")
         if data.learns_from_tests:
             self.tell(
                 "movingout: people of C play in these episodes, who are for tests: who learns from them is measured "

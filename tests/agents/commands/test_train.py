@@ -1,6 +1,7 @@
 """From recordings to an agent in a seat, with the commands a user types."""
 
 import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -256,6 +257,16 @@ def test_going_on_with_other_data_and_no_updates_left_is_refused(
     assert (
         find_checkpoint("mlp@tiny", tmp_path / "models").card.training.data_sha256 == before.card.training.data_sha256
     )
+
+
+def test_copies_of_recordings_are_told_of(recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(recordings, tmp_path / "backup")
+    files = len(list(recordings.iterdir()))
+    command = ["train", "mlp", str(recordings), str(tmp_path / "backup"), "--id", "mlp@tiny", "--data", str(tmp_path)]
+    assert main([*command, *TINY, "--json"]) == 0
+    shown = capsys.readouterr()
+    assert json.loads(shown.out)["episodes"] == files
+    assert f"movingout: {files} copies left out, of recordings that are there, too" in shown.err
 
 
 def test_a_training_that_runs_is_left_alone(
