@@ -1,7 +1,6 @@
 """From recordings to an agent in a seat, with the commands a user types."""
 
 import json
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,7 +17,6 @@ from movingout.agents.data.dagger import LabellingJob, label_episode
 from movingout.agents.inference.policy_agent import agent_rows
 from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.observation.seat_observation import observe
-from movingout.agents.training.run_folder import held
 from movingout.maps import load_map
 from movingout.maps.randomize import pair_text, pairs_on
 from movingout.server.cli import main
@@ -257,30 +255,6 @@ def test_going_on_with_other_data_and_no_updates_left_is_refused(
     assert (
         find_checkpoint("mlp@tiny", tmp_path / "models").card.training.data_sha256 == before.card.training.data_sha256
     )
-
-
-def test_copies_of_recordings_are_told_of(recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shutil.copytree(recordings, tmp_path / "backup")
-    files = len(list(recordings.iterdir()))
-    command = ["train", "mlp", str(recordings), str(tmp_path / "backup"), "--id", "mlp@tiny", "--data", str(tmp_path)]
-    assert main([*command, *TINY, "--json"]) == 0
-    shown = capsys.readouterr()
-    assert json.loads(shown.out)["episodes"] == files
-    assert f"movingout: {files} copies left out, of recordings that are there, too" in shown.err
-
-
-def test_a_training_that_runs_is_left_alone(
-    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    command = ["train", "mlp", str(recordings), "--id", "mlp@tiny", "--data", str(tmp_path), *TINY]
-    folder = tmp_path / "runs" / "mlp-tiny"
-    with held(folder):
-        assert main(command) == 2
-    assert "another process trains in" in capsys.readouterr().err
-    assert [path.name for path in folder.iterdir()] == [".lock"]
-    assert main(command) == 0
-    with held(folder):
-        pass
 
 
 def test_an_id_whose_folder_is_another_agents_is_refused(
