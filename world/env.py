@@ -167,6 +167,11 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return self._world.map
 
     @property
+    def world(self) -> World:
+        """The world of this episode itself, for oracles."""
+        return self._world
+
+    @property
     def world_state(self) -> WorldState:
         """The world before the coming tick, for agents that want more than the vector."""
         return self._state

@@ -28,7 +28,10 @@ COLUMNS = frozenset(
         *("failure", "full_deliveries", "id", "items", "limit_ticks", "map", "map_variant", "mean_ticks", "outcome"),
         *("own_metrics", "partner", "play_hash", "pymunk", "recording", "red", "red_checkpoint", "red_device"),
         *("red_kind", "red_name", "seconds", "seed", "source", "split", "started_utc", "study", "success", "ticks"),
-        *("waiting_share",),
+        *(
+            "waiting_share",
+            "wt",
+        ),
     )
 )
 """What tables of matches and recordings have beside metrics: a metric of that key would write over it."""

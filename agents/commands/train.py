@@ -108,9 +108,10 @@ def run(args: argparse.Namespace) -> int:
     _require_torch()
     if caution := inexact_engine():
         _tell(f"movingout: {caution}")
-    trained = kind.train(wanted)
-    checkpoint, training = trained.checkpoint, trained.training
-    run_folder.finish(wanted.folder, checkpoint)
+    with wanted.until_its_end:
+        trained = kind.train(wanted)
+        checkpoint, training = trained.checkpoint, trained.training
+        run_folder.finish(wanted.folder, checkpoint)
     if args.json:
         print(json.dumps({"id": args.id, "folder": str(checkpoint.folder), **training.model_dump()}))
         return 0

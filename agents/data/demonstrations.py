@@ -22,7 +22,10 @@ from movingout.maps import MapSpec
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
-from movingout.recordings.errors import cannot
+from movingout.recordings.errors import BusyError, cannot
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX, owned
+from movingout.recordings.storage.finished import SUFFIX as RECORDING_SUFFIX
+from movingout.recordings.storage.listing import read_summary
 from movingout.world.metrics import EpisodeMetrics, task_completion_rate
 from movingout.world.scoring import delivered_items
 
@@ -130,8 +133,12 @@ def _map_name(the_map: MapSpec) -> str:
 
 
 def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:
-    """Play and write one episode."""
-    (folder / f"{job.episode_id}.mcap.journal").unlink(missing_ok=True)  # of one that was stopped, or lost with a node
+    """Play and write one episode, unless another process has written it by now. BusyError while one writes it."""
+    _remove_unfinished(folder / f"{job.episode_id}{JOURNAL_SUFFIX}")
+    if (there := _recording(job, folder)).exists():
+        check_recording(there, job.map, job.agent_ids, job.ticks)
+        written = read_summary(there)
+        return WrittenEpisode(there, job.map.name, written.ticks, written.metrics["tcr"] or 0.0)
     agents = (load_agent(job.seats[0].agent_id), load_agent(job.seats[1].agent_id))
     blue, red = (SeatInfo("agent", one.name, _weights(one.agent_id) or one.sha256) for one in job.seats)
     header = EpisodeHeader(
@@ -153,6 +160,23 @@ def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:
     return WrittenEpisode(path, job.map.name, played, tcr)
 
 
+def _recording(job: EpisodeJob, folder: Path) -> Path:
+    return folder / f"{job.episode_id}{RECORDING_SUFFIX}"
+
+
+def _remove_unfinished(journal: Path) -> None:
+    """Remove the journal of an episode that was stopped, or lost with a node. BusyError while a process writes it."""
+    if not journal.exists():
+        return
+    try:
+        with owned(journal):
+            journal.unlink()
+    except BusyError as error:
+        raise BusyError(
+            f"another process writes this episode here ({journal}); wait until it is over, or choose another folder"
+        ) from error
+
+
 def _weights(agent_id: str) -> str:
     """The hash of a trained agent; empty for others, whose habits a player's own hash names."""
     return weights_of([agent_id]).get(agent_id, "")
@@ -167,7 +191,7 @@ def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str =
     _make(folder)
     missing = []
     for job in todo:
-        if (path := folder / f"{job.episode_id}.mcap").exists():
+        if (path := _recording(job, folder)).exists():
             check_recording(path, job.map, job.agent_ids, job.ticks)
         else:
             missing.append(job)

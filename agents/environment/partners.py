@@ -8,10 +8,12 @@ import numpy as np
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import Agent, EpisodeInfo
 from movingout.agents.catalogue import agent_card, load_agent
+from movingout.agents.data.rollout import Watcher
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe
 from movingout.agents.partners.families import group, is_own
+from movingout.world import World
 from movingout.world.state import Floats, WorldState
 
 
@@ -43,12 +45,15 @@ class PartnerSeat:
         self._agent: Agent = load_agent(agent_id)
         self._rows: list[Floats] = []
 
-    def reset(self, episode: EpisodeInfo) -> None:
-        """Start an episode. Raises AgentError for what the agent raises."""
+    def reset(self, episode: EpisodeInfo, world: World) -> None:
+        """Start an episode in `world`, which an oracle is given. Raises AgentError for what the agent raises."""
         self._episode = episode
         self._rows = []
         with self._named("reset()"):
             self._agent.reset(episode)
+        if isinstance(self._agent, Watcher):
+            with self._named("watch()"):
+                self._agent.watch(world)
 
     def action(self, state: WorldState) -> Floats:
         """The action (4,) of the coming tick. Raises AgentError for what the agent raises, and for a wrong answer."""

@@ -98,7 +98,8 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         observations, infos = self._env.reset(int(variant), options)
         partner = self._partners.get(agent_id) or self._partners.setdefault(agent_id, PartnerSeat(agent_id))
         self._partner = partner
-        partner.reset(EpisodeInfo(self.current_map, 1 - self._seat, int(partner_seed), self._limit_ticks))
+        episode = EpisodeInfo(self.current_map, 1 - self._seat, int(partner_seed), self._limit_ticks)
+        partner.reset(episode, self._env.world)
         return observations[self._colour], self._info(infos, last=False)
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:

@@ -57,9 +57,9 @@ def _train(run: TrainingRun[LatentConfig]) -> Trained:
     fitted = train_latent(spec, config, windows, run.folder)
     run.check_learned(before, fitted, "--updates")
     training = run.training(data, windows.names, len(windows), fitted.updates)
-    learned = counted(training.episodes, "episode")
-    about = f"Partners drawn from a model of {training.population}, trained on {learned}. Options: seed, z."
-    maps = {trajectory.map.name for trajectory in data.episodes}
+    others, learned = run.others_before(before, training.data_sha256), counted(training.episodes, "episode")
+    about = f"Partners drawn from a model of {training.population}, trained on {learned}{others}. Options: seed, z."
+    maps = run.maps({trajectory.map.name for trajectory in data.episodes})
     checkpoint = save_policy(run.model_folder, run.agent_id, fitted.network, maps, training, run.name, about)
     return Trained(checkpoint, training)
 

@@ -16,7 +16,7 @@ from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, 
 from movingout.agents.training.run import RoundsMade, TrainingRun, maps_sha256
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
-from movingout.maps.randomize import Split, pair_text, pairs_on, variant_pairs
+from movingout.maps.randomize import Pair, Split, pairs_on, variant_pairs
 from movingout.maps.selection import HELP, selected_maps
 from movingout.maps.suggestion import counted
 
@@ -67,13 +67,14 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     learned = learn(run, config, maps, options.split)
     progress = RoundsMade(sum(one.round for one in learned), sum(one.made for one in learned))
     run.check_learned(before, progress, "--frames")
-    return _exported(run, config, specs, learned)
+    others = run.others_before(before, maps_sha256(specs))
+    return _exported(run, config, specs, learned, others)
 
 
 def _exported(
-    run: TrainingRun[ConfigT], config: ConfigT, specs: Sequence[MapSpec], learned: "Sequence[Mappo]"
+    run: TrainingRun[ConfigT], config: ConfigT, specs: Sequence[MapSpec], learned: "Sequence[Mappo]", others: str
 ) -> Trained:
-    """The checkpoint of the last one."""
+    """The checkpoint of the last one; `others`: of what it learned before, for the description."""
     from movingout.agents.policies.export import save_policy
 
     last, frames = learned[-1], sum(one.frames for one in learned)
@@ -88,17 +89,16 @@ def _exported(
         updates=sum(one.round for one in learned),
         seed=config.seed,
         created=datetime.datetime.now(datetime.UTC).date().isoformat(),
-        items=_items(specs, run.options.split),
+        items=run.items(_pairs(specs, run.options.split)),
     )
-    about = f"{_TITLES[run.kind]} on {where}: {frames:,} ticks of its own play, reward {config.reward}."
-    return Trained(save_policy(run.model_folder, run.agent_id, last.actor, maps, training, run.name, about), training)
+    about = f"{_TITLES[run.kind]} on {where}{others}: {frames:,} ticks of its own play, reward {config.reward}."
+    checkpoint = save_policy(run.model_folder, run.agent_id, last.actor, run.maps(maps), training, run.name, about)
+    return Trained(checkpoint, training)
 
 
-def _items(specs: Sequence[MapSpec], split: Split | None) -> tuple[str, ...]:
+def _pairs(specs: Sequence[MapSpec], split: Split | None) -> set[Pair]:
     """Sizes and shapes that lie on the maps that are played."""
-    return tuple(
-        sorted({pair_text(pair) for one in specs for pair in (variant_pairs(one, split) if split else pairs_on(one))})
-    )
+    return {pair for one in specs for pair in (variant_pairs(one, split) if split else pairs_on(one))}
 
 
 def _for_maps(run: TrainingRun[ConfigT], maps: Sequence[str]) -> ConfigT:

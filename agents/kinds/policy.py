@@ -92,9 +92,9 @@ def _train(kind: str, build: Build, run: TrainingRun[PolicyConfig]) -> Trained:
     run.check_learned(before, fitted, "--updates")
     training = run.training(data, windows.names, len(windows), fitted.updates, base.card if base else None)
     beginning = f", starting from {base.card.id}" if base else ""
-    learned = counted(training.episodes, "episode")
-    description = f"{kind.upper()} trained on {learned} of {training.population}{beginning}."
-    maps = {trajectory.map.name for trajectory in data.episodes}
+    others, learned = run.others_before(before, training.data_sha256), counted(training.episodes, "episode")
+    description = f"{kind.upper()} trained on {learned} of {training.population}{beginning}{others}."
+    maps = run.maps({trajectory.map.name for trajectory in data.episodes})
     checkpoint = save_policy(run.model_folder, run.agent_id, fitted.network, maps, training, run.name, description)
     return Trained(checkpoint, training)
 

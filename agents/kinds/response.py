@@ -19,8 +19,9 @@ from movingout.agents.partners.families import group, test_people_caution, to_tr
 from movingout.agents.reinforcement.config import ResponseConfig
 from movingout.agents.training.run import RoundsMade, TrainingRun
 from movingout.maps import load_map, map_to_json
+from movingout.maps.randomize import pairs_on
 from movingout.maps.selection import HELP, selected_maps
-from movingout.maps.suggestion import shortened
+from movingout.maps.suggestion import counted, shortened
 from movingout.world.constants import LIMIT_TICKS
 
 if TYPE_CHECKING:
@@ -49,11 +50,12 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
     options, config = run.options, run.config
     base, company = run.find(options.base), _company(run)
     policy = SteeredPolicy(_network(base))
-    before = run.begin(_fingerprint(company), {"base": "never"})  # the steering is that of its weights
+    played = _fingerprint(company)
+    before = run.begin(played, {"base": "never"})  # the steering is that of its weights
     response = BestResponse(policy, company, config)
     made = learn_response(response, run.folder, lambda told: run.tell(_line(told)))
     run.check_learned(before, RoundsMade(response.round, made), "--updates")
-    partners = ", ".join(options.partners)
+    partners, specs = ", ".join(options.partners), [load_map(name) for name in company.maps]
     training = base.card.training.model_copy(
         update={
             "preset": options.preset,
@@ -61,10 +63,12 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
             "updates": response.round,
             "seed": config.seed,
             "created": datetime.datetime.now(datetime.UTC).date().isoformat(),
+            "items": run.items({pair for one in specs for pair in pairs_on(one)}, base.card),
         }
     )
-    about = f"{base.card.name}, steered by reinforcement learning beside {partners} on {len(company.maps)} maps."
-    maps = {*base.card.maps, *(load_map(name).name for name in company.maps)}  # by name, also own ones
+    where = counted(len(specs), "map") + run.others_before(before, played)
+    about = f"{base.card.name}, steered by reinforcement learning beside {partners} on {where}."
+    maps = run.maps({one.name for one in specs}, base.card)  # by name, also own ones
     return Trained(save_policy(run.model_folder, run.agent_id, policy, maps, training, run.name, about), training)
 
 

@@ -16,7 +16,7 @@ from movingout.agents.reinforcement.self_play_config import SelfPlayConfig
 from movingout.agents.training.run import RoundsMade, TrainingRun, maps_sha256
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
-from movingout.maps.randomize import pair_text, pairs_on
+from movingout.maps.randomize import pairs_on
 from movingout.maps.selection import HELP, selected_maps
 from movingout.maps.suggestion import counted, known_names
 
@@ -65,7 +65,8 @@ def _train(run: TrainingRun[SelfPlayConfig]) -> Trained:
     learn_self_play(learner, run.folder, lambda told: run.tell(_line(told, config)))
     run.check_learned(before, RoundsMade(learner.round, learner.made), "--episodes")
     training = _training(run, learner, specs)
-    return Trained(_saved(run, learner, [one.name for one in specs], training), training)
+    others = run.others_before(before, training.data_sha256)
+    return Trained(_saved(run, learner, [one.name for one in specs], training, others), training)
 
 
 def _training(run: TrainingRun[SelfPlayConfig], learner: "SelfPlay", specs: Sequence[MapSpec]) -> Training:
@@ -78,12 +79,12 @@ def _training(run: TrainingRun[SelfPlayConfig], learner: "SelfPlay", specs: Sequ
         updates=learner.round,
         seed=run.config.seed,
         created=datetime.datetime.now(datetime.UTC).date().isoformat(),
-        items=tuple(sorted({pair_text(pair) for one in specs for pair in pairs_on(one)})),
+        items=run.items({pair for one in specs for pair in pairs_on(one)}),
     )
 
 
 def _saved(
-    run: TrainingRun[SelfPlayConfig], learner: "SelfPlay", maps: Sequence[str], training: Training
+    run: TrainingRun[SelfPlayConfig], learner: "SelfPlay", maps: Sequence[str], training: Training, others: str
 ) -> Checkpoint:
     from movingout.agents.policies.export import card_maps
     from movingout.agents.reinforcement.option_network import export_options
@@ -92,11 +93,11 @@ def _saved(
     where = counted(len(maps), "map")
     about = (
         f"Chooses among options, carried out by a fixed controller; learned by self-play in "
-        f"{learner.episodes:,} episodes on {where}. Options: seed, age, temperature."
+        f"{learner.episodes:,} episodes on {where}{others}. Options: seed, age, temperature."
     )
     card = {
         "schema_version": 1, "id": run.agent_id, "name": run.name, "description": about, "kind": run.kind,
-        "maps": card_maps(maps), "training": training.model_dump(),
+        "maps": card_maps(run.maps(maps)), "training": training.model_dump(),
     }  # fmt: skip
     networks = {"old": learner.network, "young": read_young(run.folder, run.config.width)}
     return write_checkpoint(

@@ -11,8 +11,10 @@ import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation
+from movingout.agents.data.rollout import Watcher
 from movingout.agents.errors import AgentError
 from movingout.agents.scripted.keyboard_model import KeyboardModel
+from movingout.world import World
 from movingout.world.state import Floats
 
 LONGEST_DELAY = 10  # [ticks]
@@ -67,6 +69,11 @@ class LateHands:
         self._error, self._last, self._presses_from = 0.0, _REST, 0
         self._slip, self._slip_left = _REST, 0
         self._keys = KeyboardModel(episode.map, episode.seat) if self.keys else None
+
+    def watch(self, world: World) -> None:
+        """Give an oracle access to the world."""
+        if isinstance(self.agent, Watcher):
+            self.agent.watch(world)
 
     def act(self, observation: Observation) -> ActionChunk:
         """A chunk of one row: what was decided some ticks ago, executed unsteadily."""

@@ -5,7 +5,6 @@ and clipped objective improve it; the divergence from the imitated policy is add
 progress, the mean of NFD and TCR.
 """
 
-import json
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -23,6 +22,7 @@ from movingout.agents.reinforcement.resume_file import read_resume, write_resume
 from movingout.agents.reinforcement.rooms import Company, PlayRoom, play_all
 from movingout.agents.reinforcement.steered_policy import Critic, SteeredPolicy, divergence
 from movingout.agents.training.run_folder import RESUME
+from movingout.agents.training.run_output import append_losses, cut_losses
 from movingout.maps.extras import needs_extra
 
 with needs_extra("rl", "reinforcement learning"):
@@ -144,15 +144,14 @@ def learn_response(response: BestResponse, folder: Path, tell: Tell) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     response.resume(folder / RESUME)
     begun_at, begun = response.round, time.monotonic()
-    with (folder / "losses.jsonl").open("a", encoding="utf-8") as curve:
-        while response.round < response.config.updates:
-            values = response.learn()
-            seconds = round(time.monotonic() - begun, 1)
-            curve.write(json.dumps({"update": response.round, "seconds": seconds, **values}) + "\n")
-            curve.flush()
-            tell({"update": response.round, **values})
-            if response.round % response.config.evaluate_every == 0 or response.round == response.config.updates:
-                response.save(folder / RESUME)
+    cut_losses(folder, "update", begun_at)
+    while response.round < response.config.updates:
+        values = response.learn()
+        seconds = round(time.monotonic() - begun, 1)
+        append_losses(folder, {"update": response.round, "seconds": seconds, **values})
+        tell({"update": response.round, **values})
+        if response.round % response.config.evaluate_every == 0 or response.round == response.config.updates:
+            response.save(folder / RESUME)
     return response.round - begun_at
 
 

@@ -5,7 +5,6 @@ critic; and so on. What is drawn in a round follows from the seed and the number
 the tick at which they were, so that a run that was interrupted arrives at the same weights.
 """
 
-import json
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -25,6 +24,7 @@ from movingout.agents.reinforcement.ray_rooms import RayRooms
 from movingout.agents.reinforcement.resume_file import read_resume, write_resume
 from movingout.agents.reinforcement.tanh_actor import CentralCritic, TanhActor
 from movingout.agents.training.run_folder import RESUME
+from movingout.agents.training.run_output import append_losses, cut_losses
 from movingout.maps.extras import needs_extra
 from movingout.maps.randomize import Split
 
@@ -157,13 +157,13 @@ def learn_mappo(mappo: Mappo, folder: Path, tell: Tell) -> None:
     """Learn to the end, continuing from the folder's resume file if there is one."""
     folder.mkdir(parents=True, exist_ok=True)
     mappo.resume(folder / RESUME)
+    cut_losses(folder, "round", mappo.round)
     begun, rounds = time.monotonic(), mappo.config.rounds
-    with closing(mappo.rooms), (folder / "losses.jsonl").open("a", encoding="utf-8") as curve:
+    with closing(mappo.rooms):
         while mappo.round < rounds:
             values = mappo.learn()
             told = {"frames": float(mappo.frames), **values}
-            curve.write(json.dumps({**told, "seconds": round(time.monotonic() - begun, 1)}) + "\n")
-            curve.flush()
+            append_losses(folder, {"round": mappo.round, **told, "seconds": round(time.monotonic() - begun, 1)})
             tell(told)
             if mappo.round % mappo.config.evaluate_every == 0 or mappo.round >= rounds:
                 mappo.save(folder / RESUME)

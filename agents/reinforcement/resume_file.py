@@ -5,10 +5,11 @@ from pathlib import Path
 
 import torch
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
 from torch import Tensor, nn
 
 from movingout.agents.errors import DataError
+from movingout.agents.training.run_output import save_tensors
 
 Tensors = dict[str, Tensor]
 
@@ -16,13 +17,11 @@ Tensors = dict[str, Tensor]
 def write_resume(
     path: Path, learned: nn.Module, optimiser: torch.optim.Optimizer, others: Mapping[str, Tensor]
 ) -> None:
-    """Write everything, as plain tensors."""
+    """Write everything, as plain tensors. Raises DataError."""
     tensors = {f"learned.{name}": tensor.clone() for name, tensor in learned.state_dict().items()}
     for index, entries in optimiser.state_dict()["state"].items():
         tensors |= {f"optimiser.{index}.{name}": torch.as_tensor(value).clone() for name, value in entries.items()}
-    part = path.with_suffix(".part")
-    save_file({**tensors, **others}, part)
-    part.replace(path)
+    save_tensors(path, {**tensors, **others})
 
 
 def read_resume(path: Path, learned: nn.Module, optimiser: torch.optim.Optimizer) -> Tensors:

@@ -12,7 +12,7 @@ from movingout.agents.action_chunk import world_action
 from movingout.agents.base import Agent, EpisodeInfo
 from movingout.agents.bass.value import progress
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.data.rollout import SeatPlayer
+from movingout.agents.data.rollout import SeatPlayer, Watcher
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.inference.policy_agent import agent_rows
@@ -116,7 +116,10 @@ class PlayRoom:
         self._with = f"{partner} on {the_map.name}, seed {seed}"
         with _in_a_sentence(self._with):
             episode = EpisodeInfo(the_map, 1 - self._seat, seed, company.ticks)
-            self._partner = SeatPlayer(company.load_agent(partner), episode)
+            agent = company.load_agent(partner)
+            self._partner = SeatPlayer(agent, episode)
+            if isinstance(agent, Watcher):
+                agent.watch(self._world)
         self._past.clear()
         self._past.append(self._world.state())
         self._progress()

@@ -5,7 +5,6 @@ clipped objective improves the network; and so on. What is drawn in a round foll
 the round, so that a run that was interrupted arrives at the same weights.
 """
 
-import json
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -13,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
 from torch import Tensor, nn
 
 from movingout.agents.errors import DataError
@@ -24,6 +23,7 @@ from movingout.agents.reinforcement.option_network import OptionNetwork
 from movingout.agents.reinforcement.resume_file import read_resume, write_resume
 from movingout.agents.reinforcement.self_play_config import SelfPlayConfig
 from movingout.agents.training.run_folder import RESUME
+from movingout.agents.training.run_output import append_losses, cut_losses, save_tensors
 from movingout.maps import load_map
 from movingout.maps.extras import needs_extra
 
@@ -154,18 +154,17 @@ def learn_self_play(learner: SelfPlay, folder: Path, tell: Tell) -> None:
     """Learn to the end, continuing from the folder's resume file if there is one."""
     folder.mkdir(parents=True, exist_ok=True)
     learner.resume(folder / RESUME)
+    cut_losses(folder, "episodes", learner.episodes)
     begun, config = time.monotonic(), learner.config
-    with (folder / "losses.jsonl").open("a", encoding="utf-8") as curve:
-        while learner.round < config.rounds:
-            before = learner.episodes
-            values = {"episodes": 0.0, **learner.learn()}
-            values["episodes"] = float(learner.episodes)
-            curve.write(json.dumps({**values, "seconds": round(time.monotonic() - begun, 1)}) + "\n")
-            curve.flush()
-            if before < config.young <= learner.episodes:
-                save_file(learner.network.state_dict(), folder / YOUNG)
-            learner.save(folder / RESUME)
-            tell(values)
+    while learner.round < config.rounds:
+        before = learner.episodes
+        values = {"episodes": 0.0, **learner.learn()}
+        values["episodes"] = float(learner.episodes)
+        append_losses(folder, {**values, "seconds": round(time.monotonic() - begun, 1)})
+        if before < config.young <= learner.episodes:
+            save_tensors(folder / YOUNG, learner.network.state_dict())
+        learner.save(folder / RESUME)
+        tell(values)
 
 
 def read_young(folder: Path, width: int) -> OptionNetwork:

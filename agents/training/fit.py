@@ -9,7 +9,7 @@ import copy
 import json
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -18,7 +18,7 @@ import numpy as np
 import torch
 from rich.console import Console
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file
 from torch import Tensor, nn
 from torch.utils.tensorboard import SummaryWriter
 
@@ -27,6 +27,7 @@ from movingout.agents.training.display import TrainingDisplay
 from movingout.agents.training.gradients import Gradients, Losses
 from movingout.agents.training.optimisation import WORTH_COMPILING, Optimisation
 from movingout.agents.training.run_folder import RESUME
+from movingout.agents.training.run_output import append_losses, cut_losses, save_tensors, written
 
 NetworkT = TypeVar("NetworkT", bound=nn.Module, covariant=True)
 SEED_STRIDE = 1_000_003  # between the seeds of two runs, more than a run has updates
@@ -74,7 +75,8 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
     """Train to the end, continuing from the folder's resume file if there is one.
 
     An interrupted run arrives at the same weights as an uninterrupted one. With another number of rows or another seed,
-    random numbers start again from the seed. Writes TensorBoard events, `losses.jsonl` and the resume file.
+    random numbers start again from the seed. Writes TensorBoard events, `losses.jsonl` and the resume file; raises
+    DataError where they cannot be written.
     """
     torch.set_num_threads(config.threads)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -89,14 +91,14 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
     folder.mkdir(parents=True, exist_ok=True)
     torch.manual_seed(config.seed * SEED_STRIDE)
     _resume(state, task, config, folder / RESUME)
+    cut_losses(folder, "update", state.update)
     console = Console(stderr=True, soft_wrap=True, highlight=False)
     if state.update >= task.updates:
         console.print(f"{folder}: already trained {state.update} updates; nothing is left to do", markup=False)
     begun_at, begun = state.update, time.monotonic()
     saved = begun
     with (
-        SummaryWriter(str(folder)) as writer,
-        (folder / "losses.jsonl").open("a", encoding="utf-8") as curve,
+        _events(folder) as writer,
         TrainingDisplay(task.updates, begun_at, console) as display,
         _as_it_is() if is_compiled else contextlib.nullcontext(),
     ):
@@ -106,16 +108,28 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
             is_evaluated = state.update % config.evaluate_every == 0 or state.update == task.updates
             if is_evaluated:
                 values = _evaluated(state, task, losses)
-                for name, value in values.items():
-                    writer.add_scalar(name, value, state.update)
+                with written(folder):
+                    for name, value in values.items():
+                        writer.add_scalar(name, value, state.update)
                 seconds = round(time.monotonic() - begun, 1)
-                curve.write(json.dumps({"update": state.update, "seconds": seconds, **values}) + "\n")
-                curve.flush()
+                append_losses(folder, {"update": state.update, "seconds": seconds, **values})
                 display.evaluated(values["loss"])
             if is_evaluated or time.monotonic() - saved >= SAVE_SECONDS:
                 _save(state, task, config, folder / RESUME)
                 saved = time.monotonic()
     return FitResult(state.average.eval(), state.update, state.update - begun_at)
+
+
+@contextlib.contextmanager
+def _events(folder: Path) -> Iterator[SummaryWriter]:
+    """TensorBoard's file. Raises DataError where it cannot be written."""
+    with written(folder):
+        writer = SummaryWriter(str(folder))
+    try:
+        yield writer
+    finally:
+        with written(folder):
+            writer.close()
 
 
 def _is_compiled(task: TrainingTask, config: Optimisation, device: torch.device) -> bool:
@@ -204,9 +218,7 @@ def _save(state: _State, task: TrainingTask, config: Optimisation, path: Path) -
         tensors |= {f"optimiser.{index}.{name}": torch.as_tensor(value) for name, value in entries.items()}
     tensors |= {"update": torch.tensor(state.update), "drawn": torch.tensor([config.seed, task.rows])}
     tensors |= {f"random.{name}": drawn for name, drawn in _random_state(task.random).items()}
-    part = path.with_suffix(".part")
-    save_file({name: tensor.clone().contiguous() for name, tensor in tensors.items()}, part)
-    part.replace(path)
+    save_tensors(path, {name: tensor.clone().contiguous() for name, tensor in tensors.items()})
 
 
 def _resume(state: _State, task: TrainingTask, config: Optimisation, path: Path) -> None:

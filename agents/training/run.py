@@ -8,7 +8,8 @@ import datetime
 import hashlib
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
@@ -30,7 +31,7 @@ from movingout.agents.training.training_data import TrainingData, read_training_
 from movingout.maps import MapSpec
 from movingout.maps.generated.names import test_maps_caution
 from movingout.maps.json_format import map_to_json
-from movingout.maps.randomize import pair_text, pairs_on
+from movingout.maps.randomize import Pair, pair_text, pairs_on
 from movingout.maps.suggestion import counted
 
 ConfigT = TypeVar("ConfigT", bound=Optimisation)
@@ -38,6 +39,8 @@ ConfigT = TypeVar("ConfigT", bound=Optimisation)
 
 Begun = Mapping[str, object]
 """The configuration of a run as it was before."""
+OTHERS_BEFORE = ", and on others before"
+"""In the description of an agent that went on with other data or maps than it began with."""
 
 
 class FitProgress(Protocol):
@@ -72,6 +75,7 @@ class TrainingRun(Generic[ConfigT]):
     kept_options: tuple[str, ...]  # which of its own options the run folder keeps
     tell: Callable[[str], None]  # prints a note for the user
     load_agent: Callable[[str], Agent]  # the agent of an id, for kinds that are trained by playing
+    until_its_end: ExitStack = field(default_factory=ExitStack)  # keeps other processes out of the run folder
 
     @property
     def agent_id(self) -> str:
@@ -95,6 +99,11 @@ class TrainingRun(Generic[ConfigT]):
         folder: Path = self.options.data / "models" / folder_name(self.agent_id)
         return folder
 
+    @property
+    def earlier(self) -> Card | None:
+        """The card of the weights that are trained on, as of when this run last ended; None where it never did."""
+        return read_checkpoint(self.folder).card if (self.folder / CARD).exists() else None
+
     def find(self, agent_id: str) -> Checkpoint:
         """Another agent: of the data folder, of where others look for agents, or shipped. Raises CheckpointError."""
         return find_checkpoint(agent_id, self.options.data / "models", *model_roots())
@@ -109,6 +118,9 @@ class TrainingRun(Generic[ConfigT]):
         if data.uncounted:
             what = counted(data.uncounted, "recording")
             self.tell(f"movingout: {what} left out: invalid, broken off, or of people who declined, says the study")
+        if data.copies:
+            what = f"{data.copies} {'copy' if data.copies == 1 else 'copies'}"
+            self.tell(f"movingout: {what} left out, of recordings that are there, too")
         if data.learns_from_tests:
             self.tell(
                 "movingout: people of C play in these episodes, who are for tests: who learns from them is measured "
@@ -125,12 +137,13 @@ class TrainingRun(Generic[ConfigT]):
     def begin(self, data_sha256: str = "", changes: Mapping[str, Change] = NO_CHANGES) -> Begun:
         """Write the run's configuration, see `run_folder.begin`; without a SHA-256 when nothing is trained.
 
-        Returns the one it had before, empty when it had none.
+        Returns the one it had before, empty when it had none. Raises DataError also while another process trains there.
         """
         names = ("id", "kind", "preset", *self.kept_options)
         about = {name: str(value) for name, value in vars(self.options).items() if name in names}
         if data_sha256:
             about["data_sha256"] = data_sha256
+        self.until_its_end.enter_context(run_folder.held(self.folder))
         return run_folder.begin(self.folder, about, self.config, self.options.go_on, changes)
 
     def check_learned(self, before: Begun, fitted: FitProgress, option: str) -> None:
@@ -143,6 +156,27 @@ class TrainingRun(Generic[ConfigT]):
             raise DataError(
                 f"{self.agent_id} has made all of its {fitted.updates} updates; to train on, give a larger {option}"
             )
+
+    def others_before(self, before: Begun, data_sha256: str) -> str:
+        """For the description: empty, or that these weights learned from other data or maps before.
+
+        `before` is what `begin` returned, and `data_sha256` what it was given.
+        """
+        changed = before.get("data_sha256") not in (None, "", data_sha256)
+        said = self.earlier is not None and OTHERS_BEFORE in self.earlier.description
+        return OTHERS_BEFORE if changed or said else ""
+
+    def maps(self, names: Collection[str], start: Card | None = None) -> set[str]:
+        """All maps that these weights learned on, whenever: those of now, of earlier, and of the agent at the start."""
+        return {*names, *(one for card in (start, self.earlier) if card for one in card.maps)}
+
+    def items(self, pairs: Collection[Pair], start: Card | None = None) -> tuple[str, ...] | None:
+        """Sizes and shapes that they learned from, whenever; None where an earlier card does not say."""
+        earlier = [card.learned_items for card in (start, self.earlier) if card]
+        known = [items for items in earlier if items is not None]
+        if len(known) < len(earlier):
+            return None
+        return tuple(sorted({pair_text(pair) for pair in pairs}.union(*known)))
 
     def training(
         self, data: TrainingData, people: Collection[str], rows: int, updates: int, start: Card | None = None
@@ -157,19 +191,8 @@ class TrainingRun(Generic[ConfigT]):
             updates=updates,
             seed=self.config.seed,
             created=datetime.datetime.now(datetime.UTC).date().isoformat(),
-            items=self._items(data, start),
+            items=self.items({pair for one in data.episodes for pair in pairs_on(one.map)}, start),
         )
-
-    def _items(self, data: TrainingData, start: Card | None) -> tuple[str, ...] | None:
-        """Sizes and shapes that these weights learned from, whenever; None where an earlier card does not say."""
-        earlier = [start.learned_items] if start else []
-        if self.options.go_on and (self.model_folder / CARD).exists():
-            earlier.append(read_checkpoint(self.model_folder).card.learned_items)
-        known = [items for items in earlier if items is not None]
-        if len(known) < len(earlier):
-            return None
-        items = {pair_text(pair) for trajectory in data.episodes for pair in pairs_on(trajectory.map)}
-        return tuple(sorted(items.union(*known)))
 
 
 def _participants(number: int, data: TrainingData) -> str:

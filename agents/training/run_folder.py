@@ -2,25 +2,32 @@
 
 config.json            id, kind, preset, SHA-256 of the data and every field of the configuration
 card.json              of the trained agent
+.lock                  held by the process that trains
 resume.safetensors     with losses.jsonl and TensorBoard's events, see `training.loop`; for BASS also in folders here
 """
 
 import ast
 import dataclasses
 import json
+import os
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import MappingProxyType
+
+from filelock import lock_descriptor
 
 from movingout.agents.checkpoint.checkpoint import CARD, Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.training.optimisation import Change, Optimisation
+from movingout.maps.files.output_file import draft_of
 from movingout.maps.suggestion import shortened
 
 CONFIG = "config.json"
 RESUME = "resume.safetensors"
+LOCK = ".lock"
 _CHANGES: Mapping[str, Change] = MappingProxyType(
     {
         "id": "never", "kind": "never", "start": "never", "data_sha256": "asked", "seats": "asked", "map": "asked",
@@ -31,6 +38,25 @@ _CHANGES: Mapping[str, Change] = MappingProxyType(
 NO_CHANGES: Mapping[str, Change] = MappingProxyType({})
 _SHA256 = re.compile("[0-9a-f]{64}")
 _WORDS = {"id": "agent", "data_sha256": "data of SHA-256"}
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Make a run folder, and keep other processes out of it within the block.
+
+    Raises DataError where another one trains there, or it cannot be written.
+    """
+    with ExitStack() as undo:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            undo.callback(os.close, descriptor)
+            locked = lock_descriptor(descriptor, blocking=False)
+        except OSError as error:
+            raise _cannot_write(folder, error) from error
+        if not locked:
+            raise DataError(f"another process trains in {folder}; wait until it is over, or choose another --id")
+        yield
 
 
 def begin(
@@ -49,11 +75,7 @@ def begin(
     if any(folder.rglob(RESUME)):
         allowed = {entry.name: entry.metadata["change"] for entry in dataclasses.fields(config)}
         _compare(begun, now, {**allowed, **_CHANGES, **changes}, on_purpose)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        _write(folder, {**begun, **now})
-    except OSError as error:
-        raise DataError(f"cannot write {folder}: {error.strerror or error}") from error
+    _write(folder, {**begun, **now})
     return begun
 
 
@@ -70,12 +92,25 @@ def put_back(folder: Path, begun: Mapping[str, object]) -> None:
 
 
 def finish(folder: Path, checkpoint: Checkpoint) -> None:
-    """Copy the card of the trained agent into the folder."""
-    shutil.copyfile(checkpoint.folder / CARD, folder / CARD)
+    """Copy the card of the trained agent into the folder. Raises DataError."""
+    try:
+        with draft_of(folder / CARD) as draft:
+            shutil.copyfile(checkpoint.folder / CARD, draft)
+    except OSError as error:
+        raise _cannot_write(folder, error) from error
 
 
 def _write(folder: Path, configuration: Mapping[str, object]) -> None:
-    (folder / CONFIG).write_text(json.dumps(configuration, indent=1) + "\n", encoding="utf-8")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with draft_of(folder / CONFIG) as draft:
+            draft.write_text(json.dumps(configuration, indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise _cannot_write(folder, error) from error
+
+
+def _cannot_write(folder: Path, error: OSError) -> DataError:
+    return DataError(f"cannot write {folder}: {error.strerror or error}")
 
 
 def _begun(folder: Path) -> dict[str, object]:

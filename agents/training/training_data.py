@@ -31,6 +31,7 @@ from movingout.agents.observation.features import FeatureSet
 from movingout.agents.partners.families import are_for_tests, group, name_of
 from movingout.agents.partners.identity import person_behind
 from movingout.maps.suggestion import counted
+from movingout.recordings.storage.listing import without_copies
 from movingout.recordings.storage.study_rounds import counted_recordings
 
 
@@ -42,6 +43,7 @@ class TrainingData:
     trajectories: list[Trajectory]
     corrections: list[Correction]
     uncounted: int = 0  # recordings that are left out, because their study does not count them
+    copies: int = 0  # likewise because they are copies of recordings that are there
 
     @property
     def sha256(self) -> str:
@@ -96,7 +98,7 @@ class TrainingData:
 
 
 def read_training_data(places: list[Path], without: Iterable[str] = ()) -> TrainingData:
-    """Read all files but those of episodes that a study does not count, or in which somebody of `without` plays.
+    """Read all files but copies, and those of episodes that a study does not count or somebody of `without` plays in.
 
     `without` has names of partners as `group` takes them. Raises DataError when no file is left, or when nobody whom
     one of them names plays in any: then it is wrong. RecordingError for the database of a study that cannot be read;
@@ -106,10 +108,11 @@ def read_training_data(places: list[Path], without: Iterable[str] = ()) -> Train
         raise DataError("name recordings to learn from, or folders of them; `movingout demos label` makes some")
     avoided = {name: _called(name) for name in without}
     found_files = recording_files(places, (".mcap", SUFFIX))
-    files = counted_recordings(found_files)
-    if not files:
+    counting = counted_recordings(found_files)
+    if not counting:
         raise DataError(f"none of {counted(len(found_files), 'recording')} counts: their study leaves them out")
-    kept = TrainingData([], [], [], len(found_files) - len(files))
+    files = without_copies(counting)
+    kept = TrainingData([], [], [], len(found_files) - len(counting), len(counting) - len(files))
     met = {name for file in files for name in _read(file, kept, avoided)}
     _check_left_out([name for name in avoided if name not in met], len(files))
     if not kept.files:

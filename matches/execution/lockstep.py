@@ -20,10 +20,10 @@ from movingout.agents.decision_trace import decision_trace
 from movingout.maps.errors import MapError
 from movingout.matches.execution.batched_decisions import decide
 from movingout.matches.execution.decision_timeout import DecisionTimer
-from movingout.matches.execution.play_hash import PlayHash
 from movingout.matches.execution.recorder import MatchRecorder
 from movingout.matches.execution.seat import AgentFault, MatchSeat, attribute_agent_errors
 from movingout.matches.match import Match, MatchResult, failed_result
+from movingout.recordings.play_hash import PlayHash
 from movingout.world import World, WorldError
 from movingout.world.metrics import EpisodeMetrics
 from movingout.world.own_metrics import own_metrics, own_values

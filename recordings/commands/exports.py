@@ -1,6 +1,8 @@
 """`movingout recordings export`."""
 
 import argparse
+from collections.abc import Collection, Sequence
+from pathlib import Path
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.suggestion import counted
@@ -11,6 +13,7 @@ from movingout.recordings.exports import FORMATS, export
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import SPLIT_BY, obtained
 from movingout.recordings.exports.trajectories import VIEWS
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.storage.listing import is_tutorial
 from movingout.recordings.storage.study_rounds import counted_recordings
 from movingout.world.observation import LAYOUTS
@@ -48,12 +51,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def perform(args: argparse.Namespace) -> int:
     if args.images and args.to != "lerobot":
         raise RecordingError(f"--images is for --to lerobot; {args.to} has no images")
-    found = expanded(args.paths)
-    counting = set(counted_recordings([path for path in found if path not in args.paths])).union(args.paths)
-    valid = [path for path in found if path in counting]
-    recordings = [path for path in valid if path in args.paths or not is_tutorial(path)]
-    left_out = [counted(len(valid) - len(recordings), "tutorial recording")] if len(recordings) < len(valid) else []
-    left_out += left_out_words(len(found) - len(valid), 0)
+    recordings, left_out = _chosen(expanded(args.paths), args.paths)
     if left_out:
         print(f"left out {', '.join(left_out)}; name a file to export it all the same")
     plan = ExportPlan(
@@ -76,3 +74,14 @@ def perform(args: argparse.Namespace) -> int:
     if args.test_share:
         print(obtained(plan.splits, args.test_share, args.split_by))
     return 0
+
+
+def _chosen(found: Sequence[Path], named: Collection[Path]) -> tuple[list[Path], list[str]]:
+    """What is exported of the files found, and words for the rest: only of folders, never a file that is named."""
+    counting = set(counted_recordings([path for path in found if path not in named])).union(named)
+    valid = [path for path in found if path in counting]
+    finished = [path for path in valid if path in named or not path.name.endswith(JOURNAL_SUFFIX)]
+    chosen = [path for path in finished if path in named or not is_tutorial(path)]
+    numbers = {"unfinished recording": len(valid) - len(finished), "tutorial recording": len(finished) - len(chosen)}
+    words = [counted(number, what) for what, number in numbers.items() if number]
+    return chosen, words + left_out_words(len(found) - len(valid), 0)

@@ -84,7 +84,14 @@ def _document(out: Path, tally: ReportTally) -> dict[str, Any]:
 def _group(group: Group) -> dict[str, Any]:
     measures = {name: _estimate(group.estimate(name)) for name in MEASURES}
     blue, red = group.population
-    return {"map": group.map.name, "blue": blue, "red": red, "episodes": group.n, **measures}
+    return {
+        "map": group.map.name,
+        "blue": blue,
+        "red": red,
+        "episodes": group.n,
+        "distinct": group.distinct,
+        **measures,
+    }
 
 
 def _estimate(found: Estimate | None) -> dict[str, float | int | None] | None:

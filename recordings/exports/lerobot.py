@@ -26,6 +26,7 @@ from movingout.recordings.exports.split import TEST, TRAIN
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.exports.trajectories import ExportedTrajectory, all_trajectories
 from movingout.world.constants import TICKS_PER_SECOND
+from movingout.world.observation import LAYOUTS
 
 FILE_BYTES = 100_000_000
 FILES_PER_CHUNK = 1000
@@ -37,10 +38,16 @@ FRAMES_AT_ONCE = 4096  # when frames are read again
 def write(plan: ExportPlan) -> None:
     """A dataset folder. Training episodes come first, since a LeRobot split is a range of episodes.
 
-    One trajectory at a time is in memory, however many recordings there are.
+    One trajectory at a time is in memory, however many recordings there are. Raises RecordingError.
     """
     if plan.images and plan.images not in SIDES:
         raise RecordingError(f"images have an even number of pixels from 16 to 512, not {plan.images}")
+    layout = LAYOUTS.get(plan.layout)
+    if layout is not None and layout.picture:
+        raise RecordingError(
+            f"LeRobot's state is numbers, and {plan.layout} is a picture; take another --layout, and pictures as video "
+            f"with --images {layout.picture[0]}"
+        )
     make = partial(_converted, view=plan.view, layout=plan.layout, keep=bool(plan.images))
     with new_target(plan.target) as folder:
         with _Dataset(folder, plan) as dataset:

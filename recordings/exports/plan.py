@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from movingout.recordings.episode import Episode
 from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports.alike import with_shared_ids
 from movingout.recordings.exports.split import TRAIN, SplitBy, split
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.progress import with_progress
@@ -61,8 +62,11 @@ class ExportPlan:
 
     @cached_property
     def splits(self) -> list[str]:
-        """`train` or `test` per recording."""
-        return split(self.players, self.test_share, self.seed, self.split_by)
+        """`train` or `test` per recording. Split by episode, those that are equal action by action are not divided."""
+        players = self.players
+        if self.test_share and self.split_by == "episode":
+            players = with_shared_ids(self.recordings, players)
+        return split(players, self.test_share, self.seed, self.split_by)
 
     @cached_property
     def players(self) -> list[Players]:

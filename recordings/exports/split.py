@@ -58,6 +58,8 @@ def obtained(parts: Sequence[str], wanted: float, by: SplitBy) -> str:
         return sentence
     if len(parts) == 1:
         return f"{sentence}. One recording is never divided"
+    if by == "episode" and round(wanted * len(parts)) > 0:
+        return f"{sentence}. Episodes that are equal action by action are never divided: ask for a larger share"
     if by == "episode":
         return f"{sentence}. That is less than one recording: ask for a larger share"
     return f"{sentence}. What belongs together is never divided: ask for a larger share, or use another --split-by"

@@ -15,6 +15,7 @@ from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.metadata import utc
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.occupancy import occupancy
+from movingout.recordings.play_hash import play_hash
 from movingout.recordings.report.failures import Failure, failures
 from movingout.recordings.report.track import Track
 from movingout.recordings.report.waiting import Wait, waits
@@ -72,6 +73,7 @@ class EpisodeFacts:
     presence: npt.NDArray[np.float32]  # (2, 48, 48) seconds of each seat in each cell
     tutorial: bool = False
     simulated: bool = False  # in a rehearsal of a study: its participants were programs
+    played: str = ""  # equal for episodes that are equal action by action; empty where that is not known
 
     @property
     def finished(self) -> bool:
@@ -96,6 +98,7 @@ def _facts(path: Path, episode: Episode, population: Callable[[EpisodeHeader], P
         population=population(header),
         tutorial=header.source == "tutorial",
         simulated=header.simulated,
+        played=play_hash(episode),
         started=utc(header.started_ns),
         outcome=episode.outcome,
         complete=episode.complete,

@@ -102,6 +102,12 @@ class ReportPage:
         """How a member of a population is called: ids of agents as they are."""
         return self.words.known(f"population.{population}", population)
 
+    def count(self, group: Group) -> str:
+        """How many episodes, and how many of them differ where some are equal."""
+        if group.distinct == group.n:
+            return str(group.n)
+        return self.words.say("report.n.distinct", n=group.n, distinct=group.distinct)
+
     def arena(self, group: Group) -> Markup:
         title = self.words.say("report.where.map", map=self.words.map_title(group.map))
         return svg.arena(group.map, group.presence, title, items=group.variants == {group.map.variant})

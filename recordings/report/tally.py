@@ -44,6 +44,7 @@ class Group:
     running: Floats = field(default_factory=lambda: np.zeros((0, 1)))  # per second: episodes' ticks played
     strips: list[Strip] = field(default_factory=list)
     variants: set[str] = field(default_factory=set)
+    played: set[str] = field(default_factory=set)
 
     def add(self, facts: EpisodeFacts) -> None:
         """Add a finished episode."""
@@ -58,10 +59,16 @@ class Group:
         self.running = _sum(self.running, _per_second([np.arange(facts.ticks)], facts.ticks))
         self.strips.append(Strip(facts.id, facts.ticks, facts.waits))
         self.variants.add(facts.map.variant)
+        self.played.add(facts.played or facts.id)
 
     @property
     def n(self) -> int:
         return len(self.strips)
+
+    @property
+    def distinct(self) -> int:
+        """How many of them differ: agents in which nothing is drawn play the same episode again."""
+        return len(self.played)
 
     def estimate(self, measure: str) -> Estimate | None:
         return estimate(self.values[measure])
@@ -127,6 +134,11 @@ class ReportTally:
     def episodes(self) -> int:
         """How many episodes enter averages."""
         return sum(group.n for group in self.groups.values())
+
+    @property
+    def has_alike(self) -> bool:
+        """Whether some episodes are equal to others, action by action."""
+        return any(group.distinct < group.n for group in self.groups.values())
 
     @property
     def populations(self) -> list[Pair]:

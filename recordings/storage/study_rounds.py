@@ -12,6 +12,7 @@ from contextlib import closing
 from pathlib import Path
 
 from movingout.recordings.errors import RecordingError
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_summary
 
@@ -45,7 +46,7 @@ def counted_recordings(files: Sequence[Path]) -> list[Path]:
 def _episode(file: Path) -> str:
     """Empty where it cannot be read: whoever reads the file says so."""
     try:
-        return read_summary(file).id if file.suffix == SUFFIX else ""
+        return read_summary(file).id if file.name.endswith((SUFFIX, JOURNAL_SUFFIX)) else ""
     except RecordingError:
         return ""
 

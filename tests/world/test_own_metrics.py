@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from movingout.maps import load_map
+from movingout.matches.commands.match import _row_json
 from movingout.matches.match import Match, failed_result
 from movingout.matches.results.table import WAITING, ResultRow
 from movingout.recordings.exports.tables import EPISODES
@@ -52,7 +53,7 @@ def test_finite_values_and_none_stay(install: Install) -> None:
         assert own_values(load_map("HandOff"), some, np.zeros((0, 2, 3))) == {"walked": value}
 
 
-@pytest.mark.parametrize("key", ["ticks", "agent", "tcr", "waiting_share", "episode_id"])
+@pytest.mark.parametrize("key", ["ticks", "agent", "tcr", "waiting_share", "episode_id", "wt"])
 def test_a_key_that_is_a_column_already_is_refused(install: Install, key: str) -> None:
     """`ticks` wrote over the ticks of every match."""
     install(key, lambda the_map, states, actions: 1.0)
@@ -63,5 +64,6 @@ def test_a_key_that_is_a_column_already_is_refused(install: Install, key: str) -
 def test_the_list_has_every_column_of_matches_results_and_recordings() -> None:
     result = failed_result(Match("HandOff", "idle", "idle", 0), "")
     row = ResultRow("one", 1, "idle", "idle", "HandOff", (result,))
-    tables = (result.to_json(), row.to_json(), [column.name for column in EPISODES], MEASURES, [WAITING.key])
+    whole = row.to_json()
+    tables = (result.to_json(), whole, _row_json(whole), [column.name for column in EPISODES], MEASURES, [WAITING.key])
     assert {name for table in tables for name in table} - {metric.key for metric in METRICS} == COLUMNS

@@ -160,7 +160,7 @@ def test_a_training_that_is_done_says_so_and_the_card_says_what_was_done(
 def test_other_data_is_learned_from_under_another_id_or_on_purpose(
     recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    recorded(tmp_path / "more", "other", ticks=20, seed=9)
+    recorded(tmp_path / "more", "other", ticks=20, seed=9, the_map=load_map("FourCorners"))
     command = ["train", "mlp", "--id", "mlp@tiny", "--data", str(tmp_path), *TINY]
     assert main([*command, str(recordings)]) == 0
     card = find_checkpoint("mlp@tiny", tmp_path / "models").card
@@ -175,8 +175,15 @@ def test_other_data_is_learned_from_under_another_id_or_on_purpose(
     assert "started with data of SHA-256" in said and "another --id" in said and "--go-on" in said
     assert find_checkpoint("mlp@tiny", tmp_path / "models").card == card
     assert main([*command, str(tmp_path / "more"), "--updates", "9", "--go-on"]) == 0
-    more = find_checkpoint("mlp@tiny", tmp_path / "models").card.training
+    both = find_checkpoint("mlp@tiny", tmp_path / "models").card
+    more = both.training
     assert (more.updates, more.episodes) == (9, 1) and more.data_sha256 != card.training.data_sha256
+    assert both.maps == tuple(sorted({*card.maps, "FourCorners"})) and set(card.training.items or ()) < set(
+        more.items or ()
+    )
+    assert card.description.endswith(".") and "before" not in card.description
+    assert both.description.startswith("MLP trained on 1 episode of ")
+    assert both.description.endswith(", and on others before.")
 
 
 def test_the_card_of_bass_says_where_the_simulator_and_the_value_come_from(recordings: Path, tmp_path: Path) -> None:

@@ -77,7 +77,13 @@ def test_other_maps_are_gone_on_with_on_purpose_and_only_if_they_are_played(
     assert find_checkpoint("mappo@tiny", models).card.maps == ("HandOff",)
     assert main([*command, "--map", "HandOff"]) == 0, "as if the other map had never been named"
     assert main([*command, "--map", "LeftRight", "--go-on", "--frames", "36", "--ticks", "2"]) == 0
-    assert find_checkpoint("mappo@tiny", models).card.maps == ("LeftRight",)
+    card = find_checkpoint("mappo@tiny", models).card
+    both = frozenset(pair_text(pair) for name in ("HandOff", "LeftRight") for pair in pairs_on(load_map(name)))
+    assert (card.maps, card.learned_items) == (("HandOff", "LeftRight"), both)
+    assert "MAPPO on LeftRight, and on others before: 36 ticks" in card.description
+    assert main([*command, "--map", "LeftRight", "--frames", "48", "--ticks", "2"]) == 0
+    again = find_checkpoint("mappo@tiny", models).card
+    assert (again.maps, again.learned_items) == (card.maps, both) and "and on others before" in again.description
 
 
 def test_it_draws_as_in_training_or_plays_the_middle(here: Path) -> None:

@@ -13,6 +13,7 @@ from movingout.agents.checkpoint.checkpoint import find_checkpoint
 from movingout.agents.kinds.policy import build_policy
 from movingout.agents.policies.export import save_policy
 from movingout.maps import load_map, map_to_json
+from movingout.maps.randomize import pair_text, pairs_on
 from movingout.server.cli import main
 from tests.agents.learning import tiny_spec
 
@@ -42,7 +43,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_card_names_a_map_of_ones_own_by_its_name(here: Path) -> None:
     assert main([*COMMAND, "--partners", "idle", "--map", str(here / "own.json")]) == 0
-    assert find_checkpoint("dp@answer", here / "data" / "models").card.maps == ("Garage", "HandOff")
+    card = find_checkpoint("dp@answer", here / "data" / "models").card
+    assert card.maps == ("Garage", "HandOff")
+    assert card.learned_items == frozenset(map(pair_text, pairs_on(load_map("HandOff"))))
     assert not unseen_map("dp@answer", "Garage")
 
 
@@ -69,3 +72,8 @@ def test_another_base_or_another_list_of_partners_is_no_silent_continuation(
     assert "this run was started with data of SHA-256" in capsys.readouterr().err
     assert main([*command, "--go-on"]) == 2
     assert "dp@answer has made all of its 1 updates; to train on, give a larger --updates" in capsys.readouterr().err
+    assert main([*command, "--map", "Simple", "--go-on", "--updates", "2"]) == 0
+    card = find_checkpoint("dp@answer", here / "data" / "models").card
+    both = frozenset(pair_text(pair) for name in ("HandOff", "Simple") for pair in pairs_on(load_map(name)))
+    assert (card.maps, card.learned_items) == (("HandOff", "Simple"), both)
+    assert card.description == "DP, steered by reinforcement learning beside @list.txt on 1 map, and on others before."

@@ -7,11 +7,13 @@ import pytest
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.data.dagger import LabellingJob
-from movingout.agents.data.demonstrations import EpisodeJob, episode_jobs, label_all, write_all
+from movingout.agents.data.demonstrations import EpisodeJob, episode_jobs, label_all, write_all, write_episode
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
 from movingout.recordings import RecordingError
+from movingout.recordings.errors import BusyError
 from movingout.recordings.file_format.metadata import EPISODE_ID
+from tests.recordings.support import begin
 
 
 class Raising:
@@ -58,6 +60,20 @@ def test_what_was_written_before_is_kept(tmp_path: Path) -> None:
         list(write_all(jobs, tmp_path, 1))
     assert written.path.exists()
     assert list(write_all(jobs[:1], tmp_path, 1)) == []
+
+
+def test_what_another_process_writes_is_left_to_it_and_what_it_has_written_stays(tmp_path: Path) -> None:
+    """The journal was deleted under the other process, which then failed."""
+    idle = Somebody("Idle", "idle")
+    job = EpisodeJob("one", load_map("HandOff"), (idle, idle), seed=0, ticks=5)
+    writer, _ = begin(tmp_path, episode_id="one")
+    with pytest.raises(BusyError, match=r"another process writes this episode here .*one\.mcap\.journal"):
+        list(write_all([job], tmp_path, 1))
+    assert writer.path.exists()
+    writer.abandon()
+    (written,) = write_all([job], tmp_path, 1)  # that one was stopped
+    before = written.path.read_bytes()
+    assert write_episode(job, tmp_path) == written and written.path.read_bytes() == before
 
 
 def test_a_file_where_the_folder_should_be_is_told_in_a_sentence(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from movingout.agents.environment import ENV_ID
 from movingout.agents.environment.seat_env import SeatEnv
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
-from movingout.world import ActionError
+from movingout.world import ActionError, World
 from movingout.world.env import MovingOutEnv
 from movingout.world.errors import WorldError
 from movingout.world.metrics import METRICS
@@ -192,6 +192,30 @@ def test_what_a_partner_writes_into_its_observation_changes_no_reward(
         env.reset(seed=0)
         rewards.append([env.step(STILL)[1] for _ in range(5)])
     assert rewards[0] == rewards[1]
+
+
+class Watching:
+    """An oracle: it plays by the world itself."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        self._world: World | None = None
+
+    def watch(self, world: World) -> None:
+        self._world = world
+
+    def act(self, observation: AgentObservation) -> ActionChunk:
+        assert self._world is not None and self._world.tick == observation.tick
+        return STILL[None].astype(np.float64)
+
+
+@pytest.mark.parametrize("wrapped", ["{}", "late:agent={}", "{}:lag=1"])
+def test_an_oracle_as_partner_is_given_the_world_of_each_episode(wrapped: str) -> None:
+    """It was accepted, and failed after its first tick."""
+    env = SeatEnv("HandOff", partner=wrapped.format(f"{__name__}:Watching"))
+    for _ in range(2):
+        env.reset(seed=1)
+        for _ in range(3):
+            env.step(STILL)
 
 
 def test_a_misspelt_option_of_make_is_answered_with_the_right_one() -> None:

@@ -47,6 +47,11 @@ def test_it_writes_an_agent_that_plays_old_and_young(here: Path, capsys: pytest.
     assert "choose another --id, or continue with --go-on" in capsys.readouterr().err
     assert main([*command, "--round-episodes", "1", "--go-on"]) == 2, "the count of its episodes would be another"
     assert "round-episodes 2, not 1; train that under another --id" in capsys.readouterr().err
+    assert main([*command, "--map", "FourCorners", "--go-on", "--episodes", "6"]) == 0
+    later = find_checkpoint("self-play@tiny", here / "data" / "models").card
+    assert later.maps == ("FourCorners", "HandOff", "Simple")
+    assert "on 1 map, and on others before." in later.description
+    assert set(checkpoint.card.training.items or ()) < set(later.training.items or ())
     for options, sentence in {
         "age=middle": "unknown age 'middle'; known: old, young",
         "temperature=-1": "temperature is a number from 0",

@@ -18,6 +18,7 @@ from movingout.agents.policies.export import export_policy
 from movingout.agents.reinforcement.config import ResponseConfig
 from movingout.agents.reinforcement.rooms import Company, PlayRoom, RoomDecision, play_all
 from movingout.agents.reinforcement.steered_policy import SteeredPolicy, divergence
+from movingout.world import World
 
 SPEC = PolicySpec(
     kind="dp", layout="relative-v1", lags=(2,), obs_horizon=1, horizon=8, execute=2, width=16, depth=1, denoiser="items"
@@ -143,6 +144,25 @@ def test_a_partner_that_raises_is_answered_with_a_sentence() -> None:
         room.play(np.zeros((8, 5), np.float32))
 
 
+class Watching:
+    """An oracle: it plays by the world itself."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        self._world: World | None = None
+
+    def watch(self, world: World) -> None:
+        self._world = world
+
+    def act(self, observation: Observation) -> ActionChunk:
+        assert self._world is not None and self._world.tick == observation.tick
+        return np.array([[0.0, 1.0, 0.0, 0.0]])
+
+
+def test_an_oracle_as_partner_is_given_the_world_of_each_episode() -> None:
+    room = PlayRoom(Company(("DistancePriority",), ((f"{__name__}:Watching",),), 5, load_agent), SPEC, seed=0)
+    assert any([room.play(np.zeros((8, 5), np.float32)).over for _ in range(6)])
+
+
 @pytest.mark.slow
 def test_reward_changes_what_is_done_and_the_leash_holds_it_back(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
@@ -166,8 +186,12 @@ def test_an_interrupted_response_goes_on(tmp_path: Path) -> None:
     pytest.importorskip("torchrl")
     from movingout.agents.reinforcement.best_response import BestResponse, learn_response
 
-    first = BestResponse(policy(), COMPANY, dataclasses.replace(CONFIG, updates=1))
-    assert learn_response(first, tmp_path, lambda told: None) == 1
+    def stop(told: dict[str, float]) -> None:
+        if told["update"] == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):  # saved after the first round alone
+        learn_response(BestResponse(policy(), COMPANY, CONFIG), tmp_path, stop)
     again = BestResponse(policy(), COMPANY, CONFIG)
     assert learn_response(again, tmp_path, lambda told: None) == 1
     assert again.round == 2

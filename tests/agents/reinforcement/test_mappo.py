@@ -1,5 +1,6 @@
 """MAPPO and CoMeDi: equal seeds give equal weights, also after an interruption; what they learn takes a seat."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,19 @@ def test_equal_seeds_give_equal_weights_also_after_an_interruption(tmp_path: Pat
     again = mappo()
     learn_mappo(again, tmp_path / "whole", told.append)
     assert len(told) == 2 and equal(weights(again), weights(whole)), "it was there already"
+
+
+def test_rounds_that_are_played_again_after_a_kill_are_in_the_curve_once(tmp_path: Path) -> None:
+    def stop(told: dict[str, float]) -> None:
+        if told["frames"] == 54:
+            raise KeyboardInterrupt
+
+    config = MappoConfig(envs=3, evaluate_every=2, **{**TINY, "frames": 72})  # type: ignore[arg-type]
+    with pytest.raises(KeyboardInterrupt):
+        learn_mappo(mappo(config), tmp_path, stop)
+    learn_mappo(mappo(config), tmp_path, lambda told: None)
+    curve = [json.loads(line) for line in (tmp_path / "losses.jsonl").read_text().splitlines()]
+    assert [(line["round"], line["frames"]) for line in curve] == [(1, 18), (2, 36), (3, 54), (4, 72)]
 
 
 def test_another_seed_gives_other_weights() -> None:

@@ -1,6 +1,7 @@
 """The loop goes on where it was stopped, and says when there is nothing left to do."""
 
 import contextlib
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from movingout.agents.training.fit import FitResult, TrainingTask, _is_compiled,
 from movingout.agents.training.gradients import Losses
 from movingout.agents.training.optimisation import WORTH_COMPILING, Compile, Optimisation, Precision
 from movingout.agents.training.run_folder import RESUME
+from tests.recordings.full_disk import limited
 
 CONFIG = Optimisation(rate=0.1, warmup=0, evaluate_every=2)
 
@@ -36,6 +38,20 @@ def test_what_was_stopped_goes_on(tmp_path: Path) -> None:
     curve = (tmp_path / "losses.jsonl").read_text().splitlines()
     assert longer.updates == 7 and len(curve) == 4  # at 2, 4, 6 and the end
     assert float(longer.network(torch.ones(1, 3)).abs().max()) < 1.0
+
+
+@pytest.mark.filterwarnings(
+    "ignore::pytest.PytestUnhandledThreadExceptionWarning"
+)  # TensorBoard's own thread says it, too
+@pytest.mark.parametrize("size", [50, 500, 3000])
+def test_a_full_disk_ends_it_with_a_sentence_and_it_goes_on_from_there(size: int, tmp_path: Path) -> None:
+    """Of TensorBoard's file, of the losses, or of what is saved."""
+    _fit(tmp_path, 2)
+    with limited(size), pytest.raises(DataError, match=r"cannot write .*; what was saved before is kept"):
+        _fit(tmp_path, 40)
+    assert _fit(tmp_path, 6).updates == 6
+    curve = [json.loads(line)["update"] for line in (tmp_path / "losses.jsonl").read_text().splitlines()]
+    assert curve == [2, 4, 6]
 
 
 def _learned_from_noise(folder: Path, stop: int, with_draw: bool = False) -> torch.Tensor:

@@ -11,7 +11,7 @@ from movingout.agents.kinds.bass import BASS
 from movingout.agents.kinds.policy import DP
 from movingout.agents.policies.config import PolicyConfig
 from movingout.agents.training.optimisation import Optimisation
-from movingout.agents.training.run_folder import CONFIG, RESUME, begin, learns_from_other, put_back
+from movingout.agents.training.run_folder import CONFIG, RESUME, begin, held, learns_from_other, put_back
 
 ABOUT = {"id": "dp@mine", "kind": "dp", "preset": "fast", "seats": "acting", "data_sha256": "a" * 64}
 CONFIGURATION = DP.presets["fast"]
@@ -131,6 +131,18 @@ def test_older_runs_that_do_not_say_it_are_gone_on_with_and_say_it_from_then_on(
         (run / CONFIG).write_text(json.dumps(older)) if older else (run / CONFIG).unlink()
         begin(run, ABOUT, CONFIGURATION, on_purpose=False)
         assert json.loads((run / CONFIG).read_text())["data_sha256"] == "a" * 64
+
+
+def test_a_folder_is_held_by_one_process_at_a_time(tmp_path: Path) -> None:
+    folder = tmp_path / "runs" / "dp-mine"
+    refused = pytest.raises(DataError, match=r"another process trains in .*dp-mine; wait until")
+    with held(folder), refused, held(folder):
+        pass
+    with held(folder):
+        pass
+    (tmp_path / "file").touch()
+    with pytest.raises(DataError, match=r"cannot write .*file/dp-mine"), held(tmp_path / "file" / "dp-mine"):
+        pass
 
 
 def test_a_damaged_file_is_answered_with_a_sentence(run: Path) -> None:

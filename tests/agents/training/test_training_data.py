@@ -1,5 +1,6 @@
 """Who is left out of the training data, whatever they are called there."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -47,6 +48,16 @@ def test_partners_whose_labels_say_no_id_are_left_out_by_the_name_of_a_list(tmp_
         save_correction(tmp_path / f"{seed}.corrections.npz", label_episode(job))
     for name in (MINE, "family:greedy"):
         assert len(read_training_data([tmp_path], [name]).files) == 2
+
+
+def test_a_recording_that_is_there_twice_is_learned_from_once(tmp_path: Path) -> None:
+    """A backup counted as a second play."""
+    original = recorded(tmp_path / "a", "one", ticks=4)
+    (tmp_path / "b").mkdir()
+    shutil.copy(original, tmp_path / "b" / "renamed.mcap")
+    recorded(tmp_path / "b", "two", ticks=4)
+    data = read_training_data([tmp_path / "a", tmp_path / "b"])
+    assert ([file.name for file in data.files], data.copies) == (["one.mcap", "two.mcap"], 1)
 
 
 def test_partners_of_a_list_are_left_out_of_demonstrations(tmp_path: Path) -> None:

@@ -29,3 +29,33 @@ def test_rounds_that_the_study_does_not_count_are_left_out_unless_they_are_named
     assert "left out 1 not counted by their study; name a file to export it" in capsys.readouterr().out
     assert exported(place, place / "b.mcap") == {"a", "b"}
     assert "left out" not in capsys.readouterr().out
+
+
+def test_journals_are_left_out_unless_they_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A round that ran, which no study counts yet, was in the tables and training sets."""
+    place = tmp_path / "recordings"
+    finalise(record(place, 3, episode_id="good")[0])
+    running, _ = record(place, 3, episode_id="running")
+    record(place, 3, episode_id="alone")
+    not_counted(tmp_path, "running")
+    assert main(["recordings", "export", str(place), "--to", "csv", "-o", str(tmp_path / "all")]) == 0
+    told = capsys.readouterr().out
+    assert "left out 1 unfinished recording, 1 not counted by their study; name a file to export it" in told
+    assert "wrote 1 recording to" in told
+    assert main(["recordings", "export", str(running), "--to", "csv", "-o", str(tmp_path / "named")]) == 0
+    told = capsys.readouterr().out
+    assert "left out" not in told and "wrote 1 recording to" in told
+
+
+def test_episodes_that_are_equal_are_not_divided_between_training_and_test(tmp_path: Path) -> None:
+    """As four of the same pair of agents in which nothing is drawn: a test on what was learned by heart."""
+    place = tmp_path / "recordings"
+    for number in range(8):
+        finalise(record(place, 4, episode_id=f"e{number}", seed=number % 4)[0])
+    out = tmp_path / "out"
+    words = ["--to", "csv", "-o", str(out), "--test-share", "0.5", "--split-by", "episode"]
+    assert main(["recordings", "export", str(place), *words]) == 0
+    with (out / "episodes.csv").open(encoding="utf-8") as stream:
+        parts = {row["episode_id"]: row["split"] for row in csv.DictReader(stream)}
+    assert [parts[f"e{number}"] for number in range(4)] == [parts[f"e{number + 4}"] for number in range(4)]
+    assert sorted(parts.values()) == ["test"] * 4 + ["train"] * 4

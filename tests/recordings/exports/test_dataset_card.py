@@ -15,7 +15,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("recordings")
     person = SeatInfo("human", "P-1", device="touch")
     first, _ = record(folder, ticks=4, episode_id="first", seats=(person, SeatInfo("agent", "scripted")))
-    second, _ = record(folder, ticks=4, episode_id="second")
+    second, _ = record(folder, ticks=4, episode_id="second", seed=1)
     return [finalise(first), finalise(second)]
 
 

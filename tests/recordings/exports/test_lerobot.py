@@ -135,5 +135,7 @@ def test_images_are_a_video_with_a_frame_per_tick(
         assert np.array(row[f"stats/{key}/mean"]).shape == (3, 1, 1)
     told = json.loads((folder / "meta" / "stats.json").read_text())[key]
     assert told["count"] == [4 * TICKS] and 0 < told["mean"][0][0][0] < 1
+    with pytest.raises(RecordingError, match=r"image-v1 is a picture; take another --layout, and .* --images 128"):
+        export("lerobot", ExportPlan(recordings[:1], tmp_path / "x", layout="image-v1"))
     with pytest.raises(RecordingError, match="an even number of pixels from 16 to 512, not 97"):
         export("lerobot", ExportPlan(recordings[:1], tmp_path / "x", images=97))

@@ -89,3 +89,5 @@ def test_the_share_that_was_reached_is_said() -> None:
     )
     assert obtained([TRAIN], 0.25, "map").endswith("split by map. One recording is never divided")
     assert obtained([TRAIN] * 4, 0.1, "episode").endswith("less than one recording: ask for a larger share")
+    alike = obtained([TRAIN] * 4, 0.5, "episode")
+    assert alike.endswith("equal action by action are never divided: ask for a larger share")

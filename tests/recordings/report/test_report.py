@@ -65,6 +65,14 @@ def test_episodes_add_up_per_map_and_population() -> None:
     assert group.estimate("ac") == Estimate(0.5, None, 1)  # the other one carried nothing together
 
 
+def test_episodes_that_are_equal_are_told_apart_from_those_that_are_not() -> None:
+    """`scripted` with `scripted` plays the same episode for every seed: four of it were four, with an error of 0."""
+    alike = [facts(name, played="a" * 16) for name in ("one", "two", "three")]
+    assert html(*alike, facts("four")).count("<td>4 (2 distinct)</td>") == 1
+    assert "Their ± is too small" in html(*alike) and "Ihr ± ist zu klein" in html(*alike, language="de")
+    assert "Their ± is too small" not in html(facts(), facts("two"))
+
+
 def test_what_was_broken_off_is_counted_but_enters_no_mean() -> None:
     tally = ReportTally.of([facts(), facts("two", outcome="interrupted"), facts("three", complete=False)])
     assert (tally.episodes, tally.unfinished) == (1, 2)

@@ -9,10 +9,11 @@ from movingout.agents.training.training_data import read_training_data
 from movingout.recordings.diversity.episodes import read_paths
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import grouped
-from movingout.recordings.storage.study_rounds import uncounted_episodes
+from movingout.recordings.storage.study_rounds import counted_recordings, uncounted_episodes
 from movingout.study.store import Unit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import rounds, units
+from tests.recordings.support import not_counted, record
 from tests.study.filled import fill, template
 from tests.study.support import rounds_of
 
@@ -51,3 +52,9 @@ def test_a_database_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     database.write_text("no database, but long enough to be looked at", encoding="utf-8")
     with pytest.raises(RecordingError, match=r"study\.sqlite, which says which rounds count"):
         uncounted_episodes([tmp_path / "recordings" / "one.mcap"])
+
+
+def test_a_round_that_is_not_counted_is_not_counted_as_a_journal_either(tmp_path: Path) -> None:
+    journals = [record(tmp_path / "recordings", 2, episode_id=name)[0] for name in ("good", "running")]
+    not_counted(tmp_path, "running")
+    assert counted_recordings(journals) == journals[:1]
