@@ -53,8 +53,8 @@ def of_challenge(paths: Sequence[Path], challenge: int) -> list[Path]:
 def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 0.0) -> list[GroupedRecording]:
     """Divide recordings into groups that share no participant.
 
-    Left out are those with a TCR below `min_tcr`, tutorials, live rounds that were broken off, copies, and what a study
-    does not count (`storage.study_rounds`).
+    Left out are those with a TCR below `min_tcr`, tutorials, what was cut off, live rounds that ended early, copies,
+    and what a study does not count (`storage.study_rounds`).
 
     Raises RecordingError for a file that cannot be read, when none is left, for too few participants, and for several
     groups of people without a name: the same person might be in two of them.
@@ -118,8 +118,8 @@ def _valid(found: Sequence[_Read], uncounted: Set[str]) -> list[_Read]:
 
 
 def _broken_off(summary: Summary) -> bool:
-    """Whether a live round ended before its time; what was imported may end where its file ends."""
-    return summary.source == "live" and not (summary.complete and summary.outcome in FINISHED)
+    """Whether an episode was cut off, or a live round ended early; what was imported may end where its file ends."""
+    return not summary.complete or (summary.source == "live" and summary.outcome not in FINISHED)
 
 
 def _why_nothing(found: Sequence[_Read], valid: Sequence[_Read], min_tcr: float) -> str:

@@ -107,7 +107,7 @@ def _keep_beside(path: Path) -> None:
     """Link the file under a second name, so that it cannot be lost at any moment. Raises OSError."""
     aside = path.with_name(path.name + DAMAGED_SUFFIX)
     if aside.exists():
-        raise FileExistsError(errno.EEXIST, f"{aside.name} is there already; move it away", str(aside))
+        raise FileExistsError(errno.EEXIST, f"{aside.name} is there already", str(aside))
     try:
         os.link(path, aside)
     except OSError:  # a file system without hard links

@@ -142,6 +142,17 @@ def test_recordings_in_folders_below_are_divided_too_each_once(tmp_path: Path) -
     assert sorted(row.path for row in read_groups(out)) == sorted((tmp_path / "day").rglob("*.mcap"))
 
 
+def test_what_was_cut_off_is_left_out_wherever_it_was_played(tmp_path: Path) -> None:
+    """Of an import or a demonstration that was killed, the part that was recovered was listed."""
+    for source in ("import", "scripted"):
+        writer, played = begin(tmp_path, episode_id=f"{source}-cut", source=source)
+        play(writer, played, 5)
+        writer.abandon()
+    cut = [one.recording for one in recover(tmp_path) if one.recording is not None]
+    whole = recorded(tmp_path, "whole", ticks=9, source="import", outcome="stopped")
+    assert [row.path for row in grouped([*cut, whole], 1)] == [whole]
+
+
 @pytest.mark.parametrize("names", [("", ""), ("a", "")])
 def test_people_without_a_name_are_in_one_group_or_none(tmp_path: Path, names: tuple[str, str]) -> None:
     """Each episode of theirs would be a participant of its own, and groups would share people."""
