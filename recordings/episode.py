@@ -1,6 +1,7 @@
 """The values that make up an episode; how they are stored is up to `file_format`."""
 
 import importlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
@@ -22,6 +23,9 @@ EventKind = Literal[
 ]  # fmt: skip
 
 
+_OPTIONS = re.compile(r":[^:]*=|(?<=^ghost):")  # where those of an agent's id begin; of a ghost, its recording
+
+
 @dataclass(frozen=True, slots=True)
 class SeatInfo:
     """Who sat in a seat: a pseudonym for people, the id for agents."""
@@ -38,13 +42,13 @@ def is_simulated(study: Mapping[str, str]) -> bool:
 
 
 def player_label(kind: str, name: str, simulated: bool = False) -> str:
-    """Who played in a seat: all people as one, agents by id without options.
+    """Who played in a seat: all people as one, agents by id without options, as `lab_agents:Driver`, ghosts as one.
 
     The participants of a rehearsal, `simulated`, do not pass for people.
     """
     if kind == "human":
         return "simulated people" if simulated else "people"
-    return (name or kind).partition(":")[0]
+    return _OPTIONS.split(name or kind, maxsplit=1)[0]
 
 
 @dataclass(frozen=True, slots=True)
