@@ -9,6 +9,7 @@ from pathlib import Path
 from movingout.maps.commands.parser import add_out
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import add_challenge, add_json, add_styles, positive, print_json
+from movingout.recordings.commands.selection import left_out_words
 from movingout.recordings.diversity.comparison import (
     COUNTS,
     MapDiversity,
@@ -155,13 +156,15 @@ def _left_out(reading: Reading) -> dict[str, int]:
         "tutorials": reading.tutorials,
         "unreadable": len(reading.unreadable),
         "uncounted": reading.uncounted,
+        "copies": reading.copies,
     }
 
 
 def _left_out_words(reading: Reading) -> list[str]:
-    said = {"uncounted": "not counted by their study"}
-    return [counted(number, what.removesuffix("s")) if what == "tutorials" else f"{number} {said.get(what, what)}"
-            for what, number in _left_out(reading).items() if number]  # fmt: skip
+    words = [f"{reading.unfinished} unfinished"] if reading.unfinished else []
+    words += [counted(reading.tutorials, "tutorial")] if reading.tutorials else []
+    words += [f"{len(reading.unreadable)} unreadable"] if reading.unreadable else []
+    return words + left_out_words(reading.uncounted, reading.copies)
 
 
 def _seed(text: str) -> int:
