@@ -10,6 +10,7 @@ import numpy as np
 
 from movingout.maps import MapSpec
 from movingout.maps.render import SvgPicture
+from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
 
 SeatKind = Literal["human", "agent", "remote", "ghost", "idle"]
@@ -146,6 +147,12 @@ class Episode:
     def states(self) -> tuple[WorldState, ...]:
         """T + 1 states, the first before any action."""
         return (self.initial, *(tick.state for tick in self.ticks))
+
+    def delivered_after(self, tick: int) -> tuple[bool, ...]:
+        """Of each item whether it is delivered after a tick; some may be at the start, 0."""
+        if tick:
+            return self.ticks[tick - 1].delivered
+        return tuple(delivered_items(self.header.map, self.initial.item_poses).tolist())
 
     def __repr__(self) -> str:
         players = " and ".join(seat.name or seat.kind for seat in self.header.seats)
