@@ -21,6 +21,7 @@ from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.exports.split import divided, has_people, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
+from movingout.recordings.spreadsheet import check_name
 from movingout.recordings.storage.listing import Players, Summary, misnamed, read_players, read_summary, without_copies
 from movingout.recordings.storage.study_rounds import uncounted_episodes
 from movingout.recordings.styles import Styles, style_of_pair, styles_of
@@ -204,7 +205,8 @@ def simulation(rows: Sequence[GroupedRecording]) -> str:
 
 
 def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
-    """Write the list. Raises RecordingError."""
+    """Write the list, over an older one if there is one. Raises RecordingError."""
+    check_name(path)
     here, text = path.resolve().parent, io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -227,7 +229,7 @@ def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
 def read_groups(path: Path) -> list[GroupedRecording]:
     """Read such a list. Raises RecordingError for one that is not, or that names a file that is not there."""
     try:
-        lines = list(csv.DictReader(io.StringIO(read_input(path).decode())))
+        lines = list(csv.DictReader(io.StringIO(read_input(path).decode("utf-8-sig"))))
     except OSError as error:
         raise cannot("read", path, error) from error
     except UnicodeDecodeError as error:

@@ -134,6 +134,15 @@ def test_the_command_writes_the_list(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main(["recordings", "split", str(tmp_path), "--min-tcr", "2", "-o", str(out)]) == 2
 
 
+def test_a_list_that_a_spreadsheet_saved_is_read(tmp_path: Path) -> None:
+    """Excel's "CSV UTF-8" begins with a mark, and was refused at line 2."""
+    out = tmp_path / "groups.csv"
+    write_groups(out, grouped(_episodes(tmp_path), 2))
+    before = read_groups(out)
+    out.write_text(out.read_text(encoding="utf-8"), encoding="utf-8-sig")
+    assert read_groups(out) == before
+
+
 def test_recordings_in_folders_below_are_divided_too_each_once(tmp_path: Path) -> None:
     for number, (one, two) in enumerate(PAIRS):
         recorded(tmp_path / "day" / str(number), f"{one}{two}", ticks=9, people=(one, two))
