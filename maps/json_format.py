@@ -26,6 +26,8 @@ NAME_PATTERN = (
 MAX_ITEMS = 7  # the observation has seven item slots
 MAX_RECTS = 64
 LONGEST_TEXT = 500
+SCALES = (0.01, ARENA_HALF)  # [arena units] least and largest
+MASSES = (0.001, 1000.0)
 _LONGEST_QUOTE = 60
 
 _POSE = ("x", "y", "angle")
@@ -111,8 +113,8 @@ def _item(value: object, path: str) -> ItemSpec:
         id=_whole(fields["id"], f"{path}.id"),
         shape=_choice(fields["shape"], f"{path}.shape", SHAPES),
         size=_choice(fields["size"], f"{path}.size", SIZES),
-        scale=_number(fields["scale"], f"{path}.scale", 0.01, ARENA_HALF),
-        mass=_number(fields["mass"], f"{path}.mass", 0.001, 1000.0),
+        scale=_number(fields["scale"], f"{path}.scale", *SCALES),
+        mass=_number(fields["mass"], f"{path}.mass", *MASSES),
         pose=_pose({key: fields[key] for key in _POSE}, path, _POSE),
     )
 

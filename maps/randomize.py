@@ -2,7 +2,7 @@
 
 What is drawn, each uniformly:
 - positions within 0.1 of the designed ones on both axes, all angles freely (as in the official code);
-- mass and scale of each item within 10 % of the designed ones;
+- mass and scale of each item within 10 % of the designed ones, and within what a map may have;
 - the shape of each item among the split's (size, shape) pairs. The pairs are divided once for all maps and seeds, each
   shape being held out in exactly one size: whatever is evaluated, no training map of any seed has shown that pair,
   though it has shown that shape and that size (the paper's example: large stars are held out, small ones are not).
@@ -27,6 +27,7 @@ import numpy as np
 
 from movingout.maps.check import seats_at
 from movingout.maps.errors import MapError
+from movingout.maps.json_format import MASSES, SCALES
 from movingout.maps.packing import is_home, unplaced_items
 from movingout.maps.passage import best_near, way_to_goal
 from movingout.maps.shapes import circumradius, corner_radius
@@ -121,8 +122,14 @@ def _with_other_items(spec: MapSpec, pairs: frozenset[Pair], generator: np.rando
         shape = shapes[generator.integers(len(shapes))]
         scale = item.scale * _usual_scale(size, shape) / _usual_scale(item.size, item.shape)
         scale_factor, mass_factor = generator.uniform(1 - RELATIVE_NOISE, 1 + RELATIVE_NOISE, 2).tolist()
-        items.append(replace(item, size=size, shape=shape, scale=scale * scale_factor, mass=item.mass * mass_factor))
+        scale, mass = _within(scale * scale_factor, SCALES), _within(item.mass * mass_factor, MASSES)
+        items.append(replace(item, size=size, shape=shape, scale=scale, mass=mass))
     return replace(spec, items=tuple(items))
+
+
+def _within(number: float, limits: tuple[float, float]) -> float:
+    """The nearest number that a map may have: what no map file could say would be in no recording either."""
+    return min(max(number, limits[0]), limits[1])
 
 
 def _sizes(spec: MapSpec, generator: np.random.Generator) -> list[Size]:

@@ -1,6 +1,7 @@
 """The values that make up an episode; how they are stored is up to `file_format`."""
 
 import importlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
@@ -9,6 +10,7 @@ import numpy as np
 
 from movingout.maps import MapSpec
 from movingout.maps.render import SvgPicture
+from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
 
 SeatKind = Literal["human", "agent", "remote", "ghost", "idle"]
@@ -20,6 +22,9 @@ EventKind = Literal[
     "pause", "resume", "drop", "return", "focus", "deadline_missed", "agent_error", "unseen_map", "tick_skipped",
     "tutorial_step", "tutorial_skipped", "ping", "pings_refused", "end",
 ]  # fmt: skip
+
+
+_OPTIONS = re.compile(r":[^:]*=|(?<=^ghost):")  # where those of an agent's id begin; of a ghost, its recording
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +43,13 @@ def is_simulated(study: Mapping[str, str]) -> bool:
 
 
 def player_label(kind: str, name: str, simulated: bool = False) -> str:
-    """Who played in a seat: all people as one, agents by id without options.
+    """Who played in a seat: all people as one, agents by id without options, as `lab_agents:Driver`, ghosts as one.
 
     The participants of a rehearsal, `simulated`, do not pass for people.
     """
     if kind == "human":
         return "simulated people" if simulated else "people"
-    return (name or kind).partition(":")[0]
+    return _OPTIONS.split(name or kind, maxsplit=1)[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +147,12 @@ class Episode:
     def states(self) -> tuple[WorldState, ...]:
         """T + 1 states, the first before any action."""
         return (self.initial, *(tick.state for tick in self.ticks))
+
+    def delivered_after(self, tick: int) -> tuple[bool, ...]:
+        """Of each item whether it is delivered after a tick; some may be at the start, 0."""
+        if tick:
+            return self.ticks[tick - 1].delivered
+        return tuple(delivered_items(self.header.map, self.initial.item_poses).tolist())
 
     def __repr__(self) -> str:
         players = " and ".join(seat.name or seat.kind for seat in self.header.seats)

@@ -33,4 +33,6 @@ def cannot(doing: str, path: Path, error: OSError) -> RecordingError:
     why = error.strerror or str(error)
     if error.errno == errno.EINVAL:  # of a file that is none
         return RecordingError(f"cannot {doing} {path}: {why}")
+    if isinstance(error, FileExistsError):
+        return RecordingError(f"cannot {doing} {path}: {why}; move it away, or choose another folder")
     return RecordingError(f"cannot {doing} {path}: {why}; check free space and permissions, or choose another folder")

@@ -21,6 +21,7 @@ from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.exports.split import divided, has_people, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
+from movingout.recordings.spreadsheet import check_name
 from movingout.recordings.storage.listing import Players, Summary, misnamed, read_players, read_summary, without_copies
 from movingout.recordings.storage.study_rounds import uncounted_episodes
 from movingout.recordings.styles import Styles, style_of_pair, styles_of
@@ -53,8 +54,8 @@ def of_challenge(paths: Sequence[Path], challenge: int) -> list[Path]:
 def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 0.0) -> list[GroupedRecording]:
     """Divide recordings into groups that share no participant.
 
-    Left out are those with a TCR below `min_tcr`, tutorials, live rounds that were broken off, copies, and what a study
-    does not count (`storage.study_rounds`).
+    Left out are those with a TCR below `min_tcr`, tutorials, what was cut off, live rounds that ended early, copies,
+    and what a study does not count (`storage.study_rounds`).
 
     Raises RecordingError for a file that cannot be read, when none is left, for too few participants, and for several
     groups of people without a name: the same person might be in two of them.
@@ -118,8 +119,8 @@ def _valid(found: Sequence[_Read], uncounted: Set[str]) -> list[_Read]:
 
 
 def _broken_off(summary: Summary) -> bool:
-    """Whether a live round ended before its time; what was imported may end where its file ends."""
-    return summary.source == "live" and not (summary.complete and summary.outcome in FINISHED)
+    """Whether an episode was cut off, or a live round ended early; what was imported may end where its file ends."""
+    return not summary.complete or (summary.source == "live" and summary.outcome not in FINISHED)
 
 
 def _why_nothing(found: Sequence[_Read], valid: Sequence[_Read], min_tcr: float) -> str:
@@ -204,7 +205,8 @@ def simulation(rows: Sequence[GroupedRecording]) -> str:
 
 
 def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
-    """Write the list. Raises RecordingError."""
+    """Write the list, over an older one if there is one. Raises RecordingError."""
+    check_name(path)
     here, text = path.resolve().parent, io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -227,7 +229,7 @@ def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
 def read_groups(path: Path) -> list[GroupedRecording]:
     """Read such a list. Raises RecordingError for one that is not, or that names a file that is not there."""
     try:
-        lines = list(csv.DictReader(io.StringIO(read_input(path).decode())))
+        lines = list(csv.DictReader(io.StringIO(read_input(path).decode("utf-8-sig"))))
     except OSError as error:
         raise cannot("read", path, error) from error
     except UnicodeDecodeError as error:

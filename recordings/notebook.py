@@ -55,7 +55,7 @@ def _shapes(episode: Episode) -> list[Shape]:
         x, y, _ = states[0].robot_poses[seat].tolist()
         shapes.append(Disc((x, y), ROBOT_RADIUS, stroke=colour, width=_ITEM_WAY))
         shapes += _way([state.robot_poses[seat] for state in states], colour, _WAY)
-    delivered = episode.ticks[-1].delivered if episode.ticks else ()
+    delivered = episode.delivered_after(len(episode.ticks))
     final = SceneState(end.robot_poses.tolist(), end.item_poses.tolist(), end.held.tolist(), delivered)
     return shapes + movers(spec, final)
 

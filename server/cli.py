@@ -3,6 +3,7 @@
 import argparse
 import atexit
 import importlib
+import io
 import os
 import sys
 import threading
@@ -134,39 +135,57 @@ def _run(arguments: list[str]) -> int:
     # Read when torch is imported: threads of a training that wait for each other sleep. By default they spin, and where
     # other programs want the cores, too, that takes most of the time.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    parser = _top_parser()
-    if not arguments or arguments[0].startswith("-"):
-        parser.parse_args(arguments or ["--help"])  # ends the program
-    if arguments[0] not in COMMANDS:
-        print(f"movingout: unknown command {arguments[0]!r}; {known_names(arguments[0], COMMANDS)}", file=sys.stderr)
-        return 2
+    _prepare_output()
     try:
-        command, parser = configured(arguments[0])
-        args = parser.parse_args(arguments[1:])
-        if warning := password_warning(args):
-            print(warning, file=sys.stderr)
-        code = command.run(args)
-        sys.stdout.flush()
-        return code
+        try:
+            return _perform(arguments)
+        finally:
+            sys.stdout.flush()
     except MovingOutError as error:
         print(f"movingout: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
-    except BrokenPipeError:
-        if not _reader_is_gone():
+    except OSError as error:
+        problem = _output_problem() if error.filename is None else None
+        if problem is None:
             raise
-        return 1
+        if isinstance(problem, BrokenPipeError):  # as after `| head`
+            return 1
+        print(f"movingout: cannot write to standard output: {problem.strerror or problem}", file=sys.stderr)
+        return 2
 
 
-def _reader_is_gone() -> bool:
-    """Whether nobody reads standard output any more, as after `| head`; then the rest of it is dropped."""
+def _prepare_output() -> None:
+    """What is printed goes nowhere where that is closed (`>&-`); names that are not UTF-8 are escaped, as in errors."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
+def _perform(arguments: list[str]) -> int:
+    if not arguments or arguments[0].startswith("-"):
+        _top_parser().parse_args(arguments or ["--help"])  # ends the program
+    if arguments[0] not in COMMANDS:
+        print(f"movingout: unknown command {arguments[0]!r}; {known_names(arguments[0], COMMANDS)}", file=sys.stderr)
+        return 2
+    command, parser = configured(arguments[0])
+    args = parser.parse_args(arguments[1:])
+    if warning := password_warning(args):
+        print(warning, file=sys.stderr)
+    return command.run(args)
+
+
+def _output_problem() -> OSError | None:
+    """Why standard output takes nothing more, if that is so: nobody reads it, its disk is full. The rest is dropped."""
     try:
         print(flush=True)
-    except BrokenPipeError:
+    except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains when it ends
-        return True
-    return False
+        return error
+    return None
 
 
 def configured(name: str) -> tuple[CommandModule, CommandParser]:

@@ -185,16 +185,20 @@ def _weights(agent_id: str) -> str:
 def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str = "") -> Iterator[WrittenEpisode]:
     """Play and write episodes in `workers` processes, or on the Ray cluster at an address.
 
-    Yields them as they finish and skips those that exist. Raises DataError, before anything is played, where one that
-    exists is of another map, of other agents or of other ticks.
+    Yields them as they finish and skips those that exist, but for what was cut off. Raises DataError, before
+    anything is played, where one that exists is of another map, of other agents or of other ticks.
     """
     _make(folder)
-    missing = []
+    missing, cut_off = [], []
     for job in todo:
-        if (path := _recording(job, folder)).exists():
-            check_recording(path, job.map, job.agent_ids, job.ticks)
-        else:
+        path = _recording(job, folder)
+        if not path.exists():
             missing.append(job)
+        elif not check_recording(path, job.map, job.agent_ids, job.ticks):
+            missing.append(job)
+            cut_off.append(path)
+    for path in cut_off:
+        path.unlink(missing_ok=True)
     calls = [partial(_answered, job, partial(write_episode, job, folder.resolve())) for job in missing]
     yield from results_of(calls, workers, ray)
 

@@ -16,7 +16,7 @@ from movingout.maps.errors import MapError
 from movingout.maps.files.input_file import open_input
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.errors import cannot
-from movingout.recordings.file_format.metadata import EPISODE, SEATS, STUDY
+from movingout.recordings.file_format.metadata import EPISODE, RECORDING, SEATS, STUDY
 from movingout.recordings.file_format.reader import UNREADABLE
 from movingout.recordings.file_format.records import attachment_in
 from movingout.recordings.storage.listing import MAP_FILE, read_metadata
@@ -54,8 +54,10 @@ def _recipe_of_before(path: Path, limit: int) -> Recipe:
     return {"expert": EXPERT, "ticks": max(limit, trajectory.ticks) if delivered else trajectory.ticks}
 
 
-def check_recording(path: Path, the_map: MapSpec, agent_ids: tuple[str, str], ticks: int) -> None:
-    """Raises DataError for a recording of another recipe, RecordingError for one that cannot be read.
+def check_recording(path: Path, the_map: MapSpec, agent_ids: tuple[str, str], ticks: int) -> bool:
+    """Whether a recording of this recipe is whole; one that was cut off is to be made again.
+
+    Raises DataError for a recording of another recipe, RecordingError for one that cannot be read.
 
     Which of the two sat in blue does not count: with more episodes per pair, they change seats later.
     """
@@ -72,6 +74,7 @@ def check_recording(path: Path, the_map: MapSpec, agent_ids: tuple[str, str], ti
     }
     now = {"map": the_map, "ticks": str(ticks), "agents": sorted(agent_ids), "weights": weights_of(agent_ids)}
     _check(path, there, now)
+    return records.get(RECORDING, {}).get("complete") == "true"
 
 
 def _map_document(path: Path) -> object:

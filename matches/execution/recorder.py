@@ -18,6 +18,7 @@ from movingout.recordings.errors import BusyError, UnreadableError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX, owned, scan
 from movingout.recordings.file_format.reader import episode_of_journal
 from movingout.recordings.storage.finished import SUFFIX
+from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
 
 _NAME = re.compile(rf"-([0-9a-f]{{16}})(-\d+)?(?:{re.escape(SUFFIX)}|{re.escape(JOURNAL_SUFFIX)})$")
@@ -42,7 +43,7 @@ class MatchRecorder:
             if caution := unseen_map(agent_id, the_map.name):
                 self._writer.event(Event(0, "unseen_map", seat, -1, caution))
         self._held = [-1, -1]
-        self._delivered = [False] * len(the_map.items)
+        self._delivered = delivered_items(the_map, initial.item_poses).tolist()
 
     def tick(self, actions: Floats, after: WorldState, delivered: list[bool]) -> None:
         """Record a tick: the world actions (2, 3) and the state after them."""

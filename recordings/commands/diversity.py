@@ -9,6 +9,7 @@ from pathlib import Path
 from movingout.maps.commands.parser import add_out
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import add_challenge, add_json, add_styles, positive, print_json
+from movingout.recordings.commands.selection import left_out_words
 from movingout.recordings.diversity.comparison import (
     COUNTS,
     MapDiversity,
@@ -34,6 +35,7 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.styles import given_styles
 from movingout.recordings.terminal import printable
+from movingout.world.constants import MAX_SEED
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -58,9 +60,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--counts", choices=COUNTS, default="equal", help="equal (default): as many episodes as the smallest has"
     )
     parser.add_argument("--draws", type=positive, default=10, help="subsamples to average over (default: 10)")
-    parser.add_argument("--seed", type=int, default=0, help="seed of the subsamples")
-    parser.add_argument("--points", type=positive, default=DEFAULT.points, help=f"per path (default: {DEFAULT.points})")
-    parser.add_argument("--grid", type=positive, default=DEFAULT.grid, help=f"cells per side ({DEFAULT.grid})")
+    parser.add_argument("--seed", type=_seed, default=0, help="seed of the subsamples, from 0 (0)")
+    parser.add_argument("--points", type=_points, default=DEFAULT.points, help=f"per path (default: {DEFAULT.points})")
+    parser.add_argument("--grid", type=_grid, default=DEFAULT.grid, help=f"cells per side ({DEFAULT.grid})")
     parser.add_argument("--bandwidth", type=_width, default=DEFAULT.bandwidth, help=f"({DEFAULT.bandwidth:g})")
     parser.add_argument("--rbf-width", type=_width, default=DEFAULT.rbf_width, help=f"({DEFAULT.rbf_width:g})")
     parser.add_argument(
@@ -154,13 +156,37 @@ def _left_out(reading: Reading) -> dict[str, int]:
         "tutorials": reading.tutorials,
         "unreadable": len(reading.unreadable),
         "uncounted": reading.uncounted,
+        "copies": reading.copies,
     }
 
 
 def _left_out_words(reading: Reading) -> list[str]:
-    said = {"uncounted": "not counted by their study"}
-    return [counted(number, what.removesuffix("s")) if what == "tutorials" else f"{number} {said.get(what, what)}"
-            for what, number in _left_out(reading).items() if number]  # fmt: skip
+    words = [f"{reading.unfinished} unfinished"] if reading.unfinished else []
+    words += [counted(reading.tutorials, "tutorial")] if reading.tutorials else []
+    words += [f"{len(reading.unreadable)} unreadable"] if reading.unreadable else []
+    return words + left_out_words(reading.uncounted, reading.copies)
+
+
+def _seed(text: str) -> int:
+    return _whole(text, 0, MAX_SEED)
+
+
+def _points(text: str) -> int:
+    return _whole(text, 1, 1000)
+
+
+def _grid(text: str) -> int:
+    return _whole(text, 2, 500)
+
+
+def _whole(text: str, least: int, most: int) -> int:
+    try:
+        value = int(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from error
+    if not least <= value <= most:
+        raise argparse.ArgumentTypeError(f"it must be from {least} to {most}")
+    return value
 
 
 def _width(text: str) -> float:

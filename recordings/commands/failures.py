@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.files.output_file import draft_of
 from movingout.maps.suggestion import counted
 from movingout.recordings.annotation.agreement import agreements, by_case, settled
 from movingout.recordings.annotation.finding import Finding, SearchedRecording
@@ -19,7 +20,7 @@ from movingout.recordings.commands.selection import left_out_words
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.report.failures import CASES, Case
 from movingout.recordings.report.words import Words
-from movingout.recordings.spreadsheet import safe_cells
+from movingout.recordings.spreadsheet import check_name, safe_cells
 from movingout.recordings.storage.study_rounds import uncounted_in
 from movingout.recordings.terminal import printable
 from movingout.world.estimates import Estimate, estimate, estimate_text
@@ -51,6 +52,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
+    if args.out is not None:
+        check_name(args.out)
     search = search_failures(args.folder)
     if not search.recordings:
         raise RecordingError(f"there are no finished recordings in {args.folder}; name a folder with .mcap files")
@@ -138,7 +141,7 @@ def _title(case: Case) -> str:
 def _write(path: Path, recordings: Sequence[SearchedRecording], verdicts: Verdicts) -> None:
     columns, rows = finding_rows(recordings, verdicts)
     try:
-        with path.open("w", encoding="utf-8", newline="") as stream:
+        with draft_of(path) as draft, draft.open("w", encoding="utf-8", newline="") as stream:
             writer = csv.DictWriter(stream, columns)
             writer.writeheader()
             writer.writerows(map(safe_cells, rows))

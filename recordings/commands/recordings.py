@@ -20,7 +20,7 @@ from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, recover_journal
 from movingout.recordings.storage.index import Filter, list_recordings, path_of
 from movingout.recordings.storage.listing import Summary, recording_paths
-from movingout.recordings.storage.repair import recover_recording
+from movingout.recordings.storage.repair import damaged_below, recover_recording
 from movingout.recordings.terminal import printable
 from movingout.world.constants import TICKS_PER_SECOND
 
@@ -219,9 +219,12 @@ _RECOVER_FAILED = 2  # as for a file that is named and cannot be recovered
 
 
 def _recovered(path: Path) -> list[Recovery]:
-    """What became of a folder's journals, of a journal or of a finished file; RecordingError for other files."""
+    """What became of a journal, a finished file, or a folder's journals and those below, and what is damaged there.
+
+    Raises RecordingError for other files.
+    """
     if path.is_dir():
-        return recover(path)
+        return recover(path) + damaged_below(path)
     if path.name.endswith(JOURNAL_SUFFIX):
         return [recover_journal(path)]
     if path.exists() and not path.name.endswith(SUFFIX):

@@ -22,6 +22,7 @@ from movingout.recordings.groups import (
     of_challenge,
     write_groups,
 )
+from movingout.recordings.spreadsheet import check_name
 from movingout.recordings.storage.listing import without_copies
 from movingout.recordings.styles import given_styles
 from movingout.recordings.terminal import printable
@@ -51,6 +52,7 @@ def perform(args: argparse.Namespace) -> int:
     """Write the list and say what is in it."""
     if args.groups < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
         raise RecordingError("--groups is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
+    check_name(args.out)
     found = expanded(args.paths)
     copies = len(found) - len(without_copies(found))
     paths = of_challenge(found, args.challenge) if args.challenge else found

@@ -1,5 +1,6 @@
 """Populations compared in their diversity: per map and over maps, from equally many episodes of each."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 from typing import Any, Literal, get_args
@@ -71,9 +72,9 @@ class PopulationDiversity:
 
 
 def named(values: Diversity | None) -> dict[str, float | None]:
-    """The four measures by name, None for all of them where there is nothing."""
-    numbers: Sequence[float | None] = astuple(values) if values is not None else [None] * len(MEASURES)
-    return dict(zip(MEASURES, numbers, strict=True))
+    """The four measures by name, None for all of them, or for one (NaN), where there is nothing."""
+    numbers: Sequence[float] = astuple(values) if values is not None else [math.nan] * len(MEASURES)
+    return {name: None if math.isnan(number) else number for name, number in zip(MEASURES, numbers, strict=True)}
 
 
 def compared(groups: Populations, options: DiversityOptions, sampling: Sampling) -> list[MapDiversity]:
@@ -121,7 +122,12 @@ def _measured(spec: str, name: str, paths: PathSet, index: list[int], size: int,
 
 
 def _mean(values: Sequence[Diversity]) -> Diversity | None:
-    return Diversity(*np.mean([astuple(value) for value in values], axis=0).tolist()) if values else None
+    """Of each measure over those that have it (not NaN)."""
+    if not values:
+        return None
+    columns = np.array([astuple(value) for value in values]).T
+    there = [column[~np.isnan(column)] for column in columns]
+    return Diversity(*(float(column.mean()) if len(column) else math.nan for column in there))
 
 
 def _over_maps(name: str, rows: Sequence[MapDiversity]) -> PopulationDiversity:

@@ -1,5 +1,6 @@
 """Recordings and official files as paths, and the populations that they are grouped into."""
 
+import os
 import tempfile
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -19,6 +20,7 @@ from movingout.recordings.imports.convert import import_source
 from movingout.recordings.imports.sources import SUFFIXES, find, read, without_copies
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.report.facts import FINISHED
+from movingout.recordings.storage import listing
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import Players, Unreadable
 from movingout.recordings.storage.study_rounds import counted_recordings
@@ -53,20 +55,24 @@ class Reading(NamedTuple):
     tutorials: int
     unreadable: list[Unreadable]
     uncounted: int = 0  # which their study leaves out
+    copies: int = 0  # of recordings at the same place, or files of an earlier place
 
 
 def read_paths(places: Sequence[Path], workers: int) -> Reading:
     """The finished episodes under each place: recordings, or official files where there are none.
 
-    Left out is what a study beside the recordings does not count. Raises RecordingError when a place holds neither.
+    Left out are copies, and what a study beside the recordings does not count. Raises RecordingError when a place holds
+    neither.
     """
     found = Reading([], 0, 0, [])
-    unfinished = tutorials = uncounted = 0
+    unfinished = tutorials = uncounted = copies = 0
+    seen: set[str] = set()
     for place in places:
         with tempfile.TemporaryDirectory() as folder:
             there = _recordings(place, Path(folder), workers)
-            files = counted_recordings(there)
-            uncounted += len(there) - len(files)
+            counted = counted_recordings(there)
+            files = _without_copies(counted, seen)
+            uncounted, copies = uncounted + len(there) - len(counted), copies + len(counted) - len(files)
             for one in map_in_processes(partial(_path_episode, str(place)), files, workers, "reading"):
                 match one:
                     case PathEpisode():
@@ -77,7 +83,14 @@ def read_paths(places: Sequence[Path], workers: int) -> Reading:
                         tutorials += 1
                     case _:
                         unfinished += 1
-    return found._replace(unfinished=unfinished, tutorials=tutorials, uncounted=uncounted)
+    return found._replace(unfinished=unfinished, tutorials=tutorials, uncounted=uncounted, copies=copies)
+
+
+def _without_copies(files: Sequence[Path], seen: set[str]) -> list[Path]:
+    """One file of each episode at a place, but none of those `seen` at an earlier place, to which these are added."""
+    new = [file for file in files if os.path.realpath(file) not in seen]
+    seen.update(map(os.path.realpath, new))
+    return listing.without_copies(new)
 
 
 def _recordings(place: Path, folder: Path, workers: int) -> list[Path]:

@@ -5,8 +5,9 @@ map. The paper names the measures but neither the units and lengths of paths nor
 here, and only figures made with the same options can be compared.
 """
 
+import math
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -14,15 +15,15 @@ import numpy as np
 from movingout.maps.spec import ARENA_HALF
 from movingout.world.state import Floats, Ints
 
-BATCH = 2000  # pairs of paths that are aligned at once: 20 kB each
+_CELLS = 5_000_000  # of the tables of pairs of paths that are aligned at once: 160 MB
 
 
 @dataclass(frozen=True, slots=True)
 class DiversityOptions:
     """How paths become figures."""
 
-    points: int = 50  # each path is resampled to so many points, evenly in time
-    grid: int = 24  # cells per side for the entropy
+    points: int = 50  # from 1: each path is resampled to so many points, evenly in time
+    grid: int = 24  # from 2: cells per side for the entropy
     bandwidth: float = 0.1  # [arena units] of the kernel density
     rbf_width: float = 1.0  # [arena units] of the coverage kernel, on mean distances between paths
 
@@ -70,7 +71,8 @@ class PathSet:
     def standard_errors(self, chosen: Sequence[int] | Ints | None = None) -> Diversity | None:
         """By the jackknife: every distinct path is left out once, with all its copies. None with fewer than three.
 
-        Pairs that share a path depend on each other, so s / sqrt(pairs) would be too small.
+        Pairs that share a path depend on each other, so s / sqrt(pairs) would be too small. With fewer than four, that
+        of the variance is NaN: two paths have one distance, which has no variance.
         """
         index = np.arange(len(self.alike)) if chosen is None else np.asarray(chosen)
         labels = np.array([self.alike[one] for one in index])
@@ -79,7 +81,8 @@ class PathSet:
             return None
         without = np.array([astuple(self.diversity(index[labels != label])) for label in groups])
         spread = ((without - without.mean(axis=0)) ** 2).sum(axis=0)
-        return Diversity(*np.sqrt(spread * (len(groups) - 1) / len(groups)).tolist())
+        errors = Diversity(*np.sqrt(spread * (len(groups) - 1) / len(groups)).tolist())
+        return errors if len(groups) > 3 else replace(errors, dtw_variance=math.nan)
 
 
 def resampled(path: Floats, points: int) -> Floats:
@@ -111,8 +114,9 @@ def _pair_distances(paths: Floats, points: int) -> tuple[Floats, Floats]:
     """(N, N) costs of alignment and mean distances at equal times, of all pairs of paths (N, points, 4)."""
     costs, gaps = np.zeros((2, len(paths), len(paths)))
     pairs = np.array(list(combinations(range(len(paths)), 2)), dtype=int).reshape(-1, 2)
-    for start in range(0, len(pairs), BATCH):
-        one, other = pairs[start : start + BATCH].T
+    batch = max(_CELLS // points**2, 1)
+    for start in range(0, len(pairs), batch):
+        one, other = pairs[start : start + batch].T
         costs[one, other] = costs[other, one] = dynamic_time_warping(paths[one], paths[other])
         gaps[one, other] = gaps[other, one] = np.linalg.norm(paths[one] - paths[other], axis=-1).mean(axis=-1)
     return costs, gaps
@@ -122,11 +126,10 @@ def _density(places: Floats, options: DiversityOptions) -> Floats:
     """(grid, grid) how much of the time was spent around each cell; densities of several paths can be added."""
     edges = np.linspace(-ARENA_HALF, ARENA_HALF, options.grid + 1)
     density, _, _ = np.histogram2d(places[:, 0], places[:, 1], bins=(edges, edges))
-    offsets = np.arange(-3, 4) * (edges[1] - edges[0])
+    offsets = np.subtract.outer(edges[:-1], edges[:-1])
     kernel = np.exp(-(offsets**2) / (2 * options.bandwidth**2))
-    for axis in (0, 1):
-        density = np.apply_along_axis(lambda line: np.convolve(line, kernel, mode="same"), axis, density)
-    return density
+    smooth: Floats = kernel @ density @ kernel
+    return smooth
 
 
 def _entropy(density: Floats) -> float:

@@ -45,7 +45,8 @@ def method(options: DiversityOptions, sampling: Sampling) -> str:
     return (
         f"Paths of both robots at {options.points} moments; entropy on {options.grid} x {options.grid} cells with a "
         f"kernel of {options.bandwidth:g}, coverage with a kernel of {options.rbf_width:g} arena units; {counts}. "
-        "± is the standard error by the jackknife over distinct episodes; with fewer than three there is none."
+        "± is the standard error by the jackknife over distinct episodes; with fewer than three there is "
+        "none, with three none of the DTW variance."
     )
 
 

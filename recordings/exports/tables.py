@@ -155,7 +155,7 @@ def episode_row(episode: Episode, split: str) -> Row:
         "complete": episode.complete,
         "ticks": len(episode.ticks),
         "limit_ticks": header.limit_ticks,
-        "delivered": sum(episode.ticks[-1].delivered) if episode.ticks else 0,
+        "delivered": sum(episode.delivered_after(len(episode.ticks))),
         "items": len(header.map.items),
         **{metric.key: numbers[metric.key] for metric in METRICS},
         **own_values(header.map, episode.states, episode.actions),
@@ -187,7 +187,7 @@ def tick_rows(episode: Episode, layout: str = "") -> Iterator[Row]:
     metrics = EpisodeMetrics(episode.header.map)
     encode = encoder(episode.header.map, layout).encode_both if layout else None
     before = episode.initial
-    start = _start_row(episode.initial)
+    start = _start_row(episode.initial, episode.delivered_after(0))
     for number, state in enumerate(episode.states):
         row = start
         if number:
@@ -203,8 +203,8 @@ def tick_rows(episode: Episode, layout: str = "") -> Iterator[Row]:
         before = state
 
 
-def _start_row(state: WorldState) -> Row:
-    return _state_row(state, [False] * len(state.item_poses)) | {"delivered": 0}
+def _start_row(state: WorldState, delivered: Sequence[bool]) -> Row:
+    return _state_row(state, delivered) | {"delivered": sum(delivered)}
 
 
 def _made_row(tick: TickRecord) -> Row:

@@ -62,7 +62,7 @@ class EpisodeVideo:
         tick = -(-pose // POSES_PER_TICK)  # what is held and delivered after the tick that this pose belongs to
         spec = self.episode.header.map
         state = self.episode.states[tick]
-        delivered = self.episode.ticks[tick - 1].delivered if tick else (False,) * len(spec.items)
+        delivered = self.episode.delivered_after(tick)
         robots, items = self.poses[pose, :2].tolist(), self.poses[pose, 2:].tolist()
         drawn = SceneState(robots, items, state.held.tolist(), delivered)
         picture = paint_scene(spec, drawn, self.side)

@@ -10,7 +10,6 @@ from movingout.recordings.file_format import foxglove
 from movingout.recordings.file_format.topics import METRICS_TOPIC, PINGS_TOPIC
 from movingout.recordings.pings import ping_of
 from movingout.world.metrics import METRICS, EpisodeMetrics, Metrics, to_numbers
-from movingout.world.scoring import delivered_items
 from movingout.world.state import WorldState
 
 
@@ -53,8 +52,7 @@ class DerivedTopics:
 
     def _after_tick(self, number: int) -> tuple[WorldState, tuple[bool, ...]]:
         if number == 0:
-            start = self._episode.initial
-            return start, tuple(delivered_items(self._map, start.item_poses).tolist())
+            return self._episode.initial, self._episode.delivered_after(0)
         tick = self._episode.ticks[number - 1]
         before = self._episode.ticks[number - 2].state if number > 1 else self._episode.initial
         self._metrics.update(before, tick.actions, tick.state)
@@ -99,9 +97,8 @@ def result(episode: Episode) -> dict[str, float | None]:
     """How it ended: `delivered` and `items`, then the metrics by key."""
     metrics = EpisodeMetrics(episode.header.map)
     metrics.update_episode(list(episode.states), episode.actions)
-    delivered = episode.ticks[-1].delivered if episode.ticks else ()
     return {
-        "delivered": float(sum(delivered)),
+        "delivered": float(sum(episode.delivered_after(len(episode.ticks)))),
         "items": float(len(episode.header.map.items)),
         **metrics.result().values(),
     }

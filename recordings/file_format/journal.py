@@ -240,3 +240,10 @@ def owned(path: Path) -> Iterator[bytes]:
     with stream:
         _lock(stream.fileno(), path)
         yield stream.read()
+
+
+def remove_left(path: Path) -> None:
+    """Remove a journal that a killed process left, if there is one. Raises BusyError for one that is being written."""
+    if path.exists():
+        with owned(path):
+            path.unlink()

@@ -17,6 +17,7 @@ from movingout.maps import MapSpec
 from movingout.maps.spec import ARENA_HALF
 from movingout.recordings.episode import EpisodeHeader, Event, EventKind, Outcome, SeatInfo, SeatKind, TickRecord
 from movingout.recordings.errors import RecordingError
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX, remove_left
 from movingout.recordings.file_format.writer import EpisodeWriter
 from movingout.recordings.imports.known_plays import KnownPlays, play_digest
 from movingout.recordings.imports.map_match import official_map, played_map
@@ -106,7 +107,7 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
         raise RecordingError("there is no tick with a state before and after it")
     header = _header(source, salt, spec)
     path = folder / f"{header.episode_id}{SUFFIX}"
-    there = path if path.exists() else known.get(_digest(spec, steps, before))
+    there = _made_before(path, known.get(_digest(spec, steps, before)))
     unchanged = _known(there, source, path) if there else ""
     path = there or _written(source, folder, header, states, actions)
     return ImportReport(
@@ -188,6 +189,13 @@ def _digest(spec: MapSpec, steps: OfficialSteps, before: bool) -> str:
     return play_digest(spec.name, steps.actions, steps.robot_poses[last], steps.item_poses[last]) if last >= 0 else ""
 
 
+def _made_before(path: Path, alike: Path | None) -> Path | None:
+    """The recording of the same play: the own one, or one that is `alike`. An import that was cut off is none."""
+    if path.exists() and read_summary(path).complete:
+        return path
+    return None if alike == path else alike
+
+
 def _known(path: Path, source: TrajectoryFile, own: Path) -> str:
     """What is said about a trajectory whose recording is there already, as `own` or as another: it is kept."""
     seats = read_summary(path)
@@ -205,6 +213,8 @@ def _written(
     source: TrajectoryFile, folder: Path, header: EpisodeHeader, states: list[WorldState], actions: Floats
 ) -> Path:
     spec, started, kinds = header.map, header.started_ns, _kinds(source)
+    remove_left(folder / f"{header.episode_id}{JOURNAL_SUFFIX}")
+    (folder / f"{header.episode_id}{SUFFIX}").unlink(missing_ok=True)  # of an import that was cut off
     writer = EpisodeWriter.create(folder, header, states[0], clock=lambda: started, software=SOFTWARE)
     delivered = tuple(delivered_items(spec, states[0].item_poses).tolist())
     for before, action, after in zip(states, actions, states[1:], strict=False):

@@ -12,7 +12,6 @@ from movingout.maps.surface import surface_distance
 from movingout.recordings.episode import Episode
 from movingout.world.constants import REACH
 from movingout.world.distance import paper_distances
-from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats
 
 Mask = npt.NDArray[np.bool_]
@@ -47,13 +46,12 @@ class Track:
     @classmethod
     def of(cls, episode: Episode) -> "Track":
         spec, states = episode.header.map, episode.states
-        first = delivered_items(spec, episode.initial.item_poses)
         return cls(
             map=spec,
             robots=np.array([state.robot_poses for state in states]),
             items=np.array([state.item_poses for state in states]),
             held=np.array([state.held for state in states]),
-            delivered=np.array([first, *(tick.delivered for tick in episode.ticks)], dtype=np.bool_),
+            delivered=np.array([episode.delivered_after(tick) for tick in range(len(states))], dtype=np.bool_),
             grasp=episode.actions[:, :, 2] >= 0.5,
         )
 

@@ -162,11 +162,11 @@ class Recovery:
 
 
 def recover(folder: Path) -> list[Recovery]:
-    """Finish every leftover journal in a folder; unreadable ones are moved aside, running ones left alone.
+    """Finish every leftover journal in a folder and below; unreadable ones are moved aside, running ones left alone.
 
     One that cannot be finished keeps nobody from the others.
     """
-    return [_tried(journal) for journal in sorted(folder.glob(f"*{JOURNAL_SUFFIX}"))]
+    return [_tried(journal) for journal in sorted(folder.rglob(f"*{JOURNAL_SUFFIX}"))]
 
 
 def _tried(journal: Path) -> Recovery:

@@ -7,6 +7,7 @@ says that it could not be checked.
 
 import errno
 import os
+import shlex
 import shutil
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,8 +15,9 @@ from pathlib import Path
 from mcap.records import Attachment, Channel, Header, Metadata
 from zstandard import ZstdError
 
+from movingout.maps.files.input_file import open_input
 from movingout.recordings.episode import Episode
-from movingout.recordings.errors import UnreadableError
+from movingout.recordings.errors import RecordingError, UnreadableError
 from movingout.recordings.file_format.journal import PROFILE, head, message
 from movingout.recordings.file_format.metadata import END, Entries
 from movingout.recordings.file_format.reader import (
@@ -28,7 +30,8 @@ from movingout.recordings.file_format.reader import (
 )
 from movingout.recordings.file_format.records import Message, Record, data_holds, records_of
 from movingout.recordings.file_format.topics import CHANNELS
-from movingout.recordings.storage.finished import DAMAGED_SUFFIX, Recovery, replacing, write_recording
+from movingout.recordings.storage.finished import DAMAGED_SUFFIX, SUFFIX, Recovery, replacing, write_recording
+from movingout.recordings.storage.listing import read_metadata, recordings_below
 
 TICK_ENDS = "/timing"  # the last message of each tick
 
@@ -51,6 +54,31 @@ def recover_recording(path: Path) -> Recovery:
         write_recording(stream, episode, journal)
         _keep_beside(path)
     return Recovery(path, path, len(episode.ticks), episode.damage or "only its index was lost; whole again")
+
+
+def damaged_below(folder: Path) -> list[Recovery]:
+    """The recordings in a folder and below whose index cannot be read, each with the command that saves its whole part.
+
+    They are left as they are. Raises RecordingError for a folder that cannot be listed.
+    """
+    found = [(path, _damage(path)) for path in recordings_below(folder) if path.name.endswith(SUFFIX)]
+    return [Recovery(path, None, 0, problem, failed=True) for path, problem in found if problem]
+
+
+def _damage(path: Path) -> str:
+    """What is wrong with a recording of ours, and what would help; empty for an intact one, and for other files."""
+    try:
+        read_metadata(path)
+        return ""
+    except RecordingError as error:
+        problem = str(error)
+    try:
+        with open_input(path) as stream:
+            ours = header_profile(stream.read(4096)) == PROFILE
+    except OSError:
+        return problem
+    command = f"movingout recordings recover {shlex.quote(str(path))}"
+    return f"incomplete or damaged; save what is whole: {command}" if ours else ""
 
 
 def repair(data: bytes, name: str) -> tuple[Episode, bytes]:
@@ -107,7 +135,7 @@ def _keep_beside(path: Path) -> None:
     """Link the file under a second name, so that it cannot be lost at any moment. Raises OSError."""
     aside = path.with_name(path.name + DAMAGED_SUFFIX)
     if aside.exists():
-        raise FileExistsError(errno.EEXIST, f"{aside.name} is there already; move it away", str(aside))
+        raise FileExistsError(errno.EEXIST, f"{aside.name} is there already", str(aside))
     try:
         os.link(path, aside)
     except OSError:  # a file system without hard links

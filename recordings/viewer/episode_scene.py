@@ -130,7 +130,7 @@ class EpisodeScene:
     # ---- showing -------------------------------------------------------------------------------------------
 
     def _colour_items(self, tick: int) -> None:
-        delivered = self.episode.ticks[tick - 1].delivered if tick else (False,) * len(self.items)
+        delivered = self.episode.delivered_after(tick)
         for mesh, item, done in zip(self.items, self._map.items, delivered, strict=True):
             colour = meshes.pixel(meshes.DELIVERED_RGB) if done else _item_colour(item)
             if mesh.color != colour:

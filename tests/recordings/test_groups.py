@@ -134,12 +134,32 @@ def test_the_command_writes_the_list(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main(["recordings", "split", str(tmp_path), "--min-tcr", "2", "-o", str(out)]) == 2
 
 
+def test_a_list_that_a_spreadsheet_saved_is_read(tmp_path: Path) -> None:
+    """Excel's "CSV UTF-8" begins with a mark, and was refused at line 2."""
+    out = tmp_path / "groups.csv"
+    write_groups(out, grouped(_episodes(tmp_path), 2))
+    before = read_groups(out)
+    out.write_text(out.read_text(encoding="utf-8"), encoding="utf-8-sig")
+    assert read_groups(out) == before
+
+
 def test_recordings_in_folders_below_are_divided_too_each_once(tmp_path: Path) -> None:
     for number, (one, two) in enumerate(PAIRS):
         recorded(tmp_path / "day" / str(number), f"{one}{two}", ticks=9, people=(one, two))
     out = tmp_path / "groups.csv"
     assert main(["recordings", "split", str(tmp_path), str(tmp_path / "day"), "-o", str(out)]) == 0
     assert sorted(row.path for row in read_groups(out)) == sorted((tmp_path / "day").rglob("*.mcap"))
+
+
+def test_what_was_cut_off_is_left_out_wherever_it_was_played(tmp_path: Path) -> None:
+    """Of an import or a demonstration that was killed, the part that was recovered was listed."""
+    for source in ("import", "scripted"):
+        writer, played = begin(tmp_path, episode_id=f"{source}-cut", source=source)
+        play(writer, played, 5)
+        writer.abandon()
+    cut = [one.recording for one in recover(tmp_path) if one.recording is not None]
+    whole = recorded(tmp_path, "whole", ticks=9, source="import", outcome="stopped")
+    assert [row.path for row in grouped([*cut, whole], 1)] == [whole]
 
 
 @pytest.mark.parametrize("names", [("", ""), ("a", "")])

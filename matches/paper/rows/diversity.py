@@ -19,8 +19,8 @@ from movingout.agents.data.diversity import path_of
 from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.imitation import seat_choice
 from movingout.matches.paper.workspace import Measured, Workspace
-from movingout.recordings.diversity.comparison import MEASURES
-from movingout.recordings.diversity.measures import PathSet
+from movingout.recordings.diversity.comparison import MEASURES, named
+from movingout.recordings.diversity.measures import Diversity, PathSet
 from movingout.recordings.groups import read_groups
 from movingout.world.estimates import Estimate
 from movingout.world.state import Floats
@@ -108,10 +108,13 @@ def diversity_over_maps(paths: Sequence[tuple[str, Floats]], sizes: Mapping[str,
     values = np.array([astuple(one.diversity()) for one in sets])
     errors = [astuple(error) for one in sets if (error := one.standard_errors()) is not None]
     count = sum(len(one.alike) for one in sets)
-    of_mean = np.sqrt(np.square(errors).sum(axis=0)) / len(sets) if len(errors) == len(sets) else None
+    found = (
+        Diversity(*(np.sqrt(np.square(errors).sum(axis=0)) / len(sets)).tolist()) if len(errors) == len(sets) else None
+    )
+    of_mean = named(found)
     return {
-        name: Estimate(float(mean), None if of_mean is None else float(of_mean[k]), count)
-        for k, (name, mean) in enumerate(zip(MEASURES, values.mean(axis=0), strict=True))
+        name: Estimate(float(mean), of_mean[name], count)
+        for name, mean in zip(MEASURES, values.mean(axis=0), strict=True)
     }
 
 

@@ -10,9 +10,10 @@ from movingout.agents.data.dagger import LabellingJob
 from movingout.agents.data.demonstrations import EpisodeJob, episode_jobs, label_all, write_all, write_episode
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
-from movingout.recordings import RecordingError
+from movingout.recordings import EpisodeWriter, RecordingError, read_episode
 from movingout.recordings.errors import BusyError
 from movingout.recordings.file_format.metadata import EPISODE_ID
+from movingout.recordings.storage.finished import recover
 from tests.recordings.support import begin
 
 
@@ -74,6 +75,23 @@ def test_what_another_process_writes_is_left_to_it_and_what_it_has_written_stays
     (written,) = write_all([job], tmp_path, 1)  # that one was stopped
     before = written.path.read_bytes()
     assert write_episode(job, tmp_path) == written and written.path.read_bytes() == before
+
+
+def test_an_episode_that_was_cut_off_and_recovered_is_played_again(tmp_path: Path) -> None:
+    """It passed for whole, and was there already."""
+    idle = Somebody("Idle", "idle")
+    job = EpisodeJob("one", load_map("HandOff"), (idle, idle), seed=0, ticks=5)
+    (made,) = write_all([job], tmp_path, 1)
+    whole = read_episode(made.path)
+    made.path.unlink()
+    writer = EpisodeWriter.create(tmp_path, whole.header, whole.initial)
+    writer.tick(whole.ticks[0])
+    writer.abandon()
+    (stub,) = recover(tmp_path)
+    assert stub.recording == made.path and stub.ticks == 1
+    (again,) = write_all([job], tmp_path, 1)
+    assert again.ticks == 5 and read_episode(again.path).complete
+    assert list(write_all([job], tmp_path, 1)) == []
 
 
 def test_a_file_where_the_folder_should_be_is_told_in_a_sentence(tmp_path: Path) -> None:

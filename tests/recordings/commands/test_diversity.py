@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -106,6 +107,20 @@ def test_one_challenge_is_measured_without_the_other(tmp_path: Path, capsys: pyt
         assert [row["episodes"] for row in found["maps"]] == [count]
 
 
+def test_copies_and_folders_named_twice_are_measured_once(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every other command counts an episode once."""
+    inner = tmp_path / "day"
+    shutil.copytree(data, inner)
+    shutil.copy(inner / "two-4.mcap", tmp_path / "backup.mcap")
+    once, _ = measured(capsys, str(data), "--by", "group")
+    both, said = measured(capsys, str(tmp_path), str(inner), "--by", "group")
+    assert both["maps"] == once["maps"]
+    assert both["left_out"] == once["left_out"] | {"copies": 11}
+    assert "left out: 1 unfinished, 11 copies" in said
+
+
 def test_official_files_are_measured_like_the_recordings_that_they_come_from(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -158,7 +173,10 @@ def test_what_cannot_be_measured_is_refused_in_a_sentence(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--points", "0"], "--points: it must be at least 1"),
+        (["--points", "0"], "--points: it must be from 1 to 1000"),
+        (["--points", "300000"], "--points: it must be from 1 to 1000"),
+        (["--grid", "200000"], "--grid: it must be from 2 to 500"),
+        (["--seed", "-1"], "--seed: it must be from 0 to"),
         (["--bandwidth", "0"], "--bandwidth: a width is above 0"),
         (["--by", "grup"], "--by: unknown value 'grup'"),
     ],

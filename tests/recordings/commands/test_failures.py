@@ -1,14 +1,17 @@
 """`movingout recordings failures` as a user types it."""
 
 import csv
+import errno
 import json
 import shutil
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
 from movingout.recordings.annotation.search import search_failures
 from movingout.recordings.annotation.verdicts import add_verdict, new_line
+from movingout.recordings.commands import failures
 from movingout.server.cli import main
 from tests.agents.learning import recorded
 from tests.recordings.annotation.support import waiting_alone
@@ -75,3 +78,23 @@ def test_copies_and_rounds_that_the_study_does_not_count_are_left_out_and_named(
     assert main(["recordings", "failures", str(folder), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert [document[name] for name in ("recordings", "uncounted", "copies")] == [1, 1, 1]
+
+
+@pytest.mark.parametrize("command", ["failures", "split"])
+def test_a_table_never_replaces_a_recording(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recording = folder / "first.mcap"
+    before = recording.read_bytes()
+    assert main(["recordings", command, str(folder), "-o", str(recording)]) == 2
+    assert f"{recording} is not the name of a table; it should end in .csv" in capsys.readouterr().err
+    assert recording.read_bytes() == before
+
+
+def test_a_full_disk_leaves_the_table_of_before(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(row: object) -> NoReturn:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(failures, "safe_cells", full)
+    out = tmp_path / "findings.csv"
+    out.write_text("before")
+    assert main(["recordings", "failures", str(folder), "-o", str(out)]) == 2
+    assert out.read_text() == "before" and not list(tmp_path.glob(".findings*"))

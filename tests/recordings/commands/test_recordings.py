@@ -262,6 +262,23 @@ def test_recover_saves_a_torn_recording_and_leaves_a_whole_one_alone(
     assert main(["recordings", "verify", str(path)]) == 0
 
 
+def test_recover_names_what_is_below_a_folder_and_what_is_damaged(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """There was nothing to recover, it said."""
+    left, _ = record(tmp_path / "day 1", ticks=6, episode_id="left")
+    torn = finalise(record(tmp_path / "day 2", ticks=6, episode_id="torn")[0])
+    torn.write_bytes(torn.read_bytes()[:-100])
+    (tmp_path / "other.mcap").write_bytes(b"somebody else's")
+    assert main(["recordings", "recover", str(tmp_path)]) == 2
+    said = capsys.readouterr()
+    assert said.out == "left.mcap.journal -> left.mcap: 6 ticks, whole\n" and not left.exists()
+    command = f"movingout recordings recover '{torn}'"
+    assert said.err == f"movingout: torn.mcap: incomplete or damaged; save what is whole: {command}\n"
+    assert main(["recordings", "recover", str(torn)]) == 0
+    assert main(["recordings", "recover", str(tmp_path)]) == 0
+
+
 def test_recover_finishes_what_was_left(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     writer, played = begin(tmp_path / "recordings")
     play(writer, played, 4)

@@ -5,6 +5,8 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
+from movingout.maps.spec import ARENA_HALF
+from movingout.recordings.diversity.comparison import named
 from movingout.recordings.diversity.measures import DiversityOptions, PathSet, dynamic_time_warping
 from movingout.world.state import Floats
 
@@ -33,6 +35,21 @@ def test_entropy_is_one_when_all_places_are_visited_equally_and_small_for_one_pl
     assert PathSet([np.zeros((10, 4))]).diversity().entropy < 0.5
 
 
+@pytest.mark.parametrize(("grid", "bandwidth"), [(24, 0.1), (24, 0.5), (100, 0.1), (4, 0.3)])
+def test_the_density_is_that_of_the_whole_kernel_on_the_grid_that_was_asked_for(grid: int, bandwidth: float) -> None:
+    """The kernel ended three cells away, however wide, and a grid of fewer than seven cells became one of seven."""
+    places, middles = walk(0)[:, :2], (np.arange(grid) + 0.5) * 2 * ARENA_HALF / grid - ARENA_HALF
+    cells = np.floor((places + ARENA_HALF) / (2 * ARENA_HALF / grid)).astype(int)
+    density = np.zeros((grid, grid))
+    for x, y in middles[cells]:
+        square = (middles[:, None] - x) ** 2 + (middles[None] - y) ** 2
+        density += np.exp(-square / (2 * bandwidth**2))
+    shares = density[density > 0] / density.sum()
+    expected = -(shares * np.log(shares)).sum() / np.log(grid**2)
+    options = DiversityOptions(grid=grid, bandwidth=bandwidth)
+    assert PathSet([np.tile(places, 2)], options).diversity().entropy == pytest.approx(expected)
+
+
 def test_a_part_is_measured_as_if_the_rest_were_not_there() -> None:
     paths = [walk(seed) for seed in range(5)]
     part = PathSet(paths).diversity([1, 3, 4])
@@ -57,6 +74,14 @@ def test_the_jackknife_gives_the_error_of_a_mean() -> None:
     assert error is not None
     expected = np.sqrt(2 / 3 * np.square(np.array(pairs) - np.mean(pairs)).sum())
     assert error.dtw_mean == pytest.approx(float(expected))
+
+
+def test_three_paths_say_nothing_about_the_error_of_the_variance() -> None:
+    """Without one of three, a single distance is left: ± 0.000 stood there."""
+    found = PathSet([walk(seed) for seed in range(4)])
+    three, four = found.standard_errors([0, 1, 2]), found.standard_errors()
+    assert three is not None and four is not None
+    assert named(three)["dtw_variance"] is None and three.dtw_mean > 0 < four.dtw_variance
 
 
 def test_options_change_what_they_name() -> None:

@@ -1,0 +1,51 @@
+"""Whatever standard output is, a command ends in a sentence or in nothing: a reader that is gone, a full disk, none."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+COMMAND = [sys.executable, "-m", "movingout.server.cli"]
+FULL = Path("/dev/full")
+
+
+def test_a_reader_that_goes_away_gets_no_traceback() -> None:
+    """`movingout … | head`: a reader that has seen enough is no error to tell anybody about."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run([*COMMAND, "demos", "people"], stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("words", [["demos", "people"], ["--version"], ["recordings", "list", "--json"]])
+def test_a_full_disk_is_told_in_a_sentence(words: list[str], tmp_path: Path) -> None:
+    """It was a traceback, with the exit code of a check that failed."""
+    with FULL.open("w") as full:
+        done = subprocess.run(
+            [*COMMAND, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False, cwd=tmp_path
+        )
+    sentence = "movingout: cannot write to standard output: No space left on device\n"
+    assert (done.returncode, done.stderr) == (2, sentence)
+
+
+def test_without_standard_output_a_command_does_its_work() -> None:
+    closed = 'exec "$0" "$@" >&-'
+    done = subprocess.run(
+        ["sh", "-c", closed, *COMMAND, "maps", "list"], stderr=subprocess.PIPE, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_name_that_is_not_utf8_is_escaped(tmp_path: Path) -> None:
+    try:
+        (tmp_path / os.fsdecode(b"caf\xe9.json")).write_text("{}")
+    except OSError:
+        pytest.skip("file names are UTF-8 here")
+    strict = os.environ | {"PYTHONIOENCODING": "utf-8:strict"}
+    done = subprocess.run([*COMMAND, "maps", "check", str(tmp_path)], capture_output=True, env=strict, check=False)
+    assert done.returncode == 1 and b"Traceback" not in done.stderr
+    assert rb"caf\udce9.json" in done.stdout
