@@ -252,7 +252,7 @@ class Play {
     this.#hud.update(this.#game, scene, this.#status, nowMs);
     this.#hud.showControls(cards, this.#mapping, {
       change: () => this.#openSettings(),
-      swap: () => this.#seats.swap(),
+      swap: studyMark === null ? () => this.#seats.swap() : null,
       pings: this.#pings.possible,
     });
     this.#panels.update(
@@ -302,7 +302,8 @@ class Play {
       if (reading.pings > 0) this.#pings.ask(seat);
       if (sends) this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
     }
-    if (this.#seats.pauses > 0) this.#togglePause(true);
+    const { pauses } = this.#seats; // one is enough to pause, and everybody goes on for themselves
+    for (const seat of playing ? pauses.slice(0, 1) : pauses) this.#togglePause(true, seat);
     const seat = this.#lostPads.update(this.#seats, this.#game.phase);
     if (seat !== null) this.#togglePause(false, seat);
   }
