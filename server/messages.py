@@ -110,7 +110,7 @@ class Keyframe(msgspec.Struct, tag="keyframe", tag_field="type", forbid_unknown_
 
 
 class Focus(msgspec.Struct, tag="focus", tag_field="type", forbid_unknown_fields=True):
-    """The page was hidden or came back; recorded, and the seat goes neutral."""
+    """The page is hidden, and its seats go neutral, or visible; sent after each welcome and change, and recorded."""
 
     visible: bool
 

@@ -335,7 +335,7 @@ function flagsOf(bits, length) {
  */
 
 /**
- * The page was hidden or came back; recorded, and the seat goes neutral.
+ * The page is hidden, and its seats go neutral, or visible; sent after each welcome and change, and recorded.
  * @typedef {{
  *   type: "focus",
  *   visible: boolean

@@ -25,8 +25,10 @@ class RoundQuality:
             if rtt_ms[seat] >= 0.0:
                 self._rtt_ms[seat].append(rtt_ms[seat])
 
-    def focus(self, seat: int, visible: bool) -> None:
-        self._visible[seat] = visible
+    def focus(self, seat: int, visible: bool) -> bool:
+        """The seat's page is visible, or hidden; whether that is new."""
+        before, self._visible[seat] = self._visible[seat], visible
+        return before != visible
 
     def late_p99_ms(self) -> float | None:
         """None before the first tick."""

@@ -241,6 +241,7 @@ class Room:
             seat.controls.release()
             if seat.client is not None and seat.controls.newest is not None:  # it came while nothing was recorded
                 self.round.record_input(seat.controls.newest, seat.rtt_ms)
+        self.round.note_focus(self.seats)
         self._enter(PhaseEvent.START, NOTHING)
 
     def _finish(self, outcome: Outcome, notice: Notice) -> None:
@@ -357,12 +358,11 @@ class Room:
         self._finish("stopped", NOTHING)
 
     def focus(self, client: ClientHandle, visible: bool) -> None:
-        """A page was hidden, which releases its controls, or is visible again."""
+        """A page is hidden, which releases its controls, or visible; while the clock stands it is noted later."""
         for seat in self.seating.seats_of(client):
-            if not visible:
-                seat.controls.release()
-            if self.phase == "playing":
-                self.round.note("focus", seat.index, detail="visible" if visible else "hidden")
+            seat.show(visible)
+        if self.phase == "playing":
+            self.round.note_focus(self.seats)
 
     def leave(self, seat: Seat, now: float) -> None:
         """A player leaves for good."""

@@ -88,7 +88,11 @@ class LiveRound:
         self.episode_id = episode.header.episode_id
         for actions in episode.actions:
             self._advance(actions)
-        for tick in episode.ticks:
+        focus = [event for event in episode.events if event.kind == "focus"]
+        for number, tick in enumerate(episode.ticks, 1):
+            for event in focus:
+                if event.tick == number:
+                    self.quality.focus(event.seat, event.detail == "visible")
             self.quality.tick(tick.actions, tick.rtt_ms, tick.late_ms)
         self.recorder.begin(writer)
         self.started = True
@@ -96,10 +100,14 @@ class LiveRound:
     def note(self, kind: EventKind, seat: int = -1, item: int = -1, detail: str = "", pose: int = 0) -> None:
         """Record an event of the coming tick; events that players see go out with its bundle."""
         self.recorder.event(Event(tick=self.state.tick + 1, kind=kind, seat=seat, item=item, detail=detail))
-        if kind == "focus":
-            self.quality.focus(seat, detail == "visible")
         if kind in m.EVENT:
             self._show(kind, seat, item, pose)
+
+    def note_focus(self, seats: Sequence[Seat]) -> None:
+        """Record which pages are hidden, or visible again, since they last were noted."""
+        for seat in seats:
+            if self.quality.focus(seat.index, seat.visible):
+                self.note("focus", seat.index, detail="visible" if seat.visible else "hidden")
 
     def note_drop(self, seat: Seat, seats: Sequence[Seat]) -> None:
         """A player's connection is lost: recorded, and counted where others wait, who do not wait again and again."""

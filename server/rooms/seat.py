@@ -83,6 +83,7 @@ class Seat:
     client: ClientHandle | None = None
     ready: bool = False
     wants_again: bool = False
+    visible: bool = True  # the page, as far as it has told
     absent_since: float = 0.0
     gone: bool = False  # left for good
     controls: InputBuffer = field(default_factory=InputBuffer)
@@ -147,7 +148,7 @@ class Seat:
         if self.previous_token is not None:
             self.superseded.append(self.previous_token)
         self.previous_token, self.token = self.token, hash_token(token)
-        self.client = client
+        self.client, self.visible = client, True
         self.controls = InputBuffer()
         self.name = clean_name(name) or self.name
 
@@ -159,7 +160,7 @@ class Seat:
 
     def vacate(self) -> None:
         """The player has left; a shared seat may be taken again."""
-        self.client, self.ready, self.wants_again = None, False, False
+        self.client, self.ready, self.wants_again, self.visible = None, False, False, True
         self.token = self.previous_token = None
         self.name = self.alias = ""
 
@@ -174,6 +175,12 @@ class Seat:
     def rtt_ms(self) -> float:
         """The round trip of this seat's client, -1 if unknown."""
         return self.client.rtt_ms if self.client is not None else -1.0
+
+    def show(self, visible: bool) -> None:
+        """The page is visible, or hidden: then nobody holds its controls."""
+        self.visible = visible
+        if not visible:
+            self.controls.release()
 
     def source(self, tick_input: TickInput) -> ActionSource:
         """Who chose the action, for the recording."""

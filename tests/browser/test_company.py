@@ -54,6 +54,30 @@ def test_all_of_the_invitation_s_code_is_in_sight_on_a_phone(
     assert inner["y"] + inner["height"] <= min(outer["y"] + outer["height"], height)
 
 
+@pytest.mark.parametrize(
+    ("width", "height"),
+    [(375, 553), *(pytest.param(*size, marks=pytest.mark.slow) for size in [(320, 568), (1240, 760)])],
+)
+def test_where_the_host_left_before_the_round_everybody_reads_why_it_is_over(
+    server: Server, open_page: OpenPage, pictures: Path, width: int, height: int
+) -> None:
+    small = {"viewport": {"width": width, "height": height}, "has_touch": width < 1000}
+    room = server.make_room("HandOff")
+    host = open_page(room["join_path"], room, **small)
+    host.locator("#stop").click()
+    host.get_by_role("button", name="Yes").click()
+    expect(host).to_have_url(f"{server.url}/")
+    guest = open_page(room["join_path"], **small)
+    host.go_back()
+    for page in (guest, host):
+        expect(page.locator("#ready")).to_have_text("Blue left the game.To the start page")
+        expect(page.locator("#live")).to_have_text("Blue left the game.")
+        assert page.get_by_role("button", name="I am ready").count() == 0
+    guest.screenshot(path=pictures / f"host-left-{width}.png")
+    guest.get_by_role("link", name="To the start page").click()
+    expect(guest).to_have_url(f"{server.url}/")
+
+
 def test_a_tab_in_the_background_tells_by_its_title_that_the_partner_came(server: Server, open_page: OpenPage) -> None:
     room = server.practice(red="link")
     waiting = open_page(room["join_path"], room)

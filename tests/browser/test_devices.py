@@ -1,5 +1,6 @@
 """Keyboard, gamepad and touch at the game page, for one person and for two at one screen."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -126,6 +127,32 @@ def test_a_window_that_loses_the_focus_lets_go_of_the_keys(server: Server, open_
     wait_for(page, "game.entities().robots[0].y > -0.9")
     page.evaluate("window.dispatchEvent(new Event('blur'))")
     stands_still(page, 0)
+
+
+def test_a_page_tells_whether_it_is_hidden_after_each_welcome_and_change(server: Server, open_page: OpenPage) -> None:
+    page = open_page("/static/icon.svg")
+    told: list[bool] = []
+
+    def hear(sent: str | bytes) -> None:
+        if isinstance(sent, str) and json.loads(sent)["type"] == "focus":
+            told.append(json.loads(sent)["visible"])
+
+    page.on("websocket", lambda line: line.on("framesent", hear))
+    room = server.practice()
+    page.evaluate(seat_tokens_script(room))
+    page.goto(room["join_path"])
+    page.get_by_role("button", name="I am ready").wait_for()
+    page.evaluate("['blur', 'focus'].forEach((name) => window.dispatchEvent(new Event(name)))")  # not hidden by that
+    for hidden in (True, False):
+        page.evaluate(
+            """(hidden) => {
+                 Object.defineProperty(document, "hidden", { value: hidden, configurable: true });
+                 document.dispatchEvent(new Event("visibilitychange"));
+               }""",
+            hidden,
+        )
+    page.wait_for_timeout(100)
+    assert told == [True, False, True]
 
 
 def test_the_arrow_of_the_own_stick_is_there_before_the_server_answers(server: Server, open_page: OpenPage) -> None:

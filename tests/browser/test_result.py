@@ -40,6 +40,23 @@ def test_the_result_is_said_in_plain_words_and_the_measures_are_folded(server: S
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("way", ["Next map", "Play again"])
+def test_a_double_press_opens_one_further_room(server: Server, open_page: OpenPage, way: str) -> None:
+    room = server.make_room("Simple", red="idle", limit_ticks=600)
+    page = open_page(room["join_path"], room)
+    start(page)
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Stop the game").click()
+    page.get_by_role("button", name="Yes, stop").click()  # this room is over
+    opened: list[str] = []
+    page.on("request", lambda request: opened.append(request.url) if request.method == "POST" else None)
+    page.get_by_role("button", name=way).dblclick()
+    page.wait_for_url(lambda url: not url.endswith(room["join_path"]))
+    page.get_by_role("button", name="I am ready").wait_for()
+    assert opened == [f"{server.url}/api/rooms"]
+
+
+@pytest.mark.slow
 def test_the_best_so_far_is_remembered_in_this_browser(server: Server, open_page: OpenPage) -> None:
     page = over(server, open_page, limit_ticks=50)
     expect(page.locator(".result-best")).to_have_count(0)  # the first round has nothing to be compared with

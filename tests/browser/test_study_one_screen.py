@@ -10,6 +10,7 @@ from tests.browser.conftest import OpenPage
 from tests.browser.pages import heading, press, violations
 from tests.browser.study_fake import FakePerson, FakeStudy
 from tests.browser.support import Server, wait_for
+from tests.browser.test_devices import PAD_STUB, set_pad
 
 
 @pytest.mark.slow
@@ -53,9 +54,8 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
         page.get_by_role("button", name="I agree").click()
     expect(page.locator(".check-panel")).to_have_count(2)
     press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
-    expect(
-        page.get_by_text("Please also press: up, left, down, right, and Grab.")
-    ).to_be_visible()  # the other person has not
+    expect(page.get_by_text("Person 2, please also press: up, left, down, right, and Grab.")).to_be_visible()
+    expect(page.get_by_text("Person 1, please")).to_have_count(0)
     press(page, "ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight", "Enter")
     expect(page.get_by_text("Everything works.")).to_be_visible()
     assert violations(page) == []
@@ -66,6 +66,8 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
     page.get_by_role("button", name="I am ready").click()
     wait_for(page, "game.phase === 'playing'")
     assert page.evaluate("window.__movingout.seats") == [0, 1]
+    expect(page.get_by_role("button", name="Change…")).to_be_visible()
+    assert page.get_by_role("button", name="Swap sides").count() == 0, "the study says who plays which robot"
     assert study.sent("/arrive") == [
         {"parameters": {}, "language": "en", "known": ["token-of-person-1"], "beside": "token-of-person-1"}
     ]
@@ -76,3 +78,29 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
     page.wait_for_url("**/study")
     assert study.sent("/stop") == [{"keep": True}]
     assert [person.steps[0]["kind"] for person in study.people.values()] == ["round", "code"]
+
+
+@pytest.mark.parametrize(("width", "height"), [(375, 553), pytest.param(320, 568, marks=pytest.mark.slow)])
+def test_of_two_at_one_screen_each_one_s_controls_are_said_and_kept_as_theirs(
+    open_page: OpenPage, pictures: Path, width: int, height: int
+) -> None:
+    study = FakeStudy.at(fake.consent(), fake.input_check(), fake.waiting(), group=2, asks_code=False)
+    study.coming = [FakePerson([fake.consent(), fake.input_check(), fake.waiting()])]
+    page = open_page("/healthz", script=PAD_STUB, viewport={"width": width, "height": height})
+    study.open(page)
+    page.get_by_role("button", name="Add the second person").click()
+    page.get_by_role("button", name="Begin").click()
+    for number in (1, 2):
+        expect(page.get_by_text(f"Person {number}: it is your turn")).to_be_visible()
+        page.get_by_label("I am 18 or older.").check()
+        page.get_by_role("button", name="I agree").click()
+    set_pad(page, 0, -1)  # the first gamepad is blue's
+    expect(page.get_by_text("Person 1, please also press: left, down, right, and Grab.")).to_be_visible()
+    press(page, "ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight")
+    expect(page.get_by_text("Person 2, please also press: Grab.")).to_be_visible()
+    page.screenshot(path=pictures / f"study-two-todo-{width}.png", full_page=True)
+    page.get_by_role("button", name="Does a control not work?").click()
+    page.get_by_role("button", name="Continue without trying it").click()
+    heading(page, "Waiting for a second person")
+    sent = [(one["device"], one["untried"]) for one in study.sent("/next") if "device" in one]
+    assert sent == [("gamepad", ["left", "down", "right", "grab"]), ("keyboard", ["grab"])]

@@ -50,7 +50,7 @@ async function load() {
 async function update() {
   if (document.hidden) return;
   try {
-    show(await requestJson(PATH, { token, signal: AbortSignal.timeout(5 * EVERY_MS) }));
+    show(await requestJson(PATH, { token, signal: AbortSignal.timeout?.(5 * EVERY_MS) }));
     setLost("");
   } catch (error) {
     setLost(error instanceof ApiError ? sayError(error) : say("dashboard.slowServer"));

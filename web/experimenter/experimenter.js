@@ -94,7 +94,7 @@ class Dashboard {
   async #ask() {
     if (document.hidden) return;
     try {
-      this.show(await requestJson(PATH, { token: this.token, signal: AbortSignal.timeout(STALE_MS) }));
+      this.show(await requestJson(PATH, { token: this.token, signal: AbortSignal.timeout?.(STALE_MS) }));
     } catch (error) {
       // A restarted server has another token: the reloaded page asks for it.
       if (error instanceof ApiError && WRONG_TOKEN.includes(error.status)) location.reload();

@@ -8,6 +8,7 @@ import { KEY_ACTIONS } from "./mapping.js";
 /** @typedef {{stick: Stick, backward: boolean, grabs: number, pings: number}} Reading  presses since the last one */
 
 const TYPING = "input, textarea, select, [contenteditable]";
+const SHIFTS = ["ShiftLeft", "ShiftRight"];
 const CLICKING = "button, a[href], summary, [role=button]";
 
 export class Keyboard {
@@ -44,6 +45,7 @@ export class Keyboard {
 
   /** @param {KeyboardEvent} event */
   #keydown(event) {
+    this.#forgetShifts(event);
     const code = codeOf(event);
     const bound = this.#keySets().some((keys) => KEY_ACTIONS.some((action) => keys[action] === code));
     if (!bound || event.ctrlKey || event.metaKey || event.altKey || this.#belongsToPage(event)) return;
@@ -56,7 +58,16 @@ export class Keyboard {
 
   /** @param {KeyboardEvent} event */
   #keyup(event) {
-    if (this.#down.delete(codeOf(event))) this.#onChange();
+    this.#forgetShifts(event);
+    const isCommand = event.key === "Meta" || event.key === "OS"; // while it is down, macOS tells of no key let go
+    if (isCommand) this.release();
+    if (this.#down.delete(codeOf(event)) || isCommand) this.#onChange();
+  }
+
+  /** Of two Shift keys that are down, Windows tells only that the last one was let go. @param {KeyboardEvent} event */
+  #forgetShifts(event) {
+    const gone = event.shiftKey === false ? SHIFTS.filter((code) => this.#down.delete(code)) : [];
+    if (gone.length > 0) this.#onChange();
   }
 
   /** Whether any key of the set is down. @param {KeySet} keys */

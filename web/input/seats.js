@@ -40,8 +40,8 @@ export class LocalSeats {
   #devices;
   /** @type {Device} */
   #firstDevice;
-  /** Presses of the pause button since the last reading. */
-  pauses = 0;
+  /** @type {number[]} seats whose pause button was pressed since the reading before */
+  pauses = [];
   /** @type {number[]} seats whose gamepad, in use at the reading before, is gone */
   padsLost = [];
   /** Gamepads at the last reading. */
@@ -83,11 +83,11 @@ export class LocalSeats {
   /** Reads every device once. @param {Mapping} mapping @returns {Map<number, SeatReading>} by seat */
   read(mapping) {
     const pads = this.#devices.gamepads.read(mapping);
-    this.pauses = pads.reduce((sum, pad) => sum + pad.pauses, 0);
     this.padsPresent = pads.length;
     this.padsLost = this.#forgetLost(pads);
     this.padsOwned = this.#seats.filter((seat) => pads.some((pad) => this.#drove(seat, pad)));
     if (this.#seats.length > 1) this.#assign(pads);
+    this.pauses = this.#seats.filter((seat) => pads.some((pad) => pad.pauses > 0 && this.#drives(pad, seat)));
     const touchSeat = this.#seats[0];
     return new Map(
       this.#seats.map((seat) => {

@@ -66,5 +66,5 @@ function tcrText(unseen, alone) {
 
 /** A lobby has room for one line. @param {string} text */
 function firstSentence(text) {
-  return text.split(/(?<=[.!?]) /)[0];
+  return text.match(/^.*?[.!?](?= |$)/s)?.[0] ?? text; // older Safaris know no look behind
 }

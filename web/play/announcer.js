@@ -28,6 +28,7 @@ export class Announcer {
     const passed = (/** @type {number} */ tick) => seen && before.tick < tick && scene.tick >= tick;
     if ((phase === "lobby" || isOver(phase)) && phase === before.phase && company !== before.company)
       this.#next = company;
+    if (game.overBeforeRound && before.phase !== phase) this.#next = reasonText(game.room, game.own);
     if (phase === "countdown" && before.phase !== "countdown") this.#next = say("play.announce.countdown");
     if (phase === "playing" && before.phase !== "playing") this.#next = say("play.announce.start");
     if (phase === "paused" && before.phase !== "paused")

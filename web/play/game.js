@@ -59,6 +59,11 @@ export class Game {
     return this.room?.phase ?? "lobby";
   }
 
+  /** Whether everything was over before a round ended: somebody left, or it could not start. */
+  get overBeforeRound() {
+    return this.phase === "series_over" && this.result === null;
+  }
+
   get newestTick() {
     return this.#timeline.newestTick;
   }

@@ -156,7 +156,8 @@ export class Hud {
   /**
    * The controls card: what to press on the device in use, per seat of this page.
    * @param {readonly SeatCard[]} cards @param {Mapping} mapping
-   * @param {{change(): void, swap(): void, pings: boolean}} actions
+   * @param {{change(): void, swap: (() => void) | null, pings: boolean}} actions swap: null in a study, which says
+   *   who plays which robot
    */
   showControls(cards, mapping, actions) {
     const { controls } = this.#parts;
@@ -168,7 +169,7 @@ export class Hud {
     const buttons = [
       el("button", { type: "button", class: "button-link small", onclick: actions.change }, say("play.change")),
     ];
-    if (cards.length > 1) {
+    if (cards.length > 1 && actions.swap) {
       buttons.push(
         el("button", { type: "button", class: "button-link small", onclick: actions.swap }, say("play.ready.swap")),
       );

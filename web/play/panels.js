@@ -120,6 +120,7 @@ export class Panels {
     const key = visible
       ? JSON.stringify([
           room.phase,
+          game.result === null,
           room.seats.map((seat) => [seat.name, seat.open, seat.present, seat.ready]),
           own,
           cards,
@@ -130,14 +131,21 @@ export class Panels {
     this.#readyKey = key;
     this.#ready.hidden = !visible;
     if (!visible) return;
-    const open = room.seats.filter((seat) => seat.open);
-    const parts =
-      open.length > 0 && game.welcome
-        ? invitation(game.welcome, open, game.own.length === 0)
-        : this.#askReady(game, cards, mapping);
+    const parts = this.#readyParts(game, room.seats, cards, mapping);
     const follows = cards.length < 2 && this.#ready.contains(document.activeElement);
     this.#ready.replaceChildren(el("div", { class: "stack" }, ...parts));
     if (follows) this.focusAction(); // the partner came while the link was copied
+  }
+
+  /**
+   * @param {Game} game @param {readonly import("../messages.js").SeatState[]} seats
+   * @param {readonly SeatCard[]} cards @param {Mapping} mapping
+   */
+  #readyParts(game, seats, cards, mapping) {
+    if (game.overBeforeRound) return overBeforeRound(game);
+    const open = seats.filter((seat) => seat.open);
+    if (open.length === 0 || game.welcome === null) return this.#askReady(game, cards, mapping);
+    return invitation(game.welcome, open, game.own.length === 0);
   }
 
   /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */
@@ -296,6 +304,14 @@ export class Panels {
     this.#overlay.hidden = true;
     this.#overlay.replaceChildren();
   }
+}
+
+/** Nobody can be ready or invited any more: why, and the way out. @param {Game} game */
+function overBeforeRound({ room, own }) {
+  return [
+    el("p", {}, reasonText(room, own)),
+    el("a", { class: "button button-primary button-wide", href: "/" }, say("play.over.lobby")),
+  ];
 }
 
 /** @param {string} title @param {...HTMLElement} parts */

@@ -126,8 +126,7 @@ class Play {
     stop.disabled = false;
     addEventListener("keydown", (event) => this.#pauseKey(event));
     addEventListener("pointerdown", (event) => event.pointerType === "touch" && this.#touch.wake());
-    addEventListener("blur", () => this.#letGo(false));
-    addEventListener("focus", () => this.#connection.send({ type: "focus", visible: true }));
+    addEventListener("blur", () => this.#letGo());
     document.addEventListener("visibilitychange", () => this.#visibility());
     Object.assign(this.#probe, { cues: this.#cues, sounds: this.#sounds });
     this.#root.toggleAttribute("data-touch", mode === "play" && coarse.matches); // so that nothing moves later
@@ -169,6 +168,7 @@ class Play {
     if (message.type === "ping") this.#pings.receive(message, atMs);
     this.#tab.receive(message);
     if (message.type !== "welcome") return;
+    this.#connection.send({ type: "focus", visible: !document.hidden });
     this.#seats.hold(this.#game.own);
     this.#inputs.hold(this.#game.own);
     this.#settings.offersPings = this.#pings.possible;
@@ -252,7 +252,7 @@ class Play {
     this.#hud.update(this.#game, scene, this.#status, nowMs);
     this.#hud.showControls(cards, this.#mapping, {
       change: () => this.#openSettings(),
-      swap: () => this.#seats.swap(),
+      swap: studyMark === null ? () => this.#seats.swap() : null,
       pings: this.#pings.possible,
     });
     this.#panels.update(
@@ -302,7 +302,8 @@ class Play {
       if (reading.pings > 0) this.#pings.ask(seat);
       if (sends) this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
     }
-    if (this.#seats.pauses > 0) this.#togglePause(true);
+    const { pauses } = this.#seats; // one is enough to pause, and everybody goes on for themselves
+    for (const seat of playing ? pauses.slice(0, 1) : pauses) this.#togglePause(true, seat);
     const seat = this.#lostPads.update(this.#seats, this.#game.phase);
     if (seat !== null) this.#togglePause(false, seat);
   }
@@ -323,16 +324,15 @@ class Play {
     return this.#phase !== "lobby" && nowMs - this.#phaseSinceMs < DEAF_MS;
   }
 
-  /** @param {boolean} visible */
-  #letGo(visible) {
+  #letGo() {
     this.#keyboard.release();
     this.#touch.release();
     this.#inputs.sendNeutral(performance.now());
-    this.#connection.send({ type: "focus", visible });
   }
 
   #visibility() {
-    if (document.hidden) this.#letGo(false);
+    this.#connection.send({ type: "focus", visible: !document.hidden });
+    if (document.hidden) this.#letGo();
     else this.#game.skipToNow();
     this.#probe.hidden();
   }

@@ -31,12 +31,14 @@ export class Series {
   /** @type {import("./game.js").RoundResult | null} */
   #shown = null;
   #stoppedHere = false;
+  #going = false; // a further room is being opened
   #problem = problemBox();
   #company = el("p", { class: "muted result-company" }); // the announcer says it aloud
 
   /** @param {Actions} actions */
   constructor(actions) {
     this.actions = actions;
+    addEventListener("pageshow", (event) => event.persisted && (this.#going = false)); // back from the further room
   }
 
   /** Somebody on this page stopped the round. */
@@ -141,9 +143,12 @@ export class Series {
 
   /** @param {Game} game @param {"next" | "same"} which */
   async #goOn(game, which) {
+    if (this.#going) return;
+    this.#going = true;
     try {
       await goOn(game, which);
     } catch (error) {
+      this.#going = false;
       showProblem(this.#problem, sayError(error));
     }
   }

@@ -7,6 +7,7 @@ import { el } from "../core/dom.js";
 
 /** @typedef {import("./service.js").Step} Step */
 /** @typedef {import("./service.js").Place} Place */
+/** @typedef {Record<string, unknown>} Given what a step is answered with */
 /**
  * What a screen can read and do.
  * @typedef {object} Context
@@ -15,7 +16,8 @@ import { el } from "../core/dom.js";
  * @property {number[]} people whose screen this is
  * @property {boolean} several whether two people sit here
  * @property {Place} place of the person, or of the first of both
- * @property {(given?: Record<string, unknown>) => Promise<void>} next goes to the next step; rejects with an ApiError
+ * @property {(given?: Given | Given[]) => Promise<void>} next goes to the next step, with one entry for all of `people`
+ *   or one for each; rejects with an ApiError
  * @property {() => Promise<void>} decline
  * @property {() => void} play goes to the room of this round
  * @property {(() => void) | null} addPerson lets a second person join, where that is offered

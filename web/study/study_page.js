@@ -274,7 +274,7 @@ export class StudyPage {
       several: two,
       next: (given) => {
         if (steps[0].state === "card") this.#readyFor = key;
-        return this.#each(people, (one) => one.next(key, given));
+        return this.#each(people, (one, index) => one.next(key, Array.isArray(given) ? given[index] : given));
       },
       decline: () => this.#each(people, (one) => one.decline()),
       play: () => void this.#play(this.#turn().map((person) => this.#views[person].step)),
@@ -298,12 +298,13 @@ export class StudyPage {
   /**
    * Asks for one person after the other, until each has an answer.
    * @param {number[]} people
-   * @param {(place: Place) => Promise<View>} ask
+   * @param {(place: Place, index: number) => Promise<View>} ask
    */
   async #each(people, ask) {
     const places = this.#places;
     const views = [...this.#views];
-    for (const person of people) views[person] = await this.#persistence.until(() => ask(places[person]));
+    for (const [index, person] of people.entries())
+      views[person] = await this.#persistence.until(() => ask(places[person], index));
     await this.#takeAllOf(places, views);
   }
 

@@ -77,6 +77,28 @@ test("a remote control that does not tell places drives and grabs", () => {
   assert.equal(keys.read(DEFAULTS.keys[0]).stick.y, 1);
 });
 
+test("a Shift key is not held for ever where only the other one's release is told", () => {
+  const { keys, send } = keyboard();
+  const backward = () => DEFAULTS.keys.map((set) => keys.read(set).backward);
+  send("keydown", "ShiftLeft", { key: "Shift", shiftKey: true });
+  send("keydown", "ShiftRight", { key: "Shift", shiftKey: true });
+  assert.deepEqual(backward(), [true, true]);
+  send("keyup", "ShiftRight", { key: "Shift", shiftKey: false });
+  assert.deepEqual(backward(), [false, false]);
+  send("keydown", "ShiftLeft", { key: "Shift", shiftKey: true });
+  send("keydown", "KeyW", { key: "w", shiftKey: false });
+  assert.deepEqual(backward(), [false, false], "any key tells");
+});
+
+test("what was let go beside the command key of a Mac, which nobody tells, is not held for ever", () => {
+  const { keys, send, changes } = keyboard();
+  send("keydown", "KeyW");
+  send("keydown", "MetaLeft", { key: "Meta", metaKey: true });
+  const before = changes();
+  send("keyup", "MetaLeft", { key: "Meta" });
+  assert.deepEqual([keys.read(DEFAULTS.keys[0]).stick, changes() - before], [CENTRED, 1]);
+});
+
 test("keys are a stick of length one, diagonals too", () => {
   const { keys, send } = keyboard();
   send("keydown", "KeyW");

@@ -20,6 +20,7 @@ import { EVENT } from "../messages.js";
  */
 
 const KEEP_MS = 2000; // how much of the past is kept
+const MISSED_MS = 500; // an event so long ago is not shown or heard any more
 export const EXTRAPOLATE_MS = 60; // without data: extrapolate this long, then freeze
 
 /** The poses of one round in order of time. */
@@ -88,10 +89,14 @@ export class Timeline {
     if (keepFrom > 1) this.#frames.splice(0, keepFrom - 1);
   }
 
-  /** The events up to `timeMs` that were not taken yet, oldest first. @param {number} timeMs @returns {TimedEvent[]} */
+  /**
+   * The events up to `timeMs` that were not taken yet, oldest first; what a hidden tab missed is left out.
+   * @param {number} timeMs @returns {TimedEvent[]}
+   */
   takeEvents(timeMs) {
     const later = this.#events.findIndex((event) => event.timeMs > timeMs);
-    return this.#events.splice(0, later === -1 ? this.#events.length : later);
+    const taken = this.#events.splice(0, later === -1 ? this.#events.length : later);
+    return taken.filter((event) => event.timeMs >= timeMs - MISSED_MS);
   }
 
   /**

@@ -9,13 +9,14 @@ const WALL_MARGIN = 0.01; // a wall is this much thicker than its rectangle, as 
 /** @typedef {import("../core/colours.js").Theme} Theme */
 /** @typedef {import("./render.js").GameMap} GameMap */
 /** @typedef {import("./render.js").Rect} Rect */
-/** @typedef {{map: GameMap, theme: Theme, side: number, canvas: OffscreenCanvas}} Layer */
+/** @typedef {OffscreenCanvas | HTMLCanvasElement} HiddenCanvas */
+/** @typedef {{map: GameMap, theme: Theme, side: number, canvas: HiddenCanvas}} Layer */
 /** @type {WeakMap<HTMLCanvasElement, Layer>} */
 const layers = new WeakMap();
 /** @type {WeakMap<HTMLCanvasElement, Omit<Layer, "map">>} */
 const edges = new WeakMap();
 
-/** @param {ArenaContext} page  of the canvas that it is for @param {GameMap} map @returns {OffscreenCanvas} */
+/** @param {ArenaContext} page  of the canvas that it is for @param {GameMap} map @returns {HiddenCanvas} */
 export function staticLayer({ ctx: shown, theme, density }, map) {
   const page = /** @type {HTMLCanvasElement} */ (shown.canvas);
   const known = layers.get(page);
@@ -31,7 +32,7 @@ export function staticLayer({ ctx: shown, theme, density }, map) {
   return layer;
 }
 
-/** The edge alone, to be copied over a part of the picture. @param {ArenaContext} page @returns {OffscreenCanvas} */
+/** The edge alone, to be copied over a part of the picture. @param {ArenaContext} page @returns {HiddenCanvas} */
 export function edgeLayer({ ctx: shown, theme, density }) {
   const page = /** @type {HTMLCanvasElement} */ (shown.canvas);
   const known = edges.get(page);
@@ -49,11 +50,11 @@ export function drawEdge({ ctx, theme, density }) {
   const [half, radius] = [density / 2, CORNER_PX * density];
   ctx.beginPath();
   ctx.rect(0, 0, side, side);
-  ctx.roundRect(half, half, side - density, side - density, radius - half);
+  roundRect(ctx, [half, half, side - density, side - density], radius - half);
   ctx.fillStyle = theme.bg;
   ctx.fill("evenodd");
   ctx.beginPath();
-  ctx.roundRect(half, half, side - density, side - density, radius - half);
+  roundRect(ctx, [half, half, side - density, side - density], radius - half);
   ctx.strokeStyle = theme.line;
   ctx.lineWidth = density;
   ctx.stroke();
@@ -65,11 +66,34 @@ export function drawEdge({ ctx, theme, density }) {
  */
 function emptyLayer(shown, theme, density) {
   const side = shown.canvas.width;
-  const layer = new OffscreenCanvas(side, side);
   const { willReadFrequently } = /** @type {CanvasRenderingContext2D} */ (shown).getContextAttributes();
-  const ctx = layer.getContext("2d", { willReadFrequently });
+  const layer = hiddenCanvas(side);
+  const ctx = /** @type {ArenaContext["ctx"] | null} */ (layer.getContext("2d", { willReadFrequently }));
   if (ctx === null) throw new Error("this browser cannot draw on a canvas");
   return { layer, arena: new ArenaContext(ctx, theme, side, density) };
+}
+
+/** Safari before 16.4 draws offscreen on a canvas without a place in the page. @param {number} side */
+function hiddenCanvas(side) {
+  if (typeof OffscreenCanvas === "function") return new OffscreenCanvas(side, side);
+  return Object.assign(document.createElement("canvas"), { width: side, height: side });
+}
+
+/**
+ * roundRect, which Safari has from 16 on.
+ * @param {ArenaContext["ctx"]} ctx @param {[number, number, number, number]} rect left, top, width, height
+ * @param {number} radius
+ */
+function roundRect(ctx, [left, top, width, height], radius) {
+  if ("roundRect" in ctx) return ctx.roundRect(left, top, width, height, radius);
+  const [right, bottom] = [left + width, top + height];
+  const path = /** @type {CanvasPath} */ (ctx);
+  path.moveTo(left + radius, top);
+  path.arcTo(right, top, right, bottom, radius);
+  path.arcTo(right, bottom, left, bottom, radius);
+  path.arcTo(left, bottom, left, top, radius);
+  path.arcTo(left, top, right, top, radius);
+  path.closePath();
 }
 
 /**
@@ -90,7 +114,7 @@ function drawGoal(arena, goal) {
   const [left, top, width, height] = pixels(arena, goal, 0);
   ctx.save();
   ctx.beginPath();
-  ctx.roundRect(left, top, width, height, 0.025 * arena.unit);
+  roundRect(ctx, [left, top, width, height], 0.025 * arena.unit);
   ctx.fillStyle = theme.goal;
   ctx.fill();
   ctx.clip();
@@ -105,7 +129,7 @@ function drawGoal(arena, goal) {
   ctx.restore();
   const inset = arena.hair;
   ctx.beginPath();
-  ctx.roundRect(left + inset, top + inset, width - 2 * inset, height - 2 * inset, 0.022 * arena.unit);
+  roundRect(ctx, [left + inset, top + inset, width - 2 * inset, height - 2 * inset], 0.022 * arena.unit);
   ctx.strokeStyle = theme["goal-edge"];
   ctx.lineWidth = 2 * arena.hair;
   ctx.setLineDash([0.026 * arena.unit, 0.015 * arena.unit]);
@@ -116,7 +140,7 @@ function drawGoal(arena, goal) {
 /** @param {ArenaContext} arena @param {Rect} wall */
 function drawWall(arena, wall) {
   arena.ctx.beginPath();
-  arena.ctx.roundRect(...pixels(arena, wall, WALL_MARGIN), WALL_MARGIN * arena.unit);
+  roundRect(arena.ctx, pixels(arena, wall, WALL_MARGIN), WALL_MARGIN * arena.unit);
   arena.ctx.fillStyle = arena.theme.wall;
   arena.ctx.fill();
 }

@@ -137,7 +137,7 @@ function clipTo(ctx, places) {
   ctx.clip();
 }
 
-/** @param {CanvasRenderingContext2D} ctx @param {OffscreenCanvas} layer @param {readonly Box[]} [places]  or all */
+/** @param {CanvasRenderingContext2D} ctx @param {CanvasImageSource} layer @param {readonly Box[]} [places]  or all */
 function copyLayer(ctx, layer, places) {
   if (places === undefined) return ctx.drawImage(layer, 0, 0);
   for (const { left, top, right, bottom } of places) {

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from movingout.recordings import read_episode, verify
+from movingout.recordings import EpisodeWriter, read_episode, verify
 from movingout.server import messages as m
+from movingout.server.rooms.round import LiveRound
 from movingout.world import WorldError
 from tests.server.support import FakeServices, Table
 
@@ -84,6 +85,68 @@ def test_a_hidden_page_lets_the_stick_go_and_is_recorded(tmp_path: Path) -> None
     table.step(8)
     events = read_episode(table.services.archived[0]).events
     assert [(e.seat, e.detail) for e in events if e.kind == "focus"] == [(0, "hidden"), (0, "visible")]
+
+
+def focus_events(table: Table) -> list[tuple[int, int, str]]:
+    """Tick, seat and detail."""
+    events = read_episode(table.services.archived[0]).events
+    return [(event.tick, event.seat, event.detail) for event in events if event.kind == "focus"]
+
+
+def hidden_s(table: Table) -> list[float]:
+    return [table.room.round.quality.hidden_s(seat) for seat in (0, 1)]
+
+
+def test_a_page_that_came_back_during_a_pause_is_visible_when_play_goes_on(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path), limit_ticks=20)
+    blue, _ = table.play()
+    table.step(6 - table.room.round.state.tick)
+    table.say(blue, m.Focus(False))
+    table.step(3)
+    table.say(blue, m.Pause(0))
+    table.say(blue, m.Focus(True))
+    table.ready(blue)
+    table.step(20)
+    assert focus_events(table) == [(7, 0, "hidden"), (10, 0, "visible")]
+    assert hidden_s(table) == [pytest.approx(0.3), 0.0]
+
+
+def test_a_page_that_is_hidden_while_the_clock_stands_is_hidden_when_it_runs(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path), limit_ticks=10)
+    blue, red = table.pair()
+    for _ in range(2):  # two messages about the same are one event
+        table.say(red, m.Focus(False))
+    table.ready(blue, red)
+    table.step(15)
+    assert focus_events(table) == [(1, 1, "hidden")]
+    assert hidden_s(table) == [0.0, pytest.approx(1.0)]
+
+
+def test_a_page_that_lost_its_connection_while_hidden_is_visible_until_it_says_otherwise(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path), limit_ticks=20)
+    _, red = table.play()
+    table.say(red, m.Focus(False))
+    table.step(2)
+    table.room.depart(red, table.now)
+    back = table.join(tokens=red.tokens)
+    table.ready(back)
+    table.step(25)
+    assert [detail for _, _, detail in focus_events(table)] == ["hidden", "visible"]
+    assert hidden_s(table)[1] == pytest.approx(0.2)
+
+
+def test_a_round_that_a_crash_interrupted_knows_how_long_a_page_was_hidden(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path), limit_ticks=20)
+    blue, _ = table.play()
+    table.say(blue, m.Focus(False))
+    table.step(3)
+    table.room.suspend()
+    (journal,) = tmp_path.iterdir()
+    resumed = LiveRound(table.room.round.map, 20, 1, "", 0)
+    writer, episode = EpisodeWriter.resume(journal)
+    resumed.resume(episode, writer)
+    assert resumed.quality.hidden_s(0) == table.room.round.quality.hidden_s(0) == pytest.approx(0.3)
+    assert resumed.quality.focus(0, True), "what comes next is new"
 
 
 def test_practice_has_no_limit_and_no_recording(tmp_path: Path) -> None:

@@ -88,7 +88,8 @@ export class Sounds {
     if (!this.#on) return;
     try {
       this.#audio ??= new AudioContext();
-      if (this.#audio.state === "suspended") void this.#audio.resume().catch(() => {});
+      // Safari calls it "interrupted" after a call.
+      if (this.#audio.state !== "running") void this.#audio.resume().catch(() => {});
     } catch {
       this.#audio = null; // no audio device, or none allowed
     }

@@ -119,15 +119,20 @@ class InputCheck {
     }
   }
 
-  /** What nobody here, or only one of two, has tried. */
-  get #todo() {
-    return [...new Set(this.tried.flatMap((one) => one.todo))];
+  /** What is still to be tried, and of two people by whom; empty when everything was. */
+  #todo() {
+    const todo = this.tried.map((one) => one.todo.map((what) => say(`study.check.${what}`)));
+    if (todo.length === 1) return todo[0].length > 0 ? say("study.check.todo", { list: todo[0] }) : "";
+    return todo
+      .map((list, seat) => (list.length > 0 ? say("study.check.todoOf", { number: seat + 1, list }) : ""))
+      .filter(Boolean)
+      .join(" ");
   }
 
   #showTodo() {
-    const names = this.#todo.map((what) => say(`study.check.${what}`));
-    const all = names.length === 0;
-    this.#said.textContent = all ? say("study.check.done") : say("study.check.todo", { list: names });
+    const todo = this.#todo();
+    const all = todo === "";
+    this.#said.textContent = all ? say("study.check.done") : todo;
     this.#said.className = all ? "check-done" : "";
     this.#lacking.hidden = all;
     if (this.goOn) this.goOn.disabled = !all;
@@ -194,8 +199,9 @@ class InputCheck {
     if (Number.isNaN(this.#rtt)) await this.#measure();
     if (Number.isNaN(this.#rtt)) return;
     // The server is told of a slow connection too: a participant who then stops is screened out, and paid as such.
-    const device = this.seats.cards()[0].device;
-    await this.context.next({ rtt_ms: Math.round(this.#rtt * 10) / 10, device, untried: this.#todo });
+    const rtt = Math.round(this.#rtt * 10) / 10;
+    const cards = this.seats.cards();
+    await this.context.next(cards.map(({ seat, device }) => ({ rtt_ms: rtt, device, untried: this.tried[seat].todo })));
   }
 }
 

@@ -135,6 +135,19 @@ test("a round pauses for whose gamepad is gone, once, and not for one that went 
   assert.equal(lost.hint([0, 1]), "");
 });
 
+test("a pause button pauses for the seat that its gamepad drives", () => {
+  const { seats, read } = twoSeats();
+  read(driven(0), driven(1));
+  const buttons = pad(0).buttons.map((button, index) => ({ ...button, pressed: index === DEFAULTS.buttons.pause }));
+  read(pad(0), pad(1, { buttons }));
+  assert.deepEqual(seats.pauses, [1]);
+  read(pad(0), pad(1, { buttons }));
+  assert.deepEqual(seats.pauses, [], "held, not pressed again");
+  seats.hold([1]);
+  read(pad(0, { buttons }), pad(1));
+  assert.deepEqual(seats.pauses, [1], "every gamepad of one person is theirs");
+});
+
 /** Two people with a gamepad each, in a round. */
 function twoPads() {
   const { seats, read } = twoSeats();

@@ -64,4 +64,5 @@ test("of an agent that was not trained nothing is invented", () => {
     partnerLine({ ...IDLE, id: "mine", description: "Waits, e.g.\u00a0here. Has options." }),
     "Waits, e.g.\u00a0here.",
   );
+  assert.equal(partnerLine({ ...IDLE, id: "mine", description: "Waits for 1.5 s" }), "Waits for 1.5 s");
 });

@@ -35,3 +35,15 @@ test("a page that is reloaded or comes late says nothing of what passed before",
   assert.deepEqual(heard(550, 551), ["Go.", ""]);
   assert.deepEqual(heard(310, 311, 500), ["Go.", "", "Ten seconds left."]);
 });
+
+test("a game that is over before its round is said, with why", () => {
+  const announcer = new Announcer();
+  const seats = [{ kind: "human" }, { kind: "human" }];
+  const left = { seats, reason: "Blue left.", reason_code: "left", reason_values: { players: ["blue"] } };
+  const game = /** @type {any} */ ({ phase: "lobby", round: null, room: { ...left, phase: "lobby" }, own: [1] });
+  const scene = /** @type {any} */ ({ view: { delivered: [] }, stalled: false, tick: 0 });
+  announcer.update(game, scene, 0);
+  game.phase = game.room.phase = "series_over";
+  announcer.update({ ...game, overBeforeRound: true }, scene, 2000);
+  assert.equal(region.textContent, "Blue left the game.");
+});

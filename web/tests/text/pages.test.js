@@ -44,6 +44,12 @@ for (const page of PAGES.filter((name) => name.endsWith(".html"))) {
     );
   });
 
+  test(`${page} tells the reader of a browser that is too old, before its program`, () => {
+    const html = readFileSync(new URL(page, WEB), "utf-8");
+    const [told, program] = [html.indexOf("/static/old_browser.js"), html.indexOf('type="module"')];
+    assert.equal(told !== -1 && told < program, page !== "404.html"); // which has words alone
+  });
+
   test(`${page} says what it says before its texts have loaded in every language`, () => {
     const html = readFileSync(new URL(page, WEB), "utf-8");
     const words = [...html.matchAll(UNTIL_TEXTS)].map(([element]) => element);

@@ -101,6 +101,17 @@ test("events are held until the play head reaches them, and given once", () => {
   assert.deepEqual(timeline.takeEvents(1300), []);
 });
 
+test("what happened while nothing was drawn is not played back", () => {
+  const timeline = new Timeline();
+  for (let tick = 1; tick <= 20; tick += 1)
+    timeline.push(bundle(tick, 1000 + 100 * tick, 0, { events: [{ code: tick, seat: 0, item: 0, pose: 4 }] }));
+  assert.deepEqual(
+    timeline.takeEvents(3100).map((event) => event.code),
+    [15, 16, 17, 18, 19, 20],
+  );
+  assert.deepEqual(timeline.takeEvents(3200), []);
+});
+
 test("a whole state starts the line, but never throws newer bundles away", () => {
   const timeline = new Timeline();
   /** @param {number} tick */
