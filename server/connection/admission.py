@@ -19,6 +19,7 @@ PICTURES_PER_MINUTE = 12
 REPLAYS_PER_MINUTE = 60
 DAY_S = 86_400.0
 ROUND_BYTES = 100_000  # a short one
+LEAST_BYTES = 65_536  # that a recording counts: a file takes more of a disk than its bytes
 
 Secret = Literal["seat", "admin"]
 SocketNews = Literal["entered", "joined", "left", "flooded"]
@@ -148,8 +149,8 @@ class AdmissionControl:
         return allowed
 
     def recorded(self, room_id: str, size: int) -> None:
-        """A room has recorded so many bytes."""
-        owner = self._room_owners.get(room_id)
+        """A room has recorded a round of so many bytes."""
+        owner, size = self._room_owners.get(room_id), max(size, LEAST_BYTES)
         if owner is None:
             return
         now, per_day = self._clock(), self._limits.recorded_per_address_per_day
