@@ -129,7 +129,7 @@ class Limits:
     late_share: float = 0.1  # of ticks that begin more than 50 ms late; above it no room is opened
     join_s: float = 5.0  # for a socket to join
     header_s: float = 10.0  # for a request to arrive
-    unread_s: float = 30.0  # for the next part of an answer to be taken
+    unread_s: float = 30.0  # in which a part of an answer must be taken: 1 KB/s on average
     frame_bytes: int = 4096
     body_bytes: int = 16 * 1024
     # Two seats at one screen: 2 x 20 inputs, acknowledgements with them, a ping and control messages now and then.
