@@ -6,12 +6,16 @@ from movingout.server.notices import ErrorCode
 
 
 class ApiError(Exception):
-    """A request that cannot be served; becomes {"error": {"code", "message", "values"}}."""
+    """A request that cannot be served; becomes {"error": {"code", "message", "values"}}.
 
-    def __init__(self, status: int, code: ErrorCode, message: str, **values: Any) -> None:
+    `retry_s`: after how many seconds it may be served, 0 where nothing is known.
+    """
+
+    def __init__(self, status: int, code: ErrorCode, message: str, *, retry_s: int = 0, **values: Any) -> None:
         super().__init__(message)
         self.status = status
         self.code = code
+        self.headers = {"retry-after": str(retry_s)} if retry_s else None
         self.values = values
 
     def as_json(self) -> dict[str, Any]:

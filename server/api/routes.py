@@ -73,7 +73,7 @@ def shape_errors(app: FastAPI, host: PublicHost) -> None:
     async def api_error(request: Request, error: ApiError) -> JSONResponse:
         if error.status in REFUSED:
             host.admission.refusals[error.code] += 1
-        return JSONResponse(error.as_json(), error.status)
+        return JSONResponse(error.as_json(), error.status, error.headers)
 
     @app.exception_handler(Away)
     async def away(request: Request, error: Away) -> JSONResponse:
