@@ -27,7 +27,7 @@ ErrorCode = Literal[
     "connection_failed",
     "round_over", "round_restarted", "practice_over", "participant_left",
     # answers and recordings
-    "answer", "not_saved", "no_recording", "no_recordings", "too_many_pictures", "too_many_replays",
+    "answer", "not_saved", "no_recording", "no_recordings", "readers_busy", "too_many_pictures", "too_many_replays",
     "no_finding", "annotator",
     # participants of a study
     "elsewhere", "no_participant", "link", "preview", "code", "code_used", "code_unknown", "study_full", "boxes",

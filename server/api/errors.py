@@ -2,7 +2,9 @@
 
 from typing import Any
 
+from movingout.maps.errors import MovingOutError
 from movingout.server.notices import ErrorCode
+from movingout.server.persistence.work_process import ReadersBusy
 
 
 class ApiError(Exception):
@@ -20,6 +22,13 @@ class ApiError(Exception):
 
     def as_json(self) -> dict[str, Any]:
         return error_json(self.code, str(self), self.values)
+
+
+def unreadable(error: MovingOutError, status: int, code: ErrorCode, message: str = "") -> ApiError:
+    """What to answer where a recording cannot be had: that it is so, or that it is so for a minute."""
+    if isinstance(error, ReadersBusy):
+        return ApiError(503, "readers_busy", str(error), retry_s=60)
+    return ApiError(status, code, message or str(error))
 
 
 def error_json(code: ErrorCode, message: str, values: dict[str, Any] | None = None) -> dict[str, Any]:
