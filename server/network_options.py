@@ -5,7 +5,7 @@ import ipaddress
 import re
 from urllib.parse import urlsplit
 
-ANY = "*"
+EVERYBODY = "*"
 _NAME = re.compile(r"[A-Za-z0-9]([A-Za-z0-9._\-]{0,250}[A-Za-z0-9])?")
 
 
@@ -25,9 +25,13 @@ def is_loopback(host: str) -> bool:
 
 
 def proxy_address(text: str) -> str:
-    """A trusted proxy. A name would match no connection, and all people would share one address and its limits."""
-    if text == ANY:
-        return text
+    """A trusted proxy. A name would match no connection, and all people would share one address and its limits.
+
+    Where every address is trusted, the first in X-Forwarded-For counts, which is written by whoever sends the request.
+    """
+    if text == EVERYBODY or text.endswith("/0"):
+        problem = "nobody would have limits if everybody were a proxy; name its network, such as --proxy 10.0.0.0/8"
+        raise argparse.ArgumentTypeError(problem)
     try:
         (ipaddress.ip_network if "/" in text else ipaddress.ip_address)(text)
     except ValueError:

@@ -21,13 +21,13 @@ ErrorCode = Literal[
     "map_faulty", "map_name", "map_busy", "map_slow", "map_unsolved",
     # seats
     "room_full", "seat_taken", "watchers_full", "not_your_seat", "wrong_phase", "joined", "no_tutorial",
-    "pings_off", "ping_rate", "ping_item", "pauses_used",
+    "pings_off", "ping_rate", "ping_item", "ready_rate", "pauses_used",
     # why a connection or a room is closed
     "replaced", "nobody_here", "room_failed", "closed_by_operator", "restarting", "moving", "room_waits", "too_slow",
     "connection_failed",
     "round_over", "round_restarted", "practice_over", "participant_left",
     # answers and recordings
-    "answer", "not_saved", "no_recording", "no_recordings", "too_many_pictures", "too_many_replays",
+    "answer", "not_saved", "no_recording", "no_recordings", "readers_busy", "too_many_pictures", "too_many_replays",
     "no_finding", "annotator",
     # participants of a study
     "elsewhere", "no_participant", "link", "preview", "code", "code_used", "code_unknown", "study_full", "boxes",

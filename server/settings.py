@@ -123,13 +123,15 @@ class Limits:
     recorded_per_address_per_day: float = 20e9  # bytes, about 170 hours of rooms
     answered_per_address_per_day: float = 1e9  # bytes of requests that answer questions; a class needs some 20 MB
     study_arrivals_per_minute: int = 1000  # by one address: a whole class opens its links at once
+    study_changes_per_s: float = 2.0  # steps done, languages, stops of one participant, in bursts of ten times as many
+    study_unknown_tokens_per_s: float = 20.0  # by one address, in bursts of a hundred times as many: after a restart
     map_checks_per_minute: int = 120  # of drawn maps, by one address: the editor asks after each change
     map_solves_per_minute: int = 6  # by one address
     tick_share: float = 0.5  # of one core that ticks take, averaged over 5 s; above it no room is opened
     late_share: float = 0.1  # of ticks that begin more than 50 ms late; above it no room is opened
     join_s: float = 5.0  # for a socket to join
     header_s: float = 10.0  # for a request to arrive
-    unread_s: float = 30.0  # for the next part of an answer to be taken
+    unread_s: float = 30.0  # in which a part of an answer must be taken: 1 KB/s on average
     frame_bytes: int = 4096
     body_bytes: int = 16 * 1024
     # Two seats at one screen: 2 x 20 inputs, acknowledgements with them, a ping and control messages now and then.

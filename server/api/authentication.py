@@ -119,6 +119,12 @@ async def limit_answers(host: PublicHost, request: Request) -> None:
         raise ApiError(429, "too_many_requests", "Too much was answered from your address; try again later.")
 
 
+def limit_replays(host: PublicHost, address: str) -> None:
+    """Raises ApiError where the address has asked for more recordings than people can look at."""
+    if not host.admission.may_replay(address):
+        raise ApiError(429, "too_many_replays", "Many recordings were asked for; wait a minute.", retry_s=60)
+
+
 async def body_of(request: Request, kind: type[Body]) -> Body:
     """The validated body. Raises ApiError."""
     try:

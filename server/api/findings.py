@@ -19,7 +19,7 @@ from movingout.recordings.annotation.search import FailureSearch, search_failure
 from movingout.recordings.annotation.verdicts import add_verdict, checked_annotator, new_line, newest, verdicts_of
 from movingout.recordings.spreadsheet import safe_cells
 from movingout.server.api.authentication import admin, body_of
-from movingout.server.api.errors import ApiError
+from movingout.server.api.errors import ApiError, unreadable
 from movingout.server.public_host import PublicHost
 
 SEARCH_S = 2.0  # per request; the page asks again until everything is searched
@@ -45,7 +45,7 @@ def routes(host: PublicHost) -> APIRouter:
         try:
             return await host.recording_service.compute(partial(search_failures, folder(), most_s))
         except RecordingError as error:
-            raise ApiError(503, "no_recordings", str(error)) from None
+            raise unreadable(error, 503, "no_recordings") from None
 
     @router.get("")
     async def findings() -> dict[str, Any]:

@@ -13,7 +13,8 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import RecordingError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.api.agent_seats import admit_agents
-from movingout.server.api.errors import ApiError
+from movingout.server.api.authentication import limit_replays
+from movingout.server.api.errors import ApiError, unreadable
 from movingout.server.api.map_routes import playable
 from movingout.server.api.named_maps import own_map, unknown_map
 from movingout.server.api.proposed_partner import proposed_partners
@@ -105,7 +106,7 @@ def _with_partner(wanted: RoomRequest, partner: str) -> RoomRequest:
 async def _open_seated(host: PublicHost, wanted: RoomRequest, address: str) -> dict[str, Any]:
     kinds, agents = [seat.kind for seat in wanted.seats], [seat.agent for seat in wanted.seats if seat.kind == "agent"]
     await admit_agents(host, kinds, agents, address)
-    ghosts = await _ghosts(host, wanted.seats)
+    ghosts = await _ghosts(host, wanted.seats, address)
     if ghosts and not wanted.maps:
         wanted.maps = [next(iter(ghosts.values())).map]
     own_maps = await _own_maps(host, wanted, ghosts, address)
@@ -128,7 +129,7 @@ async def _open_seated(host: PublicHost, wanted: RoomRequest, address: str) -> d
     except Away:
         raise
     except MovingOutError as error:
-        raise ApiError(503, "no_agent", str(error)) from None
+        raise unreadable(error, 503, "no_agent") from None
 
 
 async def _opened(
@@ -176,18 +177,21 @@ async def _open_tutorial(host: PublicHost, wanted: RoomRequest, address: str) ->
         raise ApiError(503, "no_agent", str(error)) from None
 
 
-async def _ghosts(host: PublicHost, seats: list[SeatRequest]) -> dict[int, GhostSeat]:
+async def _ghosts(host: PublicHost, seats: list[SeatRequest], address: str) -> dict[int, GhostSeat]:
     """The recorded seats among `seats`: from this server's recordings, or the partner that the operator named."""
     found = {}
     try:
         for index, seat in enumerate(seats[:2]):
             if seat.kind == "ghost":
+                if address:
+                    limit_replays(host, address)
                 path = await host.recording_service.path(seat.recording)
                 found[index] = await host.recording_service.ghost_seat(f"{path}#{SEAT_COLOURS[index]}")
             elif seat.kind == "agent" and seat.agent == host.settings.partner and is_ghost(seat.agent):
                 found[index] = await host.recording_service.ghost_seat(seat.agent.removeprefix(f"{GHOST}:"))
     except RecordingError as error:
-        raise ApiError(422, "ghost", f"This recording cannot be played against: {error}.") from None
+        text = f"This recording cannot be played against: {error}."
+        raise unreadable(error, 422, "ghost", text) from None
     return found
 
 

@@ -23,10 +23,11 @@ from movingout.server.api.authentication import (
     close_rooms_beside,
     in_room,
     limit_answers,
+    limit_replays,
     own_page,
     seat_of_token,
 )
-from movingout.server.api.errors import ApiError, error_json
+from movingout.server.api.errors import ApiError, error_json, unreadable
 from movingout.server.api.health import health_routes
 from movingout.server.api.map_routes import map_routes
 from movingout.server.api.offered_agents import OfferedAgents
@@ -34,6 +35,7 @@ from movingout.server.api.room_requests import RoomRequest, open_room
 from movingout.server.notices import Notice
 from movingout.server.persistence.answer_log import TooManyAnswers
 from movingout.server.persistence.recording_service import ReplayFiles
+from movingout.server.persistence.work_process import ReadersBusy
 from movingout.server.public_host import Away, PublicHost
 from movingout.server.rooms.room import Room
 from movingout.study.design.instruments import instrument
@@ -73,11 +75,15 @@ def shape_errors(app: FastAPI, host: PublicHost) -> None:
     async def api_error(request: Request, error: ApiError) -> JSONResponse:
         if error.status in REFUSED:
             host.admission.refusals[error.code] += 1
-        return JSONResponse(error.as_json(), error.status)
+        return JSONResponse(error.as_json(), error.status, error.headers)
 
     @app.exception_handler(Away)
     async def away(request: Request, error: Away) -> JSONResponse:
         return JSONResponse(error_json(error.code, str(error)), 503)
+
+    @app.exception_handler(ReadersBusy)
+    async def busy(request: Request, error: ReadersBusy) -> JSONResponse:
+        return await api_error(request, unreadable(error, 503, "readers_busy"))
 
     @app.exception_handler(404)
     async def not_found(request: Request, error: Exception) -> Response:
@@ -210,17 +216,16 @@ def _recording_routes(host: PublicHost) -> APIRouter:
         try:
             document = await host.recording_service.listing()
         except RecordingError as error:
-            raise ApiError(503, "no_recordings", str(error)) from None
+            raise unreadable(error, 503, "no_recordings") from None
         return Response(document, media_type="application/json")
 
     async def replay_of(episode_id: str, request: Request) -> ReplayFiles:
-        free = host.recording_service.has_replay(episode_id) or host.is_admin(bearer(request))
-        if not free and not host.admission.may_replay(address_of(request)):
-            raise ApiError(429, "too_many_replays", "Many recordings were asked for; wait a minute.")
+        if not (host.recording_service.has_replay(episode_id) or host.is_admin(bearer(request))):
+            limit_replays(host, address_of(request))
         try:
             return await host.recording_service.replay(episode_id)
         except RecordingError as error:
-            raise ApiError(404, "no_recording", str(error)) from None
+            raise unreadable(error, 404, "no_recording") from None
 
     @router.get("/api/recordings/{episode_id}")
     async def recording(episode_id: str, request: Request) -> Response:
@@ -235,11 +240,13 @@ def _recording_routes(host: PublicHost) -> APIRouter:
         return Response((await replay_of(episode_id, request)).decision_traces, media_type="application/json")
 
     @router.get("/api/recordings/{episode_id}/file")
-    async def file(episode_id: str) -> Response:
+    async def file(episode_id: str, request: Request) -> Response:
+        if not host.is_admin(bearer(request)):
+            limit_replays(host, address_of(request))
         try:
             path = await host.recording_service.path(episode_id)
         except RecordingError as error:
-            raise ApiError(404, "no_recording", str(error)) from None
+            raise unreadable(error, 404, "no_recording") from None
         return FileResponse(path, media_type="application/octet-stream", filename=path.name)
 
     return router

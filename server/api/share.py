@@ -10,7 +10,7 @@ from movingout.recordings import RecordingError
 from movingout.recordings.exports.share import SHARE_KINDS, ShareKind, share_bytes
 from movingout.recordings.report.words import Words
 from movingout.server.api.authentication import address_of, seat_of_token
-from movingout.server.api.errors import ApiError
+from movingout.server.api.errors import ApiError, unreadable
 from movingout.server.public_host import PublicHost
 
 KEPT = 32  # pictures, each well below a megabyte
@@ -41,7 +41,7 @@ def routes(host: PublicHost) -> APIRouter:
         try:
             await host.recording_service.path(episode_id)
         except RecordingError as error:
-            raise ApiError(404, "no_recording", str(error)) from None
+            raise unreadable(error, 404, "no_recording") from None
 
     async def drawn(episode_id: str, kind: ShareKind, language: str, request: Request) -> bytes:
         if not host.admission.may_draw(address_of(request)):
@@ -49,6 +49,6 @@ def routes(host: PublicHost) -> APIRouter:
         try:
             return await host.recording_service.read(episode_id, partial(share_bytes, kind=kind, language=language))
         except RecordingError as error:
-            raise ApiError(404, "no_recording", str(error)) from None
+            raise unreadable(error, 404, "no_recording") from None
 
     return router

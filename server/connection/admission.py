@@ -19,6 +19,7 @@ PICTURES_PER_MINUTE = 12
 REPLAYS_PER_MINUTE = 60
 DAY_S = 86_400.0
 ROUND_BYTES = 100_000  # a short one
+LEAST_BYTES = 65_536  # that a recording counts: a file takes more of a disk than its bytes
 
 Secret = Literal["seat", "admin"]
 SocketNews = Literal["entered", "joined", "left", "flooded"]
@@ -56,6 +57,8 @@ class AdmissionControl:
         self._replays: dict[str, TokenBucket] = {}
         self._drawings: dict[str, TokenBucket] = {}
         self._study_arrivals: dict[str, TokenBucket] = {}
+        self._study_changes: dict[str, TokenBucket] = {}  # by participant
+        self._unknown_tokens: dict[str, TokenBucket] = {}
         self._requests: dict[str, TokenBucket] = {}
         self._answered: dict[str, TokenBucket] = {}  # bytes that may still be answered
         self._recorded: dict[str, TokenBucket] = {}  # bytes that may still be recorded, by owner
@@ -148,8 +151,8 @@ class AdmissionControl:
         return allowed
 
     def recorded(self, room_id: str, size: int) -> None:
-        """A room has recorded so many bytes."""
-        owner = self._room_owners.get(room_id)
+        """A room has recorded a round of so many bytes."""
+        owner, size = self._room_owners.get(room_id), max(size, LEAST_BYTES)
         if owner is None:
             return
         now, per_day = self._clock(), self._limits.recorded_per_address_per_day
@@ -235,6 +238,20 @@ class AdmissionControl:
         """Whether one more participant of a study may open a link here now."""
         per_minute = self._limits.study_arrivals_per_minute
         return self._bucket(self._study_arrivals, address_group(address), per_minute).take(self._clock())
+
+    def may_change(self, pid: str) -> bool:
+        """Whether this participant of a study may ask for one more change now: each waits for all others'."""
+        per_s = self._limits.study_changes_per_s
+        if pid not in self._study_changes:
+            keep(self._study_changes, pid, TokenBucket(per_s, 10.0 * per_s, self._clock()))
+        return self._study_changes[pid].take(self._clock())
+
+    def may_try_token(self, address: str) -> bool:
+        """Whether a participant's token that is not in memory may be looked up for this address now."""
+        group, per_s = address_group(address), self._limits.study_unknown_tokens_per_s
+        if group not in self._unknown_tokens:
+            keep(self._unknown_tokens, group, TokenBucket(per_s, 100.0 * per_s, self._clock()))
+        return self._unknown_tokens[group].take(self._clock())
 
     def may_check_map(self, address: str) -> bool:
         return self._bucket(self._checks, address_group(address), self._limits.map_checks_per_minute).take(

@@ -69,10 +69,10 @@ class ConnectionLimits:
 
 
 def is_trusted(address: str, proxies: Collection[str]) -> bool:
-    """Whether this is the address of one of the proxies, which are addresses, networks, or "*" for all."""
+    """Whether this is the address of one of the proxies, which are addresses and networks."""
     if not proxies:
         return False
-    if "*" in proxies or address in proxies:
+    if address in proxies:
         return True
     try:
         parsed = ipaddress.ip_address(address)
@@ -83,8 +83,6 @@ def is_trusted(address: str, proxies: Collection[str]) -> bool:
 
 def both_forms(proxies: Collection[str]) -> list[str]:
     """The same proxies for a server that listens on `::`, too, which sees 192.0.2.1 as ::ffff:192.0.2.1."""
-    if "*" in proxies:
-        return ["*"]  # alone: Uvicorn takes it for a name beside others
     return [*proxies, *(mapped for proxy in proxies if (mapped := _mapped(proxy)))]
 
 

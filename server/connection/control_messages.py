@@ -13,11 +13,11 @@ def handle(room: Room, client: ClientHandle, message: m.ClientMessage, now: floa
     """Carry out a control message. Raises WrongRequest with what would be possible."""
     match message:
         case m.Ready(seat, ready):
-            room.set_ready(_own(room, client, seat, "ready"), ready, now)
+            _set_ready(room, _own(room, client, seat, "ready"), ready, now)
         case m.Again() if room.config.study:
             raise WrongRequest("study", "a round of a study is played once; go back to the study's page")
         case m.Again(seat):
-            room.ask_again(_own(room, client, seat, "again"), now)
+            _ask_again(room, _own(room, client, seat, "again"), now)
         case m.Pause(seat):
             room.pause(_own(room, client, seat, "pause"), now)
         case m.SayPing() if not room.config.pings:
@@ -50,3 +50,21 @@ def _own(room: Room, client: ClientHandle, index: int, request: Request) -> Seat
         allowed = names(ALLOWED[request])
         raise WrongRequest("wrong_phase", f"{request} is possible in {allowed}; the room is in {room.phase}")
     return room.seats[index]
+
+
+def _set_ready(room: Room, seat: Seat, ready: bool, now: float) -> None:
+    if (seat.ready, seat.wants_again) != (ready, False):
+        _count_change(seat, now)
+        room.set_ready(seat, ready, now)
+
+
+def _ask_again(room: Room, seat: Seat, now: float) -> None:
+    if not (seat.ready and seat.wants_again):
+        _count_change(seat, now)
+        room.ask_again(seat, now)
+
+
+def _count_change(seat: Seat, now: float) -> None:
+    """Everybody in the room hears of each change, and may have a slow line. Raises WrongRequest for one too many."""
+    if not seat.changes.take(now):
+        raise WrongRequest("ready_rate", "too many changes; wait a second")

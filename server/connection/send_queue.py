@@ -5,6 +5,7 @@ acknowledgements say so: with a second of bundles unacknowledged nothing more is
 gets the whole state instead of what it missed.
 """
 
+import contextlib
 from collections import deque
 from collections.abc import Callable
 
@@ -39,6 +40,7 @@ class Client:
         self._write = write
         self._wake = wake
         self._control: deque[str | bytes] = deque()
+        self._state = ""  # of the room, as it was queued last
         self._bundle: bytes | None = None
         self._under_way: deque[tuple[int, float]] = deque()  # (tick, when shown)
         self._stalled = False
@@ -49,8 +51,11 @@ class Client:
 
     def tell(self, message: m.ServerMessage, text: str = "") -> None:
         text = text or msgspec.json.encode(message).decode()
-        if self._bundle is not None or not self._send_now(text, 0.0):
-            self.push(text)
+        if self._bundle is None and self._send_now(text, 0.0):
+            return
+        if isinstance(message, m.RoomState):
+            self._replace_state(text)
+        self.push(text)
 
     def show(self, tick: int, frame: bytes, now: float) -> None:
         if self._under_way and self._under_way[-1][0] >= tick:  # a new round counts from 1 again
@@ -114,6 +119,12 @@ class Client:
             self._keep_order()
             self._control.append(frame)
         self._wake()
+
+    def _replace_state(self, text: str) -> None:
+        """Of the states of the room only the newest waits: others may change it faster than a slow line takes it."""
+        with contextlib.suppress(ValueError):
+            self._control.remove(self._state)
+        self._state = text
 
     def next_frame(self) -> str | bytes | None:
         """What to send next: control messages in order, then the newest bundle."""

@@ -11,6 +11,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 
 from movingout.server.connection.asgi import WIRE, OnBinary
 from movingout.server.connection.connection_limits import ConnectionLimits
+from movingout.server.connection.taken_bytes import taken_bytes
 from movingout.server.settings import Limits
 
 try:
@@ -22,6 +23,7 @@ CONTROLS_PER_S = 5.0  # pings and pongs, which no message counts
 CONTROL_BURST = 50.0
 MOST_FRAGMENTS = 8  # of one message; ours are never cut
 AFTER_CLOSE_BYTES = 16 * 1024
+LEAST_READ_PER_S = 1000  # bytes of an answer, on average
 GOODBYE_S = 10.0  # for a client to hang up, as long as Uvicorn waits for the answer to its close frame
 FINAL_TEXT = 0x81
 FINAL_BINARY = 0x82
@@ -64,6 +66,7 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
 
         _deadline: asyncio.TimerHandle | None = None
         _write_deadline: asyncio.TimerHandle | None = None
+        _taken = 0  # when the reader was last looked at
         _address = ""
         _head_bytes = 0  # received since the request began, while its head is not whole
         _head_is_whole = True
@@ -86,10 +89,20 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
             super().connection_lost(exc)
 
         def pause_writing(self) -> None:
-            """More waits to be sent than should; whoever takes none of it in time is gone, or never wanted it."""
+            """More waits to be sent than should; whoever takes too little of it is gone, or wants us to keep it."""
             super().pause_writing()
             if self._write_deadline is None:
-                self._write_deadline = self.loop.call_later(limits.unread_s, self.transport.abort)
+                self._wait_for_reader()
+
+        def _wait_for_reader(self) -> None:
+            self._taken = taken_bytes(self.transport)
+            self._write_deadline = self.loop.call_later(limits.unread_s, self._drop_unless_read)
+
+        def _drop_unless_read(self) -> None:
+            if taken_bytes(self.transport) - self._taken < LEAST_READ_PER_S * limits.unread_s:
+                self.transport.abort()
+            else:
+                self._wait_for_reader()
 
         def resume_writing(self) -> None:
             if self._write_deadline is not None:

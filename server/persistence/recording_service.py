@@ -118,8 +118,11 @@ class RecordingService:
             return None
         return kept.files if kept is not None else None
 
-    async def path(self, episode_id: str) -> Path:
-        """The file of a recording, waiting for it to be finalised. Raises RecordingError when there is none."""
+    async def path(self, episode_id: str, urgent: bool = False) -> Path:
+        """The file of a recording, waiting for it to be finalised. Raises RecordingError when there is none.
+
+        ReadersBusy, unless it is `urgent`, where it has to be looked for and too many are waiting for that.
+        """
         if not _ID.fullmatch(episode_id):
             raise RecordingError("a recording's id has up to 80 letters, digits, '-' and '_'")
         pending = self._pending.get(f"{episode_id}.mcap.journal")
@@ -127,14 +130,14 @@ class RecordingService:
             await asyncio.shield(pending)
         path = self.folder / f"{episode_id}{SUFFIX}"
         if not path.is_file():
-            path = await self._reading.run(_renamed, self.folder, episode_id) or path
+            path = await self._reading.run(_renamed, self.folder, episode_id, urgent=urgent) or path
         if path.is_symlink() or not path.is_file():
             raise RecordingError("there is no such recording; it may still be running or may have been deleted")
         return path
 
-    async def read(self, episode_id: str, work: Callable[[Path], Result]) -> Result:
-        """What `work` finds in a recording, in the other process. Raises RecordingError."""
-        found: Result = await self._reading.run(work, await self.path(episode_id))
+    async def read(self, episode_id: str, work: Callable[[Path], Result], urgent: bool = False) -> Result:
+        """What `work` finds in a recording, in the other process. Raises RecordingError, ReadersBusy as `path` does."""
+        found: Result = await self._reading.run(work, await self.path(episode_id, urgent), urgent=urgent)
         return found
 
     async def compute(self, work: Callable[[], Result]) -> Result:

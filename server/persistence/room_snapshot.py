@@ -39,7 +39,7 @@ def room_file(room: Room, saved: float) -> RoomFile:
         index=room.series.index,
         epoch=room.series.epoch,
         episode=room.round.episode_id if in_round else "",
-        results=room.series.results,
+        results=list(room.series.results),
         next_episode="" if room.round.started else room.round.episode_id,
         joined=room.was_joined,
     )

@@ -14,6 +14,10 @@ NICE = 10  # ticks come first
 MOST_WAITING = 40  # calls; more are refused, so that nobody waits for minutes
 
 
+class ReadersBusy(RecordingError):
+    """Too much waits already; a minute later it can be asked again."""
+
+
 class WorkProcess:
     """Runs functions one after another. Use inside a running event loop."""
 
@@ -27,11 +31,11 @@ class WorkProcess:
     async def run(self, work: Any, *arguments: Any, urgent: bool = False) -> Any:
         """The result of `work(*arguments)`; both must be picklable. Whatever it raises is raised here.
 
-        Once more in a new process if it died. RecordingError when it dies again, after `close`, or (unless `urgent`)
-        when too many are waiting.
+        Once more in a new process if it died. RecordingError when it dies again, or after `close`; ReadersBusy, unless
+        it is `urgent`, when too many are waiting.
         """
         if self._waiting >= MOST_WAITING and not urgent:
-            raise RecordingError("too many recordings are being read at the moment; try again in a minute")
+            raise ReadersBusy("too many recordings are being read at the moment; try again in a minute")
         self._waiting += 1
         try:
             async with self._turn:

@@ -182,8 +182,7 @@ class Room:
             client.show(self.round.state.tick, bundle, now)
         if learned := self.round.learned():
             self.seating.tell(learned)
-        outcome = self.round.outcome()
-        if outcome is None:
+        if (outcome := self.round.outcome()) is None:
             self.round.ask_agents(self.seats, timing.due + TICK_SECONDS)
         else:
             self._finish(outcome, NOTHING)
@@ -303,7 +302,8 @@ class Room:
             self._enter(PhaseEvent.CALLED_OFF, NOTHING)
         elif stops or self.phase == "paused":
             self._enter_pause(now)
-        self._announce(now)
+        else:
+            self._announce(now)
         self._try_start(now)
 
     def ask_again(self, seat: Seat, now: float) -> None:

@@ -1,6 +1,7 @@
 """The rounds of a room in order: maps, agents, results."""
 
 import logging
+from collections import deque
 from dataclasses import dataclass
 
 from movingout.agents.built_in import TUTORIAL_PARTNER
@@ -16,6 +17,8 @@ from movingout.server.rooms.services import RoomConfig, Services
 from movingout.server.rooms.tutorial import PARTNER_NAME, TutorialProgress, tutorial_map
 
 log = logging.getLogger(__name__)
+
+KEPT_RESULTS = 50  # "again" has no end, and all of them are written at each change of the room
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ class RoundSeries:
     ) -> None:
         self.index = progress.index  # of the round in the series
         self.epoch = progress.epoch  # counts rounds, replays included
-        self.results = list(progress.results)
+        self.results = deque(progress.results, KEPT_RESULTS)  # of the newest rounds
         self._config = config
         self._seats = seats
         self._services = services

@@ -16,9 +16,11 @@ from movingout.recordings import SeatInfo
 from movingout.recordings.episode import ActionSource
 from movingout.recordings.recorded_seat import ghost_name
 from movingout.server.agent_workers.agent_seat import AgentAnswer
+from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.messages import Kind, SeatState, ServerMessage
 from movingout.server.notices import Notice
 from movingout.server.rooms.input_buffer import InputBuffer, TickInput
+from movingout.server.rooms.time_limits import CHANGES_BURST, CHANGES_PER_S
 from movingout.server.security.tokens import Hash, hash_token, token_matches
 from movingout.world.ping import HelpPing
 from movingout.world.state import WorldState
@@ -88,6 +90,7 @@ class Seat:
     gone: bool = False  # left for good
     controls: InputBuffer = field(default_factory=InputBuffer)
     player: AgentPlayer | None = None
+    changes: TokenBucket = field(default_factory=lambda: TokenBucket(CHANGES_PER_S, CHANGES_BURST, 0.0))
 
     @property
     def colour(self) -> str:

@@ -1,4 +1,4 @@
-"""How long a room waits for what. Seconds."""
+"""How long a room waits for what, in seconds, and how much it takes of one player."""
 
 PRACTICE_COUNTDOWN_S = 1.0
 ANNOUNCE_S = 1.0  # between two announcements of a state that does not change
@@ -8,6 +8,8 @@ AGENTS_WAIT_S = 60.0  # agents are released if no client comes for so long
 SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
 EMPTY_S = 900.0  # a room without clients closes after this
 UNJOINED_S = 60.0  # so does one that waits for nobody but the page that opened it
+CHANGES_PER_S = 4.0  # of one seat: ready, no longer ready, once more
+CHANGES_BURST = 8.0
 PAUSE_LIMIT_S = 600.0  # for players who paused while nobody waits for them
 PAUSES = 3  # of one player in a round, while somebody else plays along
 WAIT_LIMIT_S = 120.0  # for one player in a round, in all its pauses together, while somebody else is ready

@@ -14,6 +14,7 @@ RETRY_S = 0.25
 GIVE_UP_S = 120.0  # without a response
 RETRIED = (
     HTTPStatus.REQUEST_TIMEOUT,  # of a proxy that the request did not reach in time
+    HTTPStatus.TOO_MANY_REQUESTS,
     HTTPStatus.BAD_GATEWAY,
     HTTPStatus.SERVICE_UNAVAILABLE,
     HTTPStatus.GATEWAY_TIMEOUT,

@@ -93,7 +93,6 @@ class Store:
             if known is None:
                 row = {"pid": pid, "member": 0, "language": language, "step": step, "arrived_ms": self.now()}
                 connection.execute(insert(participants).values(**row))
-                record(connection, self.now(), "participant", "arrive", pid)
             return _participant(connection, pid)
 
     def participant(self, pid: str) -> Participant:
@@ -124,7 +123,10 @@ class Store:
         """Store a consent with the hash of the exact text that was shown."""
         digest = sha256(shown.encode()).hexdigest()
         with self.database.write() as connection:
-            _participant(connection, pid)
+            known = _participant(connection, pid)
+            if not connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
+                # only now, because the audit forgets nothing: of those who do not consent nothing is kept
+                record(connection, known.arrived_ms, "participant", "arrive", pid)
             row = {"pid": pid, "version": version, "language": language, "sha256": digest, "given_ms": self.now()}
             connection.execute(insert(consents).values(**row, boxes=json.dumps(list(boxes))))
             record(connection, self.now(), "participant", "consent", pid, version=version, sha256=digest)

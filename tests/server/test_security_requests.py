@@ -5,6 +5,7 @@ import json
 import re
 import socket
 import time
+import urllib.error
 import urllib.request
 from pathlib import Path
 
@@ -17,9 +18,12 @@ from movingout.server import uvicorn_server
 from movingout.server.api.middleware import content_security_policy
 from movingout.server.api.pages import WEB
 from movingout.server.connection import admission
+from movingout.server.persistence import work_process
 from movingout.server.security.certificate import certificate_in
-from tests.server.live import Live, limits, raw_socket, serve
+from tests.server.live import ADMIN, WAIT_S, Live, limits, raw_socket, serve
 from tests.server.threats import close_code, player
+
+GHOST = {"maps": [], "seats": [{"kind": "ghost", "recording": "nothing"}, {"kind": "here"}]}
 
 # ---- 9, 10 slow and many --------------------------------------------------------------------------------------
 
@@ -100,6 +104,35 @@ def test_10_replays_are_limited_per_address_and_those_at_hand_are_free(
         found = [live.call(f"/api/recordings/nothing-{count}") for count in range(5)]
     assert [status for status, _ in found] == [404, 404, 404, 429, 429]
     assert found[-1][1]["error"]["code"] == "too_many_replays"
+
+
+def test_10_files_of_recordings_and_recorded_partners_count_as_replays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(admission, "REPLAYS_PER_MINUTE", 2)
+    with serve(tmp_path) as live:
+        assert live.call("/api/recordings/nothing/file")[0] == 404
+        assert live.call("/api/rooms", GHOST)[0] == 422
+        assert [live.call("/api/recordings/nothing/file")[0], live.call("/api/rooms", GHOST)[0]] == [429, 429]
+        assert live.call("/api/recordings/nothing/file", token=ADMIN)[0] == 404
+
+
+@pytest.mark.parametrize("path", ["/api/recordings/nothing", "/api/recordings/nothing/file", "ghost", "randomised"])
+def test_10_while_the_readers_are_busy_nobody_hears_that_there_is_nothing(
+    live: Live, monkeypatch: pytest.MonkeyPatch, path: str
+) -> None:
+    monkeypatch.setattr(work_process, "MOST_WAITING", 0)
+    randomised = {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "link"}], "challenge2_seed": 977}
+    body = {"ghost": GHOST, "randomised": randomised}.get(path)
+    status, answer = live.call(path if body is None else "/api/rooms", body)
+    assert (status, answer["error"]["code"]) == (503, "readers_busy")
+
+
+def test_10_who_may_ask_again_later_hears_when(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work_process, "MOST_WAITING", 0)
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        urllib.request.urlopen(f"http://{live.address}/api/recordings/nothing", timeout=WAIT_S)
+    assert (refused.value.code, refused.value.headers["retry-after"]) == (503, "60")
 
 
 def _ends(client: socket.socket) -> bool:

@@ -87,13 +87,15 @@ class ParticipantApi:
 
     async def view(self, request: Request, lang: str = "") -> dict[str, View]:
         session = await self._session(request)
-        if session is not None and lang:
+        if session is not None and lang and lang != session.record.language:
+            self._limit_changes(session)
             await self._actions.set_language(session, lang)
         return await self._shown(session)
 
     async def next(self, request: Request) -> dict[str, View]:
         session, done = await self._session(request), await body_of(request, StepRequest)
         if session is not None:
+            self._limit_changes(session)
             await self._actions.complete_step(session, done)
         return await self._shown(session)
 
@@ -108,12 +110,14 @@ class ParticipantApi:
     async def decline(self, request: Request) -> dict[str, View]:
         session = await self._session(request)
         if session is not None:
+            self._limit_changes(session)
             await self._actions.decline(session)
         return await self._shown(session)
 
     async def stop(self, request: Request) -> dict[str, View]:
         session, wanted = await self._session(request), await body_of(request, StopRequest)
         if session is not None:
+            self._limit_changes(session)
             await self._actions.stop(session, wanted.keep)
         return await self._shown(session)
 
@@ -140,10 +144,19 @@ class ParticipantApi:
 
     async def _session(self, request: Request) -> ParticipantSession | None:
         """The participant of a request; None for a page that was superseded by another one."""
-        known = await self._session_service.of_token(bearer(request))
+        token, gate = bearer(request), self._running.host.admission
+        if not self._session_service.remembers(token) and not gate.may_try_token(address_of(request)):
+            text = "Too many requests come from your address; wait a few seconds."
+            raise ApiError(429, "too_many_requests", text, retry_s=5)
+        known = await self._session_service.of_token(token)
         if known is None:
             raise ApiError(401, "no_participant", "This page is not known (any more); open your link again.")
         return None if known == "elsewhere" else known
+
+    def _limit_changes(self, session: ParticipantSession) -> None:
+        """Changes are made one after another: nobody keeps all others waiting. Raises ApiError."""
+        if not self._running.host.admission.may_change(session.pid):
+            raise ApiError(429, "too_many_requests", "Too many requests from this page; wait a second.", retry_s=1)
 
     async def _shown(self, session: ParticipantSession | None) -> dict[str, View]:
         return {"view": self._views.elsewhere() if session is None else await self._views.view(session)}

@@ -67,6 +67,11 @@ class SessionService:
             await self._open_session(tx, session, token)
             return Arrived(token, session, replaces)
 
+    def remembers(self, token: str) -> bool:
+        """Whether `of_token` knows a token without asking the database."""
+        digest = hash_token(token).hex()
+        return digest in self._superseded or digest in self._sessions
+
     async def of_token(self, token: str) -> ParticipantSession | Elsewhere | None:
         """Whom a token stands for; "elsewhere" when the study was opened in another window since."""
         digest = hash_token(token).hex()

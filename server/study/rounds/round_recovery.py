@@ -32,7 +32,7 @@ class RoundRecovery:
     async def round(self, episode: str, unit: StudyUnit | None, may_come: bool = False) -> Recovered | None:
         """How far a round was recorded; None while its journal is not finished, which `may_come` takes calmly."""
         try:
-            found = await self._host.recording_service.read(episode, recovered_round)
+            found = await self._host.recording_service.read(episode, recovered_round, urgent=True)
         except RecordingError as error:
             if not self._journal(episode).exists():
                 log.warning("the round %s has no recording: %s", episode, error)

@@ -74,6 +74,12 @@ def test_a_field_can_be_left_out() -> None:
         ("--max-sockets -2", "a whole number from 1 to 1,000,000 is possible, not -2"),
         ("--proxy caddy", "a proxy is named by its address, such as 10.0.0.9 or 10.0.0.0/24, not 'caddy'"),
         ("--proxy 10.0.0.5/8", "not '10.0.0.5/8'"),
+        (
+            "--proxy *",
+            "nobody would have limits if everybody were a proxy; name its network, such as --proxy 10.0.0.0/8",
+        ),
+        ("--proxy 0.0.0.0/0", "name its network, such as --proxy 10.0.0.0/8"),
+        ("--proxy ::/0", "name its network, such as --proxy 10.0.0.0/8"),
         ("--allow-host https://study.example.org", "without https:// and without a port"),
         ("--allow-host study.example.org:443", "without https:// and without a port"),
         ("--origin study.example.org", "an origin looks like https://study.example.org"),
@@ -89,10 +95,8 @@ def test_what_no_request_could_match_is_refused(capsys: pytest.CaptureFixture[st
 
 
 def test_names_and_origins_are_compared_as_browsers_write_them() -> None:
-    words = (
-        "--allow-host Study.Example.org. --origin https://Study.example.org/ --proxy ::1 --proxy 10.0.0.0/24 --proxy *"
-    )
+    words = "--allow-host Study.Example.org. --origin https://Study.example.org/ --proxy ::1 --proxy 10.0.0.0/24"
     given = Settings(**values_of(parser().parse_args(words.split()), Settings))
     assert given.allowed_hosts == ("study.example.org",)
     assert given.origins == ("https://study.example.org",)
-    assert given.trusted_proxies == ("::1", "10.0.0.0/24", "*")
+    assert given.trusted_proxies == ("::1", "10.0.0.0/24")

@@ -33,7 +33,7 @@ from movingout.server.settings import Settings
             "movingout play --proxy 127.0.0.1",
         ),
         (
-            Settings(host="0.0.0.0", trusted_proxies=("*",)),
+            Settings(host="0.0.0.0", trusted_proxies=("10.0.0.0/8",)),
             "These addresses lie behind the proxy; give people the proxy's.",
         ),
     ],

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from movingout.server.connection import admission
-from movingout.server.connection.admission import AdmissionControl, Secret, address_group
+from movingout.server.connection.admission import LEAST_BYTES, ROUND_BYTES, AdmissionControl, Secret, address_group
 from movingout.server.settings import Limits
 
 
@@ -75,6 +75,16 @@ def test_a_room_that_is_being_opened_counts_until_it_is_open_or_was_refused() ->
     assert gate.being_opened("2001:db8::3") == 0
     gate.closed_room("room")
     assert gate.rooms_by_owner() == {}
+
+
+def test_a_recording_of_a_few_ticks_counts_as_a_file_does() -> None:
+    gate = AdmissionControl(Limits(recorded_per_address_per_day=ROUND_BYTES + 10.0 * LEAST_BYTES), Clock())
+    gate.opened_room(gate.owner("192.0.2.1"), "room")
+    for _ in range(10):
+        assert gate.may_record("192.0.2.1")
+        gate.recorded("room", 900)
+    gate.recorded("room", 900)
+    assert not gate.may_record("192.0.2.1")
 
 
 def test_wrong_tokens_lock_the_guesser_for_a_minute_and_one_kind_only() -> None:

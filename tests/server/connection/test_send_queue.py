@@ -27,6 +27,10 @@ class Line:
         return frames
 
 
+def room_state(reason: str) -> m.RoomState:
+    return m.RoomState(phase="paused", reason=reason, until_ms=0.0, seats=[], spectators=0, recording=True)
+
+
 def test_a_bundle_goes_straight_to_the_connection() -> None:
     line = Line()
     line.client.show(1, b"one", 0.0)
@@ -65,6 +69,18 @@ def test_what_is_told_after_a_bundle_is_sent_after_it() -> None:
     bundle, told, newer = line.flush()
     assert (bundle, newer) == (b"last tick", b"newer")
     assert isinstance(told, str) and "the result" in told
+
+
+def test_of_the_states_of_a_room_only_the_newest_waits() -> None:
+    line = Line()
+    line.blocked = True
+    line.client.tell(m.Problem("no_room", "first"))
+    for number in range(10 * CONTROL_LIMIT):
+        line.client.tell(room_state(reason=f"change {number}"))
+    line.client.tell(m.Problem("no_room", "last"))
+    waits = line.flush()
+    assert not line.client.lost and len(waits) == 3
+    assert "first" in str(waits[0]) and f"change {10 * CONTROL_LIMIT - 1}" in str(waits[1]) and "last" in str(waits[2])
 
 
 def test_a_client_that_acknowledges_nothing_gets_no_more_than_a_window() -> None:

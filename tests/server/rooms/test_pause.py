@@ -6,7 +6,14 @@ from movingout.server import messages as m
 from movingout.server.notices import Notice
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RESUME_S, WrongRequest
-from movingout.server.rooms.time_limits import PAUSE_LIMIT_S, PAUSES, RETURNS, WAIT_LIMIT_S
+from movingout.server.rooms.time_limits import (
+    CHANGES_BURST,
+    CHANGES_PER_S,
+    PAUSE_LIMIT_S,
+    PAUSES,
+    RETURNS,
+    WAIT_LIMIT_S,
+)
 from movingout.world.constants import TICK_SECONDS
 from tests.server.support import Ear, Table
 
@@ -53,6 +60,49 @@ def test_calling_off_the_countdown_after_a_pause_is_a_pause_too() -> None:
         table.say(red, m.Ready(1, False))
     assert table.phase == "countdown"
     played_on(table)
+
+
+def test_changes_of_one_player_that_all_hear_of_are_few() -> None:
+    table = Table()
+    blue, red = table.play()
+    table.say(red, m.Pause(1))
+    table.room.depart(blue, table.now)
+    blue = table.join(tokens=blue.tokens)
+    table.say(blue, m.Ready(0, False))
+    table.seconds(10)
+    heard = len(blue.told)
+    for _ in range(100):
+        table.say(red, m.Ready(1, False))
+    assert len(blue.told) == heard, "nothing has changed"
+    refused = changes_refused(table, red, 100)
+    assert refused == 100 - CHANGES_BURST and table.phase == "paused"
+    assert len(blue.told) == heard + CHANGES_BURST, "each is told once"
+    table.seconds(1)
+    assert changes_refused(table, red, 10) == 10 - CHANGES_PER_S
+    table.say(blue, m.Ready(0))  # the other has changes of their own
+
+
+def test_whoever_asks_for_the_same_map_again_and_again_is_heard_once() -> None:
+    table = Table(limit_ticks=5)
+    blue, red = table.play()
+    table.step(10)
+    assert table.phase == "series_over"
+    heard = len(blue.told)
+    for _ in range(50):
+        table.say(red, m.Again(1))
+    assert len(blue.told) == heard + 1
+
+
+def changes_refused(table: Table, ear: Ear, changes: int) -> int:
+    """How many of these changes between ready and not ready, all at this moment."""
+    refused = 0
+    for _ in range(changes):
+        try:
+            table.say(ear, m.Ready(1, not table.room.seats[1].ready))
+        except WrongRequest as error:
+            assert error.code == "ready_rate"
+            refused += 1
+    return refused
 
 
 def test_pauses_of_a_player_last_two_minutes_in_all_and_then_the_game_goes_on_without_them() -> None:

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from movingout.server import messages as m
+from movingout.server.persistence.room_snapshot import room_again, room_file
+from movingout.server.rooms.round_series import KEPT_RESULTS
 from movingout.server.rooms.services import RESUME_S, Refused
 from movingout.world.metrics import METRICS
 from tests.server.script import ERRANDS, deliver_simple
@@ -249,3 +251,19 @@ def test_a_shared_seat_is_free_again_when_its_player_is_gone_from_the_lobby() ->
     assert table.room.seats[1].open
     with pytest.raises(Refused):
         table.join(tokens=red.tokens)
+
+
+def test_of_a_map_played_again_and_again_the_newest_results_are_kept() -> None:
+    table = Table(limit_ticks=1, countdown_s=0.0)
+    blue, red = table.play()
+    for _ in range(KEPT_RESULTS + 5):
+        table.say(blue, m.Again(0))
+        table.say(red, m.Again(1))
+        table.step(3)
+    assert table.phase == "series_over" and len(table.services.results) == KEPT_RESULTS + 6
+    results = [result for _, result in table.services.results]
+    file = room_file(table.room, 0.0)
+    assert file.results == results[-KEPT_RESULTS:]
+    file.results = results  # written by an earlier version
+    again = room_again(file, None, table.services, table.now)
+    assert list(again.series.results) == results[-KEPT_RESULTS:]

@@ -287,6 +287,7 @@ def served(
         sockets_per_address=500,
         waiting_per_address=500,
         wrong_tokens_per_minute=100_000,
+        study_changes_per_s=2.0 * SPEED,
         messages_per_s=60.0 * SPEED,
         message_burst=60.0 * SPEED,
     )

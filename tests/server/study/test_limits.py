@@ -62,6 +62,31 @@ def test_who_opens_the_link_and_leaves_is_forgotten_early_where_they_are_many(
     assert all(visitor.look()["step"]["kind"] == "consent" for visitor in here), "their pages are open"
 
 
+def test_one_page_that_changes_without_end_keeps_nobody_waiting(solo: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr(solo.live.host, "admission", AdmissionControl(limits(study_changes_per_s=2.0), lambda: now[0]))
+    restless, other = solo.visitor(), solo.visitor()
+    spoken = [restless.call(f"view?lang={language}") for language in [*["de", "en"] * 10, *["de"] * 4]]
+    assert [status for status, _ in spoken] == [200] * 20 + [429] * 4
+    assert spoken[-1][1]["error"]["code"] == "too_many_requests"
+    assert restless.call("view?lang=en")[0] == 200, "that is no change"
+    assert [restless.call(path, body)[0] for path, body in (("next", {"key": "x"}), ("stop", {"keep": True}))] == [
+        429
+    ] * 2
+    assert other.call("view?lang=de")[0] == 200 and restless.call("view")[0] == 200
+    now[0] = 1.0
+    assert [restless.call(f"view?lang={language}")[0] for language in ("de", "en", "de")] == [200, 200, 429]
+
+
+def test_unknown_tokens_from_one_address_are_looked_up_so_often(solo: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    few = AdmissionControl(limits(study_unknown_tokens_per_s=0.05), lambda: 0.0)
+    monkeypatch.setattr(solo.live.host, "admission", few)
+    visitor, replaced = solo.visitor(PROLIFIC_PID="tokens"), solo.visitor(PROLIFIC_PID="tokens")
+    found = [solo.live.call("/api/study/view", token=f"wrong-{count}")[0] for count in range(8)]
+    assert found == [401] * 5 + [429] * 3
+    assert visitor.call("view")[0] == replaced.call("view")[0] == 200, "they are remembered"
+
+
 def test_pages_that_were_replaced_are_remembered_up_to_a_number(solo: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(session_service, "MOST_SUPERSEDED", 2)
     pages = [solo.visitor(PROLIFIC_PID="again") for _ in range(4)]

@@ -23,7 +23,7 @@ def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str)
         open_store(place, text=TEXT)
     freeze_study(store, "agent-survey", TEXT + "# before anybody came\n", {"movingout": "mended"}, {"scripted": ""})
     assert frozen_study(store).code == {"movingout": "mended"}
-    assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "arrive", "code"]
+    assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "code"]
 
 
 def test_a_study_that_has_begun_keeps_its_agents(place: Path | str) -> None:
