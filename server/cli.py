@@ -138,11 +138,18 @@ def _run(arguments: list[str]) -> int:
     _prepare_output()
     try:
         try:
-            return _perform(arguments)
-        finally:
+            code = _perform(arguments)
+        except SystemExit:  # as after --help
             sys.stdout.flush()
+            raise
+        sys.stdout.flush()
+        return code
     except MovingOutError as error:
         print(f"movingout: {error}", file=sys.stderr)
+        try:
+            sys.stdout.flush()
+        except OSError:
+            _drop_output()
         return 2
     except KeyboardInterrupt:
         return 130
@@ -183,9 +190,14 @@ def _output_problem() -> OSError | None:
     try:
         print(flush=True)
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains when it ends
+        _drop_output()
         return error
     return None
+
+
+def _drop_output() -> None:
+    """What could not be written, or Python complains when it ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def configured(name: str) -> tuple[CommandModule, CommandParser]:

@@ -29,14 +29,14 @@ def proxy_address(text: str) -> str:
 
     Where every address is trusted, the first in X-Forwarded-For counts, which is written by whoever sends the request.
     """
-    if text == EVERYBODY or text.endswith("/0"):
-        problem = "nobody would have limits if everybody were a proxy; name its network, such as --proxy 10.0.0.0/8"
-        raise argparse.ArgumentTypeError(problem)
     try:
-        (ipaddress.ip_network if "/" in text else ipaddress.ip_address)(text)
+        network = None if text == EVERYBODY else ipaddress.ip_network(text)
     except ValueError:
         problem = f"a proxy is named by its address, such as 10.0.0.9 or 10.0.0.0/24, not {text!r}"
         raise argparse.ArgumentTypeError(problem) from None
+    if network is None or network.prefixlen == 0:
+        problem = "nobody would have limits if everybody were a proxy; name its network, such as --proxy 10.0.0.0/8"
+        raise argparse.ArgumentTypeError(problem)
     return text
 
 

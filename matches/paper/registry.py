@@ -52,8 +52,8 @@ ACCURACY = (
 )
 ONE_PAIR = Earlier(
     "2026-11-28",
-    "The accuracies here are older than that: all 24 episodes were of one pair, and in Challenge 2 of people that the "
-    "agents had learned from.",
+    "The numbers of simulator, partner and choice here were measured before 2026-11-28: in 24 episodes of one pair, "
+    "and in Challenge 2 of people that the agents had learned from.",
 )
 _NAMES = {"MLP": "mlp", "GRU": "gru", "DP": "dp", "DP/BASS": "bass"}
 _GROUPS: Mapping[tuple[str, str], RowCells] = {

@@ -82,7 +82,7 @@ def perform(args: argparse.Namespace) -> int:
         raise RecordingError(f"{args.out} exists already and is not overwritten; choose another name")
     options = DiversityOptions(args.points, args.grid, args.bandwidth, args.rbf_width)
     sampling = Sampling(args.counts, args.draws, args.seed)
-    reading = read_paths(args.paths, args.workers)
+    reading = read_paths(args.paths, args.workers, by_place=args.by == "place")
     groups = populations(_wanted(reading, args.map, args.challenge), args.by, given_styles(args.styles, args.by))
     by_maps = compared(groups, options, sampling)
     overall = over_maps(by_maps)

@@ -218,13 +218,21 @@ def _info(args: argparse.Namespace) -> int:
 _RECOVER_FAILED = 2  # as for a file that is named and cannot be recovered
 
 
+def _damaged(folder: Path) -> list[Recovery]:
+    """A folder that cannot be listed is one more problem: what was recovered before is told all the same."""
+    try:
+        return damaged_below(folder)
+    except RecordingError as error:
+        return [Recovery(folder, None, 0, str(error), failed=True)]
+
+
 def _recovered(path: Path) -> list[Recovery]:
     """What became of a journal, a finished file, or a folder's journals and those below, and what is damaged there.
 
     Raises RecordingError for other files.
     """
     if path.is_dir():
-        return recover(path) + damaged_below(path)
+        return recover(path) + _damaged(path)
     if path.name.endswith(JOURNAL_SUFFIX):
         return [recover_journal(path)]
     if path.exists() and not path.name.endswith(SUFFIX):

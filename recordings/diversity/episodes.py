@@ -39,6 +39,7 @@ class PathEpisode:
     source: str  # live, match, scripted, import
     seats: tuple[SeatInfo, SeatInfo]
     path: Floats  # (T + 1, 4) x, y of blue and red
+    file: str  # which it was read from, links followed
     simulated: bool = False  # in a rehearsal of a study: its participants were programs
 
     @property
@@ -55,23 +56,24 @@ class Reading(NamedTuple):
     tutorials: int
     unreadable: list[Unreadable]
     uncounted: int = 0  # which their study leaves out
-    copies: int = 0  # of recordings at the same place, or files of an earlier place
+    copies: int = 0  # of recordings at the same place, or files of an earlier place, where those are left out
 
 
-def read_paths(places: Sequence[Path], workers: int) -> Reading:
+def read_paths(places: Sequence[Path], workers: int, by_place: bool = False) -> Reading:
     """The finished episodes under each place: recordings, or official files where there are none.
 
-    Left out are copies, and what a study beside the recordings does not count. Raises RecordingError when a place holds
-    neither.
+    Left out are copies, and what a study beside the recordings does not count. A place that is named twice is read
+    once. A file under two places belongs to the first, and `by_place` to both. Raises RecordingError when a place
+    holds neither.
     """
     found = Reading([], 0, 0, [])
     unfinished = tutorials = uncounted = copies = 0
     seen: set[str] = set()
-    for place in places:
+    for place in _named_once(places):
         with tempfile.TemporaryDirectory() as folder:
             there = _recordings(place, Path(folder), workers)
             counted = counted_recordings(there)
-            files = _without_copies(counted, seen)
+            files = _without_copies(counted, set() if by_place else seen)
             uncounted, copies = uncounted + len(there) - len(counted), copies + len(counted) - len(files)
             for one in map_in_processes(partial(_path_episode, str(place)), files, workers, "reading"):
                 match one:
@@ -84,6 +86,13 @@ def read_paths(places: Sequence[Path], workers: int) -> Reading:
                     case _:
                         unfinished += 1
     return found._replace(unfinished=unfinished, tutorials=tutorials, uncounted=uncounted, copies=copies)
+
+
+def _named_once(places: Sequence[Path]) -> list[Path]:
+    first: dict[str, Path] = {}
+    for place in places:
+        first.setdefault(os.path.realpath(place), place)
+    return list(first.values())
 
 
 def _without_copies(files: Sequence[Path], seen: set[str]) -> list[Path]:
@@ -126,7 +135,7 @@ def _path_episode(place: str, file: Path) -> PathEpisode | Unreadable | str:
         return "unfinished"
     poses = np.array([state.robot_poses for state in episode.states])
     path = poses[..., :2].reshape(len(poses), 4)
-    return PathEpisode(header.map, place, header.source, header.seats, path, header.simulated)
+    return PathEpisode(header.map, place, header.source, header.seats, path, os.path.realpath(file), header.simulated)
 
 
 # ---- populations -------------------------------------------------------------------------------------------
@@ -175,7 +184,9 @@ def populations(episodes: Iterable[PathEpisode], by: str, styles: Styles | None 
     if everything and not found:
         raise RecordingError(f"no recording names its participants, so --by {by} is impossible; try --by source")
     named = {name: found[name] for name in sorted(found)}
-    return named if len(named) == 1 else {**named, ALL: everything}
+    if len(named) == 1:
+        return named
+    return {**named, ALL: list({episode.file: episode for episode in everything}.values())}
 
 
 def _by_style(episodes: Sequence[PathEpisode], styles: Styles) -> Callable[[PathEpisode], tuple[str, ...]]:

@@ -21,6 +21,7 @@ import { isDrawnIn, keepPlayed } from "../wire/played_map.js";
  * @property {() => void} again  the same map once more
  */
 
+const LEAVING_MS = 5000; // until a page that was to be left may be left once more
 const COMPLETE = ["delivered", "time"];
 
 export class Series {
@@ -147,6 +148,7 @@ export class Series {
     this.#going = true;
     try {
       await goOn(game, which);
+      setTimeout(() => (this.#going = false), LEAVING_MS); // where the page is still there
     } catch (error) {
       this.#going = false;
       showProblem(this.#problem, sayError(error));

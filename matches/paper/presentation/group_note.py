@@ -24,10 +24,10 @@ def _are_populations(space: Workspace) -> bool:
     listing = space.listing("c1")
     if space.given or not listing.exists():
         return False
-    rows = read_groups(listing)
     try:
+        rows = read_groups(listing)
         styles = styles_of((name for row in rows for name in row.people), {})
-    except RecordingError:  # others than scripted people
+    except RecordingError:  # others than scripted people, or recordings that are no longer there
         return False
     found = {(row.group, style_of_pair(row.people, styles)) for row in rows}
     return len(found) == len({group for group, _ in found}) == len({style for _, style in found})

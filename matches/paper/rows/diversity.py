@@ -32,14 +32,16 @@ PIECES = 4  # recombined paths per recorded one, at most
 def diversity_cell(data: str, field: str) -> MeasuredCell:
     """A measure of the recorded episodes of a data set."""
     about = f"diversity of the episodes of {data}"
-    return MeasuredCell(Measurement(f"diversity-{data}", about, partial(_recorded, data), data=(data,)), field)
+    return MeasuredCell(Measurement(f"diversity-of-{data}", about, partial(_recorded, data), data=(data,)), field)
 
 
 def equal_cell(data: str, field: str) -> MeasuredCell:
     """A measure of as many episodes per map as every population of the comparison has."""
     about = f"diversity of the episodes of {data}, equally many of each population"
     perform = partial(_equally_many, data)
-    return MeasuredCell(Measurement(f"diversity-equal-{data}", about, perform, data=("c1", "c2")), field, may_lack=True)
+    return MeasuredCell(
+        Measurement(f"diversity-of-equal-{data}", about, perform, data=("c1", "c2")), field, may_lack=True
+    )
 
 
 def equal_sizes(space: Workspace) -> dict[str, int]:
@@ -52,7 +54,7 @@ def augmented_cell(matching: Matching, field: str) -> MeasuredCell:
     """A measure of the episodes of Challenge 1 with recombined ones, or the share of valid pieces."""
     about = f"diversity after recombination, {matching}"
     perform = partial(_augmented, matching)
-    return MeasuredCell(Measurement(f"diversity-{matching}", about, perform, data=("c1",)), field)
+    return MeasuredCell(Measurement(f"diversity-of-{matching}", about, perform, data=("c1",)), field)
 
 
 def learned_parts(trajectories: Sequence[Trajectory], space: Workspace) -> list[LearnedPart]:

@@ -84,7 +84,7 @@ def played_diversity(field: str) -> MeasuredCell:
     """How different the episodes are that MAPPO plays with itself, as many as people have recorded, over maps."""
     agents = tuple(f"mappo-{number}@a" for number in range(1, len(map_names()) + 1))
     measurement = Measurement(
-        name="diversity-equal-mappo",
+        name="diversity-of-equal-mappo",
         about="diversity of the episodes of MAPPO, equally many of each population",
         data=("c1", "c2"),
         perform=partial(_diversity, agents),

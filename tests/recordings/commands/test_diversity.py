@@ -12,6 +12,7 @@ from PIL import Image
 
 from movingout.maps import load_map
 from movingout.recordings import SeatInfo, finalise
+from movingout.recordings.diversity.episodes import ALL, populations, read_paths
 from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.server.cli import main
@@ -119,6 +120,17 @@ def test_copies_and_folders_named_twice_are_measured_once(
     assert both["maps"] == once["maps"]
     assert both["left_out"] == once["left_out"] | {"copies": 11}
     assert "left out: 1 unfinished, 11 copies" in said
+
+
+def test_populations_by_place_may_overlap(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A folder that was named after one that holds it had nothing left."""
+    inner = tmp_path / "day"
+    shutil.copytree(data, inner)
+    reading = read_paths([tmp_path, inner, inner / ".." / "day"], workers=1, by_place=True)
+    groups = populations(reading.episodes, "place")
+    alone = read_paths([inner], workers=1).episodes
+    assert [len(groups[name]) for name in (str(inner), str(tmp_path), ALL)] == [len(alone)] * 3
+    assert reading.copies == 0
 
 
 def test_official_files_are_measured_like_the_recordings_that_they_come_from(

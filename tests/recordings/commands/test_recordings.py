@@ -9,6 +9,8 @@ import pytest
 
 from movingout.maps import load_map
 from movingout.recordings import EpisodeWriter, RecordingError, SeatInfo, finalise
+from movingout.recordings.commands import recordings
+from movingout.recordings.storage.finished import Recovery
 from movingout.recordings.storage.index import path_of
 from movingout.server.cli import main
 from tests.recordings.support import STARTED_NS, begin, play, record
@@ -277,6 +279,19 @@ def test_recover_names_what_is_below_a_folder_and_what_is_damaged(
     assert said.err == f"movingout: torn.mcap: incomplete or damaged; save what is whole: {command}\n"
     assert main(["recordings", "recover", str(torn)]) == 0
     assert main(["recordings", "recover", str(tmp_path)]) == 0
+
+
+def test_recover_tells_what_it_did_though_a_folder_below_cannot_be_listed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unreadable(folder: Path) -> list[Recovery]:
+        raise RecordingError("cannot list lost+found: Permission denied")
+
+    monkeypatch.setattr(recordings, "damaged_below", unreadable)
+    record(tmp_path, ticks=6, episode_id="left")
+    assert main(["recordings", "recover", str(tmp_path)]) == 2
+    said = capsys.readouterr()
+    assert said.out == "left.mcap.journal -> left.mcap: 6 ticks, whole\n" and "cannot list lost+found" in said.err
 
 
 def test_recover_finishes_what_was_left(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -79,6 +79,7 @@ def test_a_field_can_be_left_out() -> None:
             "nobody would have limits if everybody were a proxy; name its network, such as --proxy 10.0.0.0/8",
         ),
         ("--proxy 0.0.0.0/0", "name its network, such as --proxy 10.0.0.0/8"),
+        ("--proxy 0.0.0.0/0.0.0.0", "name its network, such as --proxy 10.0.0.0/8"),
         ("--proxy ::/0", "name its network, such as --proxy 10.0.0.0/8"),
         ("--allow-host https://study.example.org", "without https:// and without a port"),
         ("--allow-host study.example.org:443", "without https:// and without a port"),

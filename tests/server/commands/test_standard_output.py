@@ -32,6 +32,22 @@ def test_a_full_disk_is_told_in_a_sentence(words: list[str], tmp_path: Path) -> 
     assert (done.returncode, done.stderr) == (2, sentence)
 
 
+def test_what_is_wrong_is_told_though_nobody_reads_the_output() -> None:
+    """The reader that went away was all that was told."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    fails = (
+        "from movingout.server import cli\nfrom movingout.maps.errors import MovingOutError\n"
+        "def perform(arguments):\n    print('begun')\n    raise MovingOutError('the real problem')\n"
+        "cli._perform = perform\nraise SystemExit(cli._run(['maps', 'list']))"
+    )
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    command = [sys.executable, "-c", fails]
+    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, text=True, check=False, env=buffered)
+    os.close(writing)
+    assert (done.returncode, done.stderr.splitlines()[0]) == (2, "movingout: the real problem")
+
+
 def test_without_standard_output_a_command_does_its_work() -> None:
     closed = 'exec "$0" "$@" >&-'
     done = subprocess.run(

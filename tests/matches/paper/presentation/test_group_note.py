@@ -29,3 +29,5 @@ def test_groups_that_were_drawn_as_the_populations_are_say_so(tmp_path: Path, mo
     assert group_notes(replace(SPACE, grouping="style")) == [STYLES]
     write_groups(SPACE.listing("c1"), grouped(files, 2, seed=1))
     assert group_notes(SPACE) == [], "another draw mixes them"
+    files[0].unlink()
+    assert group_notes(SPACE) == [], "tables of finished folders need no recordings"

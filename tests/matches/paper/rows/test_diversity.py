@@ -46,7 +46,7 @@ def test_single_episodes_have_no_diversity_and_the_table_says_so(
 def test_the_table_of_diversity_is_of_equally_many() -> None:
     names = {cell.ours.measurement.name for cell in ENTRIES["table:task_1_diversity"].cells()
              if isinstance(cell.ours, MeasuredCell)}  # fmt: skip
-    assert names == {"diversity-equal-c1", "diversity-equal-c2", "diversity-equal-mappo"}
+    assert names == {"diversity-of-equal-c1", "diversity-of-equal-c2", "diversity-of-equal-mappo"}
 
 
 def test_recombined_are_the_seats_that_agents_learn_from() -> None:
