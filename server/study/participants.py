@@ -49,6 +49,7 @@ class Participants:
         """Read everybody from the database after a start; `sources` says by pseudonym who recruited them."""
         for record in await tx.run(self._store.everybody):
             session = self._add(record, sources.get(record.pid, ""))
+            session.present_since = session.last_seen_at  # who comes back first waits from the start on
             if record.last_seen_ms is not None:
                 session.away_before_s = max(0.0, (self._store.now() - record.last_seen_ms) / 1e3)
         self._done_units = await tx.run(self._store.done_units)

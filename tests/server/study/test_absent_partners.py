@@ -1,13 +1,16 @@
 """Partners who do not come back: who stays waits for them for a while, and is free to go then."""
 
 import json
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from sqlalchemy import update
 
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import parse_study
 from movingout.study.store.removal import remove_participant
-from movingout.study.store.tables import answers, rounds, units
+from movingout.study.store.tables import answers, participants, rounds, units
 from tests.server.study.support import PAIR, Served, Visitor, served
 from tests.server.study.test_pairs import paired, together
 
@@ -53,6 +56,23 @@ def test_who_comes_back_first_waits_for_the_other(pair: Served) -> None:
     pair.later(6, staying=first)
     pair.look()
     assert (first.look()["step"]["outcome"], second.look()["step"]["outcome"]) == ("partner-left", "dropped-out")
+
+
+def test_who_comes_back_first_after_a_stop_of_the_server_waits_for_the_other(tmp_path: Path) -> None:
+    text = PAIR.replace("return_s: 5}", "return_s: 60}")
+    with served(tmp_path, text) as study:
+        first, second = paired(study)
+    with closing(StudyFolder(parse_study(text), tmp_path).open()) as store, store.database.write() as connection:
+        connection.execute(update(participants).values(last_seen_ms=participants.c.last_seen_ms - 600_000))
+    with served(tmp_path, text) as study:
+        first, second = (Visitor(study, one.token, one.view) for one in (first, second))
+        first.look()
+        study.later(40, staying=first)
+        study.look()
+        assert first.look()["step"]["kind"] == "practice", "the other one may be on the way"
+        study.later(30, staying=first)
+        study.look()
+        assert (first.look()["step"]["outcome"], second.look()["step"]["outcome"]) == ("partner-left", "dropped-out")
 
 
 def test_nobody_is_sent_away_in_a_pause_and_the_wait_begins_anew_after_it(pair: Served) -> None:
