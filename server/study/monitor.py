@@ -98,7 +98,7 @@ class StudyMonitor:
         return_s = self._running.study.pairing.return_s
         absent = [one for one in unit.members if not one.finished and one.is_gone(now, return_s)]
         staying = await self._running.units.with_rounds_left(tx, unit) if absent else []
-        waiting = [one for one in staying if one.has_waited(now, return_s)]
+        waiting = [one for one in staying if one not in absent and one.has_waited(now, return_s, absent[0])]
         if waiting:
             pid, partner = absent[0].pid, waiting[0].pid
             self._running.alerts.add(

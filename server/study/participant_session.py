@@ -27,6 +27,7 @@ class ParticipantSession:
     last_seen_at: float  # seconds of the monotonic clock
     step_since: float  # when the current step was reached
     present_since: float = -inf  # when a page of theirs was opened after none was, on the same clock
+    waits_since: float = -inf  # when they came back to a partner who was gone, as was last found, on the same clock
     source: str = ""  # who recruited them, as in arrival_link.py
     rtt_ms: float = -1.0
     device: str = ""
@@ -116,9 +117,14 @@ class ParticipantSession:
         """Whether they closed their page longer ago than a partner has to wait."""
         return not self.present(now) and self.absent_s(now) > after_s
 
-    def has_waited(self, now: float, for_s: float) -> bool:
-        """Whether they have been here for longer than they have to wait for a partner: they may have been away, too."""
-        return self.present(now) and now - self.present_since > for_s
+    def has_waited(self, now: float, for_s: float, partner: "ParticipantSession") -> bool:
+        """Whether they are here and have waited for a partner who is gone: they may have been away, too.
+
+        Who looks in now and then, as a hidden tab does, waits on in between.
+        """
+        if partner.present(self.waits_since):  # that was before the partner left
+            self.waits_since = self.present_since
+        return self.present(now) and now - self.waits_since > for_s
 
 
 def notify(sessions: Iterable[ParticipantSession]) -> None:

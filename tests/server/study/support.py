@@ -129,6 +129,7 @@ class Served:
             for session in self.running.participants:
                 session.last_seen_at -= 0.0 if session.pid == here else seconds
                 session.present_since -= seconds
+                session.waits_since -= seconds
                 session.resumed_at -= seconds
             for one in self.running.units._waiting_room.present(float("-inf")):
                 one.since -= seconds

@@ -58,6 +58,21 @@ def test_who_comes_back_first_waits_for_the_other(pair: Served) -> None:
     assert (first.look()["step"]["outcome"], second.look()["step"]["outcome"]) == ("partner-left", "dropped-out")
 
 
+@pytest.mark.parametrize(("looked_at_s", "silent_s"), [(0, 61), (30, 90)], ids=["a hidden tab", "a phone"])
+def test_a_page_that_is_heard_now_and_then_waits_on_in_between(
+    looked_at_s: float, silent_s: float, tmp_path: Path
+) -> None:
+    with served(tmp_path, PAIR.replace("return_s: 5}", "return_s: 60}")) as study:
+        first, second = paired(study)
+        for kind in ("practice", "code"):  # it waits since it was heard without the other
+            study.later(looked_at_s, staying=first)
+            study.later(silent_s)
+            first.look()
+            study.look()
+            assert first.look()["step"]["kind"] == kind
+        assert (first.look()["step"]["outcome"], second.look()["step"]["outcome"]) == ("partner-left", "dropped-out")
+
+
 def test_who_comes_back_first_after_a_stop_of_the_server_waits_for_the_other(tmp_path: Path) -> None:
     text = PAIR.replace("return_s: 5}", "return_s: 60}")
     with served(tmp_path, text) as study:
