@@ -18,6 +18,12 @@ def record(connection: Connection, at_ms: int, actor: Actor, action: str, pid: s
     connection.execute(insert(audit).values(at_ms=at_ms, actor=actor, action=action, subject=subject, detail=text))
 
 
+def is_recorded(connection: Connection, action: str, pid: str) -> bool:
+    """Whether there is a row of this action for a participant."""
+    same = (audit.c.action == action) & (audit.c.subject == subject_of(connection, pid))
+    return connection.execute(select(audit.c.id).where(same)).first() is not None
+
+
 def subject_of(connection: Connection, pid: str) -> str:
     """The hash that stands for a participant in the audit and on a tombstone."""
     salt = connection.execute(select(study.c.salt)).scalar_one()

@@ -17,7 +17,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from movingout.study.design.allocation import next_slot
 from movingout.study.design.definition import Outcome
 from movingout.study.errors import StoreError, StudyError
-from movingout.study.store.audit import Actor, record
+from movingout.study.store.audit import Actor, is_recorded, record
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database
 from movingout.study.store.tables import answers, consents, counts, metadata, notes, participants, study, units
@@ -124,7 +124,7 @@ class Store:
         digest = sha256(shown.encode()).hexdigest()
         with self.database.write() as connection:
             known = _participant(connection, pid)
-            if not connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
+            if not is_recorded(connection, "arrive", pid):  # earlier versions did so at once
                 # only now, because the audit forgets nothing: of those who do not consent nothing is kept
                 record(connection, known.arrived_ms, "participant", "arrive", pid)
             row = {"pid": pid, "version": version, "language": language, "sha256": digest, "given_ms": self.now()}

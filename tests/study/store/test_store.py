@@ -21,7 +21,7 @@ from movingout.study.store import IdentityStore, Store, Unit
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database, alembic_config
 from movingout.study.store.frozen_study import frozen_study
-from movingout.study.store.removal import drop_undecided, has_data, withdraw_data
+from movingout.study.store.removal import has_data, withdraw_data
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import (
     answers,
@@ -108,24 +108,6 @@ def test_who_declines_is_a_number_and_nothing_else(place: Path | str) -> None:
         store.decline(pid)
     assert store.rows(participants) == []
     assert store.rows(counts) == [{"name": "declined", "number": 2}]
-
-
-def test_of_those_who_leave_without_a_consent_the_audit_knows_nothing(place: Path | str) -> None:
-    clock = Clock()
-    store = open_store(place, clock)
-    before = store.rows(audit)
-    for pid in ("P1", "P2", "P3"):
-        store.arrive(pid, "en")
-    arrived = store.participant("P3").arrived_ms
-    store.decline("P1")
-    drop_undecided(store, ["P2"])
-    assert store.rows(audit) == before
-    clock.ms += 5000
-    store.consent("P3", "1", "en", "text", [])
-    store.consent("P3", "2", "en", "text", [])
-    new = store.rows(audit)[len(before) :]
-    assert [row["action"] for row in new] == ["arrive", "consent", "consent"]
-    assert new[0]["at_ms"] == arrived and len({row["subject"] for row in new}) == 1
 
 
 def test_no_round_begins_and_no_answer_is_kept_before_everybody_has_consented(place: Path | str) -> None:
