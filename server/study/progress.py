@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Awaitable, Callable, Collection
+from contextlib import suppress
 
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.participant_session import ParticipantSession, notify
@@ -11,6 +12,7 @@ from movingout.server.study.unit import FinishedRound, StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.design.definition import Study
 from movingout.study.design.step_order import next_step
+from movingout.study.errors import StoreError
 
 
 class Progress:
@@ -108,9 +110,9 @@ class Progress:
             self._restart_waits(tx, unit)
         notify(self._participants)
         if not paused:
-            await self._participants.note_last_seen(
-                tx
-            )  # a server that is killed now must not take the pause for absence
+            with suppress(StoreError):  # it goes on already, and who is here is noted again within a minute
+                # a server that is killed now must not take the pause for absence
+                await self._participants.note_last_seen(tx)
 
     def note_standing(self, now: float) -> None:
         """For the experimenter's page: since when each unit stands still."""

@@ -12,6 +12,7 @@ import pytest
 from movingout.server.notices import Notice
 from movingout.server.rooms.seat import Seat
 from movingout.server.study import databases
+from movingout.study.errors import StoreError
 from movingout.study.store.tables import answers, rounds
 from tests.recordings.full_disk import limited
 from tests.server.live import raw_socket
@@ -72,6 +73,17 @@ def test_a_read_only_database_is_a_sentence_and_an_alert_and_what_is_tried_again
     assert visitor.next()["step"]["kind"] == "input-check"
     kept = [row for row in study.running.databases.store.rows(answers) if row["pid"] == visitor.pid]
     assert len(kept) == 8
+
+
+def test_who_is_here_need_not_be_noted_for_a_study_to_go_on(study: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    def locked(*_: object) -> None:
+        raise StoreError("database is locked")
+
+    visitor = study.visitor().go_to("form")
+    study.ask("pause")
+    monkeypatch.setattr(study.running.databases.store, "seen", locked)
+    study.ask("resume")
+    assert visitor.look()["step"]["kind"] == "form"
 
 
 def test_the_end_of_a_round_waits_for_the_database(study: Served) -> None:
