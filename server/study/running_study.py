@@ -27,6 +27,9 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StoreError
 
 
+NOTE_S = 5.0  # for which a server that stops tries to note who is here
+
+
 def always() -> bool:
     """Of a study in one server."""
     return True
@@ -126,10 +129,10 @@ class RunningStudy:
         self.departures.delete_again(withdrawn)
 
     async def stop(self) -> None:
-        with suppress(StoreError):  # or what was noted a minute ago counts
-            async with self.transaction() as tx:
-                await self.participants.note_absences(tx)
-                await self.participants.note_last_seen(tx)
         await self.rooms.finished.saved()
         await self.departures.end()
+        with suppress(StoreError, TimeoutError):  # or what was noted a minute ago counts
+            async with asyncio.timeout(NOTE_S), self.transaction() as tx:
+                await self.participants.note_absences(tx)
+                await self.participants.note_last_seen(tx)
         await asyncio.to_thread(self.databases.close)  # a query may have to be given up first

@@ -9,6 +9,7 @@ from sqlalchemy import update
 
 from movingout.server.host import Host
 from movingout.server.settings import Settings
+from movingout.server.study import running_study
 from movingout.server.study.arrivals.arrival_link import LINK
 from movingout.server.study.earnings import minutes_here
 from movingout.server.study.monitor import StudyMonitor
@@ -176,6 +177,27 @@ def test_a_pause_over_a_stop_is_paid_and_what_went_before_it_counts_once(tmp_pat
             assert await minutes(study, session) == pytest.approx(60 * (1 + 15), abs=0.1)
         finally:
             study.databases.close()
+
+    asyncio.run(test())
+
+
+def test_a_server_that_stops_saves_rounds_before_it_notes_who_is_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(running_study, "NOTE_S", 0.05)
+
+    async def test() -> None:
+        study = begun(tmp_path, Clock())
+        saved = asyncio.Event()
+
+        async def save() -> None:
+            saved.set()
+
+        monkeypatch.setattr(study.rooms.finished, "saved", save)
+        async with study.transaction():  # something else holds the lock for long
+            stopping = asyncio.create_task(study.stop())
+            await asyncio.wait_for(saved.wait(), 2)
+            await asyncio.wait_for(stopping, 2)
 
     asyncio.run(test())
 
