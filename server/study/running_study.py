@@ -26,7 +26,6 @@ from movingout.server.study.units import Units
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StoreError
 
-
 NOTE_S = 5.0  # for which a server that stops tries to note who is here
 
 

@@ -19,6 +19,8 @@ from movingout.server.study.participant_actions import ParticipantActions, StepR
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
 
+AT_ONE_SCREEN = 2  # people, and tokens that a browser has from before
+
 
 class ArriveRequest(msgspec.Struct):
     """The body of POST /api/study/arrive."""
@@ -74,11 +76,13 @@ class ParticipantApi:
         if not gate.may_arrive(address):
             text = "Many people are opening this study from your network; wait a minute, then try again."
             raise ApiError(429, "too_many_arrivals", text)
+        known = wanted.known[:AT_ONE_SCREEN]
+        self._limit_unknown(address, *known, *([wanted.beside] if wanted.beside else []))
         try:
             arrival = read_arrival(
                 wanted.parameters, running.needs_code, running.signer, needs_signature=running.needs_signature
             )
-            done = await self._session_service.arrive(arrival, wanted.language, wanted.beside, wanted.known)
+            done = await self._session_service.arrive(arrival, wanted.language, wanted.beside, known)
         except ArrivalRefused as error:
             if error.code == "code_unknown" and await gate.guesses_too_often(address, "seat"):
                 raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.") from None
@@ -144,14 +148,19 @@ class ParticipantApi:
 
     async def _session(self, request: Request) -> ParticipantSession | None:
         """The participant of a request; None for a page that was superseded by another one."""
-        token, gate = bearer(request), self._running.host.admission
-        if not self._session_service.remembers(token) and not gate.may_try_token(address_of(request)):
-            text = "Too many requests come from your address; wait a few seconds."
-            raise ApiError(429, "too_many_requests", text, retry_s=5)
+        token = bearer(request)
+        self._limit_unknown(address_of(request), token)
         known = await self._session_service.of_token(token)
         if known is None:
             raise ApiError(401, "no_participant", "This page is not known (any more); open your link again.")
         return None if known == "elsewhere" else known
+
+    def _limit_unknown(self, address: str, *tokens: str) -> None:
+        """Each of these tokens that is not remembered is looked up in the database. Raises ApiError."""
+        for token in tokens:
+            if not (self._session_service.remembers(token) or self._running.host.admission.may_try_token(address)):
+                text = "Too many requests come from your address; wait a few seconds."
+                raise ApiError(429, "too_many_requests", text, retry_s=5)
 
     def _limit_changes(self, session: ParticipantSession) -> None:
         """Changes are made one after another: nobody keeps all others waiting. Raises ApiError."""

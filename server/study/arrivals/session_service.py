@@ -14,7 +14,6 @@ from movingout.server.study.transaction import Transaction
 from movingout.study.design.localized_text import nearest
 
 SINCE = "."  # in a token, before the time from which on it shows texts
-AT_ONE_SCREEN = 2
 MOST_SUPERSEDED = 50_000  # pages that are told that the study is open elsewhere; older ones have to arrive again
 CODE_LETTERS = 8  # 40 bits, which nobody guesses
 Elsewhere = Literal["elsewhere"]
@@ -46,7 +45,7 @@ class SessionService:
         """
         running = self._running
         first = await self.of_token(beside) if beside else None
-        here = [await self.of_token(token) for token in known[:AT_ONE_SCREEN]]
+        here = [await self.of_token(token) for token in known]
         async with running.transaction() as tx:
             pid = await self._pid(tx, arrival)
             before = running.participants.get(pid)

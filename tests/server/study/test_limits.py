@@ -87,6 +87,25 @@ def test_unknown_tokens_from_one_address_are_looked_up_so_often(solo: Served, mo
     assert visitor.call("view")[0] == replaced.call("view")[0] == 200, "they are remembered"
 
 
+def test_unknown_tokens_are_counted_where_somebody_arrives_with_them(
+    solo: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = AdmissionControl(limits(study_unknown_tokens_per_s=0.05), lambda: 0.0)
+    monkeypatch.setattr(solo.live.host, "admission", few)
+    looked_up: list[str] = []
+    identities = solo.running.databases.identities
+    found = identities.of_session
+    monkeypatch.setattr(identities, "of_session", lambda digest: looked_up.append(digest) or found(digest))
+    visitor = solo.visitor()
+    for _ in range(2):
+        again = solo.arrive(beside=visitor.token, known=["wrong", visitor.token, "more"])[0]
+        assert again == 200, "what is remembered costs nothing"
+    told = [solo.arrive(beside="wrong", known=["wrong", "wrong"]) for _ in range(3)]
+    assert [status for status, _ in told] == [200, 429, 429]
+    assert told[-1][1]["error"]["code"] == "too_many_requests" and len(looked_up) == 5
+    assert solo.arrive()[0] == 200, "who is new has no token"
+
+
 def test_pages_that_were_replaced_are_remembered_up_to_a_number(solo: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(session_service, "MOST_SUPERSEDED", 2)
     pages = [solo.visitor(PROLIFIC_PID="again") for _ in range(4)]
