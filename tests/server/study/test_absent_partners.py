@@ -43,19 +43,20 @@ def test_when_both_are_away_nobody_is_sent_away(pair: Served) -> None:
     assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
 
 
-def test_who_comes_back_first_waits_for_the_other(pair: Served) -> None:
-    first, second = paired(pair)
-    pair.later(32)
-    first.look()
-    pair.look()
-    pair.later(2, staying=first)
-    pair.look()
-    assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
-    pair.later(32)
-    first.look()
-    pair.later(6, staying=first)
-    pair.look()
-    assert (first.look()["step"]["outcome"], second.look()["step"]["outcome"]) == ("partner-left", "dropped-out")
+def test_who_comes_back_first_waits_for_the_other(tmp_path: Path) -> None:
+    with served(tmp_path, PAIR.replace("return_s: 5}", "return_s: 60}")) as study:
+        first, second = paired(study)
+        study.later(100)
+        first.look()
+        study.look()
+        study.later(20, staying=first)
+        study.look()
+        assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
+        study.later(100)
+        first.look()
+        study.later(61, staying=first)
+        study.look()
+        assert (first.look()["step"]["outcome"], second.look()["step"]["outcome"]) == ("partner-left", "dropped-out")
 
 
 @pytest.mark.parametrize(("looked_at_s", "silent_s"), [(0, 61), (30, 90)], ids=["a hidden tab", "a phone"])
