@@ -64,7 +64,7 @@ def _train(run: TrainingRun[BassConfig]) -> Trained:
     trained = []
     if learns_simulator or learns_value or config.score == "tcl":
         data = run.read_data()
-        before = run.begin(data.sha256)
+        before = run.begin_on(data)
         if learns_simulator:
             simulator = _train_simulator(run, config, data, base, before)
             trained.append(simulator.training)

@@ -13,7 +13,7 @@ def train_on_pictures(run: TrainingRun[BassConfig], base: Checkpoint, descriptio
 
     config, data = run.config, run.read_data()
     films = films_of(data.episodes, base.card.network)
-    before = run.begin(data.sha256)
+    before = run.begin_on(data)
     run.tell("training the simulator on pictures")
     simulated = train_picture_dynamics(config, films, run.folder)
     run.check_learned(before, simulated, "--updates")
