@@ -9,6 +9,7 @@ resume.safetensors     with losses.jsonl and TensorBoard's events, see `training
 
 import ast
 import dataclasses
+import errno
 import json
 import os
 import re
@@ -29,6 +30,7 @@ from movingout.maps.suggestion import shortened
 CONFIG = "config.json"
 RESUME = "resume.safetensors"
 LOCK = ".lock"
+_NO_LOCKS = (errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP)  # some network and cluster file systems
 _CHANGES: Mapping[str, Change] = MappingProxyType(
     {
         "id": "never", "kind": "never", "start": "never", "data_sha256": "asked", "seats": "asked", "map": "asked",
@@ -46,19 +48,29 @@ _WORDS = {"id": "agent", "data_sha256": "data of SHA-256"}
 def held(folder: Path) -> Iterator[None]:
     """Make a run folder, and keep other processes out of it within the block.
 
-    Raises DataError where another one trains there, or it cannot be written.
+    Raises DataError where another one trains there, or it cannot be written. Where a file system has no locks, nobody
+    is kept out.
     """
     with ExitStack() as undo:
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)  # a group may share it
             undo.callback(os.close, descriptor)
-            locked = lock_descriptor(descriptor, blocking=False)
         except OSError as error:
             raise _cannot_write(folder, error) from error
-        if not locked:
+        if not _locked(descriptor, folder):
             raise DataError(f"another process trains in {folder}; wait until it is over, or choose another --id")
         yield
+
+
+def _locked(descriptor: int, folder: Path) -> bool:
+    """Whether no other process has the lock."""
+    try:
+        return lock_descriptor(descriptor, blocking=False)
+    except OSError as error:
+        if error.errno in _NO_LOCKS:
+            return True
+        raise DataError(f"cannot lock {folder}: {error.strerror or error}") from error
 
 
 def begin(

@@ -1,4 +1,4 @@
-"""Whatever a training was interrupted by, the card of the agent names what its weights learned from, and nothing else."""
+"""Whatever a training was interrupted by, the card of its agent names what was learned from, and nothing else."""
 
 import json
 from collections.abc import Callable

@@ -1,7 +1,10 @@
 """A training is gone on with as it was begun, or on purpose with something else."""
 
 import dataclasses
+import errno
 import json
+import os
+import stat
 from pathlib import Path
 
 import pytest
@@ -10,8 +13,9 @@ from movingout.agents.errors import DataError
 from movingout.agents.kinds.bass import BASS
 from movingout.agents.kinds.policy import DP
 from movingout.agents.policies.config import PolicyConfig
+from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Optimisation
-from movingout.agents.training.run_folder import CONFIG, RESUME, begin, held, learns_from_other, put_back
+from movingout.agents.training.run_folder import CONFIG, LOCK, RESUME, begin, held, learns_from_other, put_back
 
 ABOUT = {"id": "dp@mine", "kind": "dp", "preset": "fast", "seats": "acting", "data_sha256": "a" * 64}
 CONFIGURATION = DP.presets["fast"]
@@ -143,6 +147,32 @@ def test_a_folder_is_held_by_one_process_at_a_time(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(DataError, match=r"cannot write .*file/dp-mine"), held(tmp_path / "file" / "dp-mine"):
         pass
+
+
+@pytest.mark.parametrize("code", [errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.EIO])
+def test_where_a_file_system_has_no_locks_nobody_is_kept_out(
+    tmp_path: Path, code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def without_locks(_descriptor: int, blocking: bool) -> bool:
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(run_folder, "lock_descriptor", without_locks)
+    if code == errno.EIO:
+        with pytest.raises(DataError, match=r"cannot lock .*dp-mine: Input/output error"), held(tmp_path / "dp-mine"):
+            pass
+        return
+    with held(tmp_path / "dp-mine"), held(tmp_path / "dp-mine"):
+        pass
+
+
+def test_a_group_that_shares_a_folder_shares_its_lock(tmp_path: Path) -> None:
+    before = os.umask(0o002)
+    try:
+        with held(tmp_path):
+            pass
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / LOCK).stat().st_mode) == 0o664
 
 
 def test_a_damaged_file_is_answered_with_a_sentence(run: Path) -> None:
