@@ -89,7 +89,8 @@ def begin(
     now = {**about, **dataclasses.asdict(config)}
     if has_learned(folder):
         allowed = {entry.name: entry.metadata["change"] for entry in dataclasses.fields(config)}
-        _compare(before, now, {**allowed, **_CHANGES, **changes}, on_purpose)
+        used = {name: value for name, value in now.items() if name not in config.UNUSED}
+        _compare(before, used, {**allowed, **_CHANGES, **changes}, on_purpose)
     _write(folder, {**before, **now, **more})
     return before
 

@@ -11,7 +11,8 @@ import pytest
 
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.bass import BASS
-from movingout.agents.kinds.policy import DP
+from movingout.agents.kinds.kind import AgentKind
+from movingout.agents.kinds.policy import DP, MLP
 from movingout.agents.policies.config import PolicyConfig
 from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Optimisation
@@ -64,6 +65,19 @@ def test_another_network_is_another_agent(
     other: Optimisation = dataclasses.replace(CONFIGURATION, **changes)  # type: ignore[arg-type]
     with pytest.raises(DataError, match=sentence):
         begin(run, ABOUT, other, on_purpose)
+
+
+@pytest.mark.parametrize(
+    ("kind", "unused"),
+    [(MLP, {"process": "ddpm", "train_steps": 100, "dropout": 0.1}), (BASS, {"window_share": 0.5})],
+)
+def test_what_did_nothing_when_it_was_still_an_option_may_be_another(
+    tmp_path: Path, kind: AgentKind[Optimisation], unused: dict[str, object]
+) -> None:
+    config = kind.presets["fast"]
+    begin(tmp_path, ABOUT, dataclasses.replace(config, **unused), on_purpose=False)  # type: ignore[arg-type]
+    (tmp_path / RESUME).touch()
+    begin(tmp_path, ABOUT, config, on_purpose=False)
 
 
 @pytest.mark.parametrize(
