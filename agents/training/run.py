@@ -188,13 +188,15 @@ class TrainingRun(Generic[ConfigT]):
         begun = run_folder.begun(self.folder)
         return said_before(begun) if LEARNED in begun else NOTHING
 
-    def check_learned(self, before: Begun, fitted: FitProgress, option: str) -> None:
+    def check_learned(self, before: Begun, fitted: FitProgress, option: str, is_first: bool = True) -> None:
         """Raises DataError when no updates were left for new data, so that no card names data never learned from.
 
-        `before` is what `begin` returned; `option` sets the number of updates.
+        `before` is what `begin` returned; `option` sets the number of updates. With `is_first` no, another part has
+        learned from the new data.
         """
         if not fitted.made and run_folder.learns_from_other(self.folder, before):
-            run_folder.put_back(self.folder, before)
+            if is_first:
+                run_folder.put_back(self.folder, before)
             raise DataError(
                 f"{self.agent_id} has made all of its {fitted.updates} updates; to train on, give a larger {option}"
             )

@@ -26,7 +26,7 @@ Train = Callable[..., int]
 def train(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Train:
     """Trains mlp@tiny on a folder, with one map each; or is interrupted after, or before, the first resume file."""
     for seed, (name, on) in enumerate(MAPS.items()):
-        recorded(tmp_path / name, name, ticks=20, seed=seed, the_map=load_map(on))
+        recorded(tmp_path / name, name, ticks=65, seed=seed, the_map=load_map(on))
     save = fit._save
 
     def trained(name: str, updates: int, *options: str, interrupted: str = "") -> int:
@@ -116,3 +116,42 @@ def test_what_nothing_was_learned_from_is_not_on_the_card(train: Train, tmp_path
     assert train("c", 6) == 0, "it begins anew"
     assert (card(tmp_path).maps, card(tmp_path).learned_items) == (maps("c"), items("c"))
     assert "before" not in card(tmp_path).description
+
+
+def bass(data: Path, name: str, *options: str) -> int:
+    own = ["--id", "bass@tiny", "--data", str(data), "--batch", "8", "--width", "8", "--latent", "2", *options]
+    return main(["train", "bass", str(data / name), *own])
+
+
+def simulated(data: Path) -> tuple[str, ...] | None:
+    training = find_checkpoint("bass@tiny", data / "models").card.dynamics_training
+    assert training is not None
+    return training.items
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("is_older", [False, True])
+def test_bass_names_no_items_of_a_policy_that_it_had_before(train: Train, tmp_path: Path, is_older: bool) -> None:
+    for name in "ab":
+        assert train(name, 3, "--id", f"mlp@{name}") == 0
+    assert bass(tmp_path, "c", "--base", "mlp@a", "--score", "nfd", "--updates", "2") == 0
+    if is_older:
+        as_before(tmp_path / "runs" / "bass-tiny")
+    assert bass(tmp_path, "c", "--base", "mlp@b", "--score", "nfd", "--updates", "2") == 0
+    assert simulated(tmp_path) == tuple(sorted(items("c")))
+    assert bass(tmp_path, "a", "--base", "mlp@b", "--score", "nfd", "--updates", "3", "--go-on") == 0
+    assert simulated(tmp_path) == tuple(sorted(items("a", "c")))
+
+
+@pytest.mark.slow
+def test_what_the_simulator_has_learned_from_stays_when_the_value_has_no_updates_left(
+    train: Train, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert train("a", 3) == 0
+    small = ["--base", "mlp@tiny", "--value-width", "8", "--value-updates", "3"]
+    assert bass(tmp_path, "a", *small, "--updates", "2") == 0
+    assert bass(tmp_path, "b", *small, "--updates", "3", "--go-on") == 2
+    assert "give a larger --value-updates" in capsys.readouterr().err
+    assert bass(tmp_path, "a", *small, "--updates", "4", "--value-updates", "4") == 2, "it goes on with b"
+    assert bass(tmp_path, "a", *small, "--updates", "4", "--value-updates", "4", "--go-on") == 0
+    assert simulated(tmp_path) == tuple(sorted(items("a", "b")))
