@@ -122,7 +122,7 @@ class TrainingRun(Generic[ConfigT]):
             what = counted(data.uncounted, "recording")
             self.tell(f"movingout: {what} left out: invalid, broken off, or of people who declined, says the study")
         if data.copies:
-            what = f"{data.copies} {'copy' if data.copies == 1 else 'copies'}"
+            what = f"{len(data.copies)} {'copy' if len(data.copies) == 1 else 'copies'}"
             self.tell(f"movingout: {what} left out, of recordings that are there, too")
         if data.learns_from_tests:
             self.tell(
@@ -138,18 +138,22 @@ class TrainingRun(Generic[ConfigT]):
             self.tell(f"movingout: {sentence}")
 
     def begin(
-        self, data_sha256: str = "", changes: Mapping[str, Change] = NO_CHANGES, learned: LearnedData = NOTHING
-    ) -> Begun:
+        self, data_sha256: str = "", changes: Mapping[str, Change] = NO_CHANGES, learned: LearnedData = NOTHING,
+        known_as: str = "",
+    ) -> Begun:  # fmt: skip
         """Write the run's configuration, see `run_folder.begin`; without a SHA-256 when nothing is trained.
 
-        `learned` is what it is about to learn from. Returns the configuration it had before, empty when nothing was
-        learned with one. Raises DataError also while another process trains there.
+        `learned` is what it is about to learn from, and `known_as` another SHA-256 of the same data. Returns the
+        configuration it had before, empty when nothing was learned with one. Raises DataError also while another
+        process trains there.
         """
         names = ("id", "kind", "preset", *self.kept_options)
         about = {name: str(value) for name, value in vars(self.options).items() if name in names}
         if data_sha256:
             about["data_sha256"] = data_sha256
         self.until_its_end.enter_context(run_folder.held(self.folder))
+        if known_as:
+            run_folder.rename_data(self.folder, known_as, data_sha256)
         more = {}
         if data_sha256:
             in_all = self._learned_before(data_sha256).plus(learned)
@@ -158,7 +162,11 @@ class TrainingRun(Generic[ConfigT]):
 
     def begin_on(self, data: TrainingData) -> Begun:
         """The same, for what learns from recordings."""
-        return self.begin(data.sha256, learned=on_maps(one.map for one in data.episodes))
+        return self.begin(
+            data.sha256,
+            learned=on_maps(one.map for one in data.episodes),
+            known_as=data.sha256_with_copies if data.copies else "",
+        )
 
     def _learned_before(self, data_sha256: str) -> LearnedData:
         """From what these weights learned until now; of old folders, that is no more than their card says."""

@@ -95,6 +95,13 @@ def begin(
     return before
 
 
+def rename_data(folder: Path, before: str, now: str) -> None:
+    """Note that data of this SHA-256 have another one now."""
+    configuration = begun(folder)
+    if configuration.get("data_sha256") == before:
+        _write(folder, {**configuration, "data_sha256": now})
+
+
 def has_learned(folder: Path) -> bool:
     """Whether there are weights to go on with."""
     return any(folder.rglob(RESUME))

@@ -1,6 +1,7 @@
 """Whatever a training was interrupted by, the card of its agent names what was learned from, and nothing else."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import pytest
 
 from movingout.agents.checkpoint.card import OTHER_MAPS, Card
 from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint
+from movingout.agents.data.dataset import data_hash
 from movingout.agents.training import fit
 from movingout.agents.training.learned_data import LEARNED
 from movingout.agents.training.run_folder import CONFIG, RESUME
@@ -116,6 +118,22 @@ def test_what_nothing_was_learned_from_is_not_on_the_card(train: Train, tmp_path
     assert train("c", 6) == 0, "it begins anew"
     assert (card(tmp_path).maps, card(tmp_path).learned_items) == (maps("c"), items("c"))
     assert "before" not in card(tmp_path).description
+
+
+def test_a_run_that_was_begun_on_copies_is_gone_on_with(train: Train, tmp_path: Path) -> None:
+    shutil.copy(tmp_path / "a" / "a.mcap", tmp_path / "a" / "copy.mcap")
+    run = tmp_path / "runs" / "mlp-tiny"
+    assert train("a", 6) == 0
+    as_before(run)
+    config = json.loads((run / CONFIG).read_text())
+    only = config["data_sha256"]
+    config["data_sha256"] = data_hash([tmp_path / "a" / "a.mcap", tmp_path / "a" / "copy.mcap"])
+    (run / CONFIG).write_text(json.dumps(config))
+    assert only != config["data_sha256"]
+    assert train("a", 8) == 0
+    assert (card(tmp_path).maps, card(tmp_path).learned_items) == (maps("a"), items("a"))
+    assert card(tmp_path).training.data_sha256 == only and "before" not in card(tmp_path).description
+    assert train("a", 10) == 0
 
 
 def bass(data: Path, name: str, *options: str) -> int:
