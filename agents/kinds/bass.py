@@ -64,15 +64,15 @@ def _train(run: TrainingRun[BassConfig]) -> Trained:
     trained = []
     if learns_simulator or learns_value or config.score == "tcl":
         data = run.read_data()
-        before = run.begin(data.sha256)
+        before = run.begin_on(data)
         if learns_simulator:
             simulator = _train_simulator(run, config, data, base, before)
             trained.append(simulator.training)
         if learns_value:
-            value = _train_value(run, config, data, before)
+            value = _train_value(run, config, data, before, is_first=not trained)
             trained.append(value.training)
         if config.score == "tcl":
-            progress = _train_progress(run, config, data, before)
+            progress = _train_progress(run, config, data, before, is_first=not trained)
             trained.append(progress.training)
     else:
         run.begin()
@@ -135,20 +135,22 @@ def _train_simulator(
     return packed_simulator(fitted.network, config.depth, base.card.network.grasp, training)
 
 
-def _train_value(run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: Begun) -> "TrainedValue":
+def _train_value(
+    run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: Begun, is_first: bool
+) -> "TrainedValue":
     from movingout.agents.bass.checkpoint_parts import packed_value
     from movingout.agents.bass.value_training import returns_of, train_value
 
     returns = returns_of(data.episodes, config.discount, config.value_layout)
     run.tell("training the value network")
     fitted = train_value(config, returns, run.folder / "value")
-    run.check_learned(before, fitted, "--value-updates")
+    run.check_learned(before, fitted, "--value-updates", is_first)
     training = run.training(data, data.people, len(returns.returns), fitted.updates)
     return packed_value(fitted.network, training)
 
 
 def _train_progress(
-    run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: Begun
+    run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: Begun, is_first: bool
 ) -> "TrainedProgress":
     from movingout.agents.bass.checkpoint_parts import packed_progress
     from movingout.agents.bass.progress_training import moments_of, train_progress
@@ -156,7 +158,7 @@ def _train_progress(
     moments = moments_of(data.episodes)
     run.tell("training the progress estimator")
     fitted = train_progress(config, moments, run.folder / "progress")
-    run.check_learned(before, fitted, "--progress-updates")
+    run.check_learned(before, fitted, "--progress-updates", is_first)
     training = run.training(data, data.people, len(moments.rows), fitted.updates)
     return packed_progress(fitted.network, training)
 

@@ -13,7 +13,7 @@ def train_on_pictures(run: TrainingRun[BassConfig], base: Checkpoint, descriptio
 
     config, data = run.config, run.read_data()
     films = films_of(data.episodes, base.card.network)
-    before = run.begin(data.sha256)
+    before = run.begin_on(data)
     run.tell("training the simulator on pictures")
     simulated = train_picture_dynamics(config, films, run.folder)
     run.check_learned(before, simulated, "--updates")
@@ -21,7 +21,7 @@ def train_on_pictures(run: TrainingRun[BassConfig], base: Checkpoint, descriptio
     simulator = packed_picture_simulator(simulated.network, config.depth, training)
     run.tell("training the progress estimator on pictures")
     embedded = train_picture_progress(config, films, run.folder / "progress")
-    run.check_learned(before, embedded, "--progress-updates")
+    run.check_learned(before, embedded, "--progress-updates", is_first=False)
     progress = packed_picture_progress(embedded.network, run.training(data, data.people, len(films), embedded.updates))
     checkpoint = save_bass(
         run.model_folder, run.agent_id, base, simulator, None, config, run.name, description, progress

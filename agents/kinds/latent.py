@@ -52,12 +52,12 @@ def _train(run: TrainingRun[LatentConfig]) -> Trained:
     config, seats = run.config, run.options.seats
     config.check()
     spec, data = config.spec(run.kind), run.read_data()
-    before = run.begin(data.sha256)
+    before = run.begin_on(data)
     windows = windows_of(data.partners(spec, seats))
     fitted = train_latent(spec, config, windows, run.folder)
     run.check_learned(before, fitted, "--updates")
     training = run.training(data, windows.names, len(windows), fitted.updates)
-    others, learned = run.others_before(before, training.data_sha256), counted(training.episodes, "episode")
+    others, learned = run.others_before(), counted(training.episodes, "episode")
     about = f"Partners drawn from a model of {training.population}, trained on {learned}{others}. Options: seed, z."
     maps = run.maps({trajectory.map.name for trajectory in data.episodes})
     checkpoint = save_policy(run.model_folder, run.agent_id, fitted.network, maps, training, run.name, about)

@@ -13,6 +13,7 @@ from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ComediConfig, MappoConfig
+from movingout.agents.training.learned_data import on_maps
 from movingout.agents.training.run import RoundsMade, TrainingRun, maps_sha256
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
@@ -61,13 +62,13 @@ def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
     run.caution(maps)
     for sentence in map_cautions(maps):
         run.tell(f"movingout: {sentence}")
-    before = run.begin(maps_sha256(specs))
+    before = run.begin(maps_sha256(specs), learned=on_maps(specs, _pairs(specs, options.split)))
     if config.whole_frames != config.frames:
         run.tell(f"{config.frames:,} frames become {config.whole_frames:,}: {counted(config.rounds, 'whole round')}")
     learned = learn(run, config, maps, options.split)
     progress = RoundsMade(sum(one.round for one in learned), sum(one.made for one in learned))
     run.check_learned(before, progress, "--frames")
-    others = run.others_before(before, maps_sha256(specs))
+    others = run.others_before()
     return _exported(run, config, specs, learned, others)
 
 

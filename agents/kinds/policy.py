@@ -86,13 +86,13 @@ def _train(kind: str, build: Build, run: TrainingRun[PolicyConfig]) -> Trained:
     if left_out := data.left_out(seats):
         count = 2 * len(data.trajectories)
         run.tell(f"--seats {seats}: {left_out} of {count} seats are not learned from")
-    before = run.begin(data.sha256)
+    before = run.begin_on(data)
     windows = windows_of(chain(pieces, _recombined(run, data, spec)))
     fitted = train_policy(build, spec, config, windows, run.folder, first)
     run.check_learned(before, fitted, "--updates")
     training = run.training(data, windows.names, len(windows), fitted.updates, base.card if base else None)
     beginning = f", starting from {base.card.id}" if base else ""
-    others, learned = run.others_before(before, training.data_sha256), counted(training.episodes, "episode")
+    others, learned = run.others_before(), counted(training.episodes, "episode")
     description = f"{kind.upper()} trained on {learned} of {training.population}{beginning}{others}."
     maps = run.maps({trajectory.map.name for trajectory in data.episodes})
     checkpoint = save_policy(run.model_folder, run.agent_id, fitted.network, maps, training, run.name, description)

@@ -17,6 +17,7 @@ from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.kinds.policy import check_policy, load_policy, weighted_policy
 from movingout.agents.partners.families import group, test_people_caution, to_try
 from movingout.agents.reinforcement.config import ResponseConfig
+from movingout.agents.training.learned_data import on_maps
 from movingout.agents.training.run import RoundsMade, TrainingRun
 from movingout.maps import load_map, map_to_json
 from movingout.maps.randomize import pairs_on
@@ -51,11 +52,12 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
     base, company = run.find(options.base), _company(run)
     policy = SteeredPolicy(_network(base))
     played = _fingerprint(company)
-    before = run.begin(played, {"base": "never"})  # the steering is that of its weights
+    specs = [load_map(name) for name in company.maps]
+    before = run.begin(played, {"base": "never"}, on_maps(specs))  # the steering is that of its weights
     response = BestResponse(policy, company, config)
     made = learn_response(response, run.folder, lambda told: run.tell(_line(told)))
     run.check_learned(before, RoundsMade(response.round, made), "--updates")
-    partners, specs = ", ".join(options.partners), [load_map(name) for name in company.maps]
+    partners = ", ".join(options.partners)
     training = base.card.training.model_copy(
         update={
             "preset": options.preset,
@@ -66,7 +68,7 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
             "items": run.items({pair for one in specs for pair in pairs_on(one)}, base.card),
         }
     )
-    where = counted(len(specs), "map") + run.others_before(before, played)
+    where = counted(len(specs), "map") + run.others_before()
     about = f"{base.card.name}, steered by reinforcement learning beside {partners} on {where}."
     maps = run.maps({one.name for one in specs}, base.card)  # by name, also own ones
     return Trained(save_policy(run.model_folder, run.agent_id, policy, maps, training, run.name, about), training)

@@ -13,6 +13,7 @@ from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.errors import AgentError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.reinforcement.self_play_config import SelfPlayConfig
+from movingout.agents.training.learned_data import on_maps
 from movingout.agents.training.run import RoundsMade, TrainingRun, maps_sha256
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
@@ -60,12 +61,12 @@ def _train(run: TrainingRun[SelfPlayConfig]) -> Trained:
     run.caution(maps)
     for sentence in map_cautions(maps):
         run.tell(f"movingout: {sentence}")
-    before = run.begin(maps_sha256(specs))
+    before = run.begin(maps_sha256(specs), learned=on_maps(specs))
     learner = SelfPlay(config, maps)
     learn_self_play(learner, run.folder, lambda told: run.tell(_line(told, config)))
     run.check_learned(before, RoundsMade(learner.round, learner.made), "--episodes")
     training = _training(run, learner, specs)
-    others = run.others_before(before, training.data_sha256)
+    others = run.others_before()
     return Trained(_saved(run, learner, [one.name for one in specs], training, others), training)
 
 

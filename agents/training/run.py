@@ -8,7 +8,7 @@ import datetime
 import hashlib
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, NamedTuple, Protocol, TypeVar
@@ -23,8 +23,18 @@ from movingout.agents.checkpoint.checkpoint import (
     model_roots,
     read_checkpoint,
 )
-from movingout.agents.errors import DataError
+from movingout.agents.errors import CheckpointError, DataError
 from movingout.agents.training import run_folder
+from movingout.agents.training.learned_data import (
+    LEARNED,
+    NOTHING,
+    OTHERS_BEFORE,
+    UNKNOWN,
+    LearnedData,
+    on_maps,
+    said_before,
+    said_by_card,
+)
 from movingout.agents.training.optimisation import Change, Optimisation
 from movingout.agents.training.run_folder import NO_CHANGES
 from movingout.agents.training.training_data import TrainingData, read_training_data
@@ -39,8 +49,6 @@ ConfigT = TypeVar("ConfigT", bound=Optimisation)
 
 Begun = Mapping[str, object]
 """The configuration of a run as it was before."""
-OTHERS_BEFORE = ", and on others before"
-"""In the description of an agent that went on with other data or maps than it began with."""
 
 
 class FitProgress(Protocol):
@@ -99,11 +107,6 @@ class TrainingRun(Generic[ConfigT]):
         folder: Path = self.options.data / "models" / folder_name(self.agent_id)
         return folder
 
-    @property
-    def earlier(self) -> Card | None:
-        """The card of the weights that are trained on, as of when this run last ended; None where it never did."""
-        return read_checkpoint(self.folder).card if (self.folder / CARD).exists() else None
-
     def find(self, agent_id: str) -> Checkpoint:
         """Another agent: of the data folder, of where others look for agents, or shipped. Raises CheckpointError."""
         return find_checkpoint(agent_id, self.options.data / "models", *model_roots())
@@ -119,7 +122,7 @@ class TrainingRun(Generic[ConfigT]):
             what = counted(data.uncounted, "recording")
             self.tell(f"movingout: {what} left out: invalid, broken off, or of people who declined, says the study")
         if data.copies:
-            what = f"{data.copies} {'copy' if data.copies == 1 else 'copies'}"
+            what = f"{len(data.copies)} {'copy' if len(data.copies) == 1 else 'copies'}"
             self.tell(f"movingout: {what} left out, of recordings that are there, too")
         if data.learns_from_tests:
             self.tell(
@@ -134,49 +137,93 @@ class TrainingRun(Generic[ConfigT]):
         if sentence := test_maps_caution(maps):
             self.tell(f"movingout: {sentence}")
 
-    def begin(self, data_sha256: str = "", changes: Mapping[str, Change] = NO_CHANGES) -> Begun:
+    def begin(
+        self, data_sha256: str = "", changes: Mapping[str, Change] = NO_CHANGES, learned: LearnedData = NOTHING,
+        known_as: str = "",
+    ) -> Begun:  # fmt: skip
         """Write the run's configuration, see `run_folder.begin`; without a SHA-256 when nothing is trained.
 
-        Returns the one it had before, empty when it had none. Raises DataError also while another process trains there.
+        `learned` is what it is about to learn from, and `known_as` another SHA-256 of the same data. Returns the
+        configuration it had before, empty when nothing was learned with one. Raises DataError also while another
+        process trains there.
         """
         names = ("id", "kind", "preset", *self.kept_options)
         about = {name: str(value) for name, value in vars(self.options).items() if name in names}
         if data_sha256:
             about["data_sha256"] = data_sha256
         self.until_its_end.enter_context(run_folder.held(self.folder))
-        return run_folder.begin(self.folder, about, self.config, self.options.go_on, changes)
+        if known_as:
+            run_folder.rename_data(self.folder, known_as, data_sha256)
+        more = {}
+        if data_sha256:
+            in_all = self._learned_before(data_sha256).plus(learned)
+            more[LEARNED] = in_all.model_dump(mode="json")
+        return run_folder.begin(self.folder, about, self.config, self.options.go_on, changes, more)
 
-    def check_learned(self, before: Begun, fitted: FitProgress, option: str) -> None:
+    def begin_on(self, data: TrainingData) -> Begun:
+        """The same, for what learns from recordings."""
+        return self.begin(
+            data.sha256,
+            learned=on_maps(one.map for one in data.episodes),
+            known_as=data.sha256_with_copies if data.copies else "",
+        )
+
+    def _learned_before(self, data_sha256: str) -> LearnedData:
+        """From what these weights learned until now; of old folders, that is no more than their card says."""
+        if not run_folder.has_learned(self.folder):
+            return NOTHING
+        begun = run_folder.begun(self.folder)
+        if LEARNED in begun:
+            before = said_before(begun)
+        elif (self.folder / CARD).exists():
+            card = self._earlier_card()
+            before = said_by_card(card, begun, data_sha256) if card else UNKNOWN
+        else:  # it never ended
+            before = NOTHING if begun.get("data_sha256") == data_sha256 else UNKNOWN
+        is_other = begun.get("data_sha256") not in (None, "", data_sha256)
+        return before.plus(LearnedData(others_before=is_other))
+
+    def _earlier_card(self) -> Card | None:
+        """As of when this run last ended; None where it cannot be read."""
+        for folder in (self.folder, self.model_folder):
+            with suppress(CheckpointError):
+                return read_checkpoint(folder).card
+        return None
+
+    @property
+    def _learned(self) -> LearnedData:
+        """From what these weights learned, with what they learn from now."""
+        begun = run_folder.begun(self.folder)
+        return said_before(begun) if LEARNED in begun else NOTHING
+
+    def check_learned(self, before: Begun, fitted: FitProgress, option: str, is_first: bool = True) -> None:
         """Raises DataError when no updates were left for new data, so that no card names data never learned from.
 
-        `before` is what `begin` returned; `option` sets the number of updates.
+        `before` is what `begin` returned; `option` sets the number of updates. With `is_first` no, another part has
+        learned from the new data.
         """
         if not fitted.made and run_folder.learns_from_other(self.folder, before):
-            run_folder.put_back(self.folder, before)
+            if is_first:
+                run_folder.put_back(self.folder, before)
             raise DataError(
                 f"{self.agent_id} has made all of its {fitted.updates} updates; to train on, give a larger {option}"
             )
 
-    def others_before(self, before: Begun, data_sha256: str) -> str:
-        """For the description: empty, or that these weights learned from other data or maps before.
-
-        `before` is what `begin` returned, and `data_sha256` what it was given.
-        """
-        changed = before.get("data_sha256") not in (None, "", data_sha256)
-        said = self.earlier is not None and OTHERS_BEFORE in self.earlier.description
-        return OTHERS_BEFORE if changed or said else ""
+    def others_before(self) -> str:
+        """For the description: empty, or that these weights learned from other data or maps before."""
+        return OTHERS_BEFORE if self._learned.others_before else ""
 
     def maps(self, names: Collection[str], start: Card | None = None) -> set[str]:
         """All maps that these weights learned on, whenever: those of now, of earlier, and of the agent at the start."""
-        return {*names, *(one for card in (start, self.earlier) if card for one in card.maps)}
+        return {*names, *self._learned.maps, *(start.maps if start else ())}
 
     def items(self, pairs: Collection[Pair], start: Card | None = None) -> tuple[str, ...] | None:
-        """Sizes and shapes that they learned from, whenever; None where an earlier card does not say."""
-        earlier = [card.learned_items for card in (start, self.earlier) if card]
-        known = [items for items in earlier if items is not None]
-        if len(known) < len(earlier):
+        """Sizes and shapes that they learned from, whenever; None where that is not known."""
+        earlier = self._learned.items
+        at_start = start.learned_items if start else frozenset()
+        if earlier is None or at_start is None:
             return None
-        return tuple(sorted({pair_text(pair) for pair in pairs}.union(*known)))
+        return tuple(sorted({pair_text(pair) for pair in pairs}.union(earlier, at_start)))
 
     def training(
         self, data: TrainingData, people: Collection[str], rows: int, updates: int, start: Card | None = None

@@ -1,6 +1,7 @@
 """The folder of a training run, DATA/runs/<id>. It keeps the configuration, so that only the same run is continued.
 
-config.json            id, kind, preset, SHA-256 of the data and every field of the configuration
+config.json            id, kind, preset, SHA-256 of the data, every field of the configuration, and maps and items of
+                       all that was ever learned from, see `training.learned_data`
 card.json              of the trained agent
 .lock                  held by the process that trains
 resume.safetensors     with losses.jsonl and TensorBoard's events, see `training.loop`; for BASS also in folders here
@@ -8,6 +9,7 @@ resume.safetensors     with losses.jsonl and TensorBoard's events, see `training
 
 import ast
 import dataclasses
+import errno
 import json
 import os
 import re
@@ -28,6 +30,7 @@ from movingout.maps.suggestion import shortened
 CONFIG = "config.json"
 RESUME = "resume.safetensors"
 LOCK = ".lock"
+_NO_LOCKS = (errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP)  # some network and cluster file systems
 _CHANGES: Mapping[str, Change] = MappingProxyType(
     {
         "id": "never", "kind": "never", "start": "never", "data_sha256": "asked", "seats": "asked", "map": "asked",
@@ -36,6 +39,7 @@ _CHANGES: Mapping[str, Change] = MappingProxyType(
 )  # fmt: skip
 """Of what is no field of the configuration; the rest is free. Weights start from `start` once, at the beginning."""
 NO_CHANGES: Mapping[str, Change] = MappingProxyType({})
+NOTHING_MORE: Mapping[str, object] = MappingProxyType({})
 _SHA256 = re.compile("[0-9a-f]{64}")
 _WORDS = {"id": "agent", "data_sha256": "data of SHA-256"}
 
@@ -44,51 +48,86 @@ _WORDS = {"id": "agent", "data_sha256": "data of SHA-256"}
 def held(folder: Path) -> Iterator[None]:
     """Make a run folder, and keep other processes out of it within the block.
 
-    Raises DataError where another one trains there, or it cannot be written.
+    Raises DataError where another one trains there, or it cannot be written. Where a file system has no locks, nobody
+    is kept out.
     """
     with ExitStack() as undo:
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)  # a group may share it
             undo.callback(os.close, descriptor)
-            locked = lock_descriptor(descriptor, blocking=False)
         except OSError as error:
             raise _cannot_write(folder, error) from error
-        if not locked:
+        if not _locked(descriptor, folder):
             raise DataError(f"another process trains in {folder}; wait until it is over, or choose another --id")
         yield
 
 
+def _locked(descriptor: int, folder: Path) -> bool:
+    """Whether no other process has the lock."""
+    try:
+        return lock_descriptor(descriptor, blocking=False)
+    except OSError as error:
+        if error.errno in _NO_LOCKS:
+            return True
+        raise DataError(f"cannot lock {folder}: {error.strerror or error}") from error
+
+
 def begin(
     folder: Path, about: Mapping[str, str], config: Optimisation, on_purpose: bool,
-    changes: Mapping[str, Change] = NO_CHANGES,
+    changes: Mapping[str, Change] = NO_CHANGES, more: Mapping[str, object] = NOTHING_MORE,
 ) -> dict[str, object]:  # fmt: skip
     """Write the configuration of a run that starts, or continues where the folder has a resume file.
 
-    Returns what was written before; empty when nothing was. `about` is written beside the configuration, and `changes`
-    says which of it may be another, where a kind is stricter than others. Raises DataError when the folder cannot be
+    Returns what was written before; empty when nothing was, or nothing was learned. `about` is written beside the
+    configuration, and `changes` says which of it may be another, where a kind is stricter than others; `more` is
+    written, too, and may always be another. Raises DataError when the folder cannot be
     written, or the run was started with something else: always for a change that makes it another agent, and unless
     `on_purpose` for other data or training options. Older folders without a configuration are continued.
     """
-    begun = _begun(folder)
+    before = begun(folder) if has_learned(folder) else {}
     now = {**about, **dataclasses.asdict(config)}
-    if any(folder.rglob(RESUME)):
+    if has_learned(folder):
         allowed = {entry.name: entry.metadata["change"] for entry in dataclasses.fields(config)}
-        _compare(begun, now, {**allowed, **_CHANGES, **changes}, on_purpose)
-    _write(folder, {**begun, **now})
-    return begun
+        used = {name: value for name, value in now.items() if name not in config.UNUSED}
+        _compare(before, used, {**allowed, **_CHANGES, **changes}, on_purpose)
+    _write(folder, {**before, **now, **more})
+    return before
 
 
-def learns_from_other(folder: Path, begun: Mapping[str, object]) -> bool:
-    """Whether the run, begun with what `begin` returned, now has other data, maps, partners or seats."""
-    now = _begun(folder)
+def rename_data(folder: Path, before: str, now: str) -> None:
+    """Note that data of this SHA-256 have another one now."""
+    configuration = begun(folder)
+    if configuration.get("data_sha256") == before:
+        _write(folder, {**configuration, "data_sha256": now})
+
+
+def has_learned(folder: Path) -> bool:
+    """Whether there are weights to go on with."""
+    return any(folder.rglob(RESUME))
+
+
+def begun(folder: Path) -> dict[str, object]:
+    """The configuration as it was written last; empty when none was. Raises DataError for a damaged one."""
+    path = folder / CONFIG
+    if not path.exists():
+        return {}
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except (ValueError, TypeError) as error:
+        raise DataError(f"{path} does not say what the run was started with ({error}); choose another --id") from error
+
+
+def learns_from_other(folder: Path, before: Mapping[str, object]) -> bool:
+    """Whether the run, which had what `begin` returned, now has other data, maps, partners or seats."""
+    now = begun(folder)
     asked = [name for name, change in _CHANGES.items() if change == "asked"]
-    return any(begun.get(name) not in (None, "", now.get(name)) for name in asked)
+    return any(before.get(name) not in (None, "", now.get(name)) for name in asked)
 
 
-def put_back(folder: Path, begun: Mapping[str, object]) -> None:
+def put_back(folder: Path, before: Mapping[str, object]) -> None:
     """Restore what `begin` returned, since nothing was learned from what was new."""
-    _write(folder, begun)
+    _write(folder, before)
 
 
 def finish(folder: Path, checkpoint: Checkpoint) -> None:
@@ -113,32 +152,22 @@ def _cannot_write(folder: Path, error: OSError) -> DataError:
     return DataError(f"cannot write {folder}: {error.strerror or error}")
 
 
-def _begun(folder: Path) -> dict[str, object]:
-    path = folder / CONFIG
-    if not path.exists():
-        return {}
-    try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
-    except (ValueError, TypeError) as error:
-        raise DataError(f"{path} does not say what the run was started with ({error}); choose another --id") from error
-
-
 def _compare(
-    begun: Mapping[str, object], now: Mapping[str, object], changes: Mapping[str, Change], on_purpose: bool
+    before: Mapping[str, object], now: Mapping[str, object], changes: Mapping[str, Change], on_purpose: bool
 ) -> None:
     """Raise DataError for changes with which the run must not be continued."""
-    other = [name for name in now if name in begun and begun[name] != now[name]]
+    other = [name for name in now if name in before and before[name] != now[name]]
     never = [name for name in other if changes.get(name) == "never"]
     asked = [name for name in other if changes.get(name) == "asked"]
     if never:
-        raise DataError(f"{_differences(begun, now, never)}; train that under another --id")
+        raise DataError(f"{_differences(before, now, never)}; train that under another --id")
     if asked and not on_purpose:
-        raise DataError(f"{_differences(begun, now, asked)}; choose another --id, or continue with --go-on")
+        raise DataError(f"{_differences(before, now, asked)}; choose another --id, or continue with --go-on")
 
 
-def _differences(begun: Mapping[str, object], now: Mapping[str, object], names: Sequence[str]) -> str:
+def _differences(before: Mapping[str, object], now: Mapping[str, object], names: Sequence[str]) -> str:
     differences = [
-        f"{_WORDS.get(name, name.replace('_', '-'))} {_short(begun[name])}, not {_short(now[name])}" for name in names
+        f"{_WORDS.get(name, name.replace('_', '-'))} {_short(before[name])}, not {_short(now[name])}" for name in names
     ]
     return f"this run was started with {'; '.join(differences)}"
 

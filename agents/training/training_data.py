@@ -1,7 +1,7 @@
 """The data of a training run: recordings, and episodes labelled by an expert."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 
@@ -43,12 +43,17 @@ class TrainingData:
     trajectories: list[Trajectory]
     corrections: list[Correction]
     uncounted: int = 0  # recordings that are left out, because their study does not count them
-    copies: int = 0  # likewise because they are copies of recordings that are there
+    copies: list[Path] = field(default_factory=list)  # likewise because they are copies of recordings that are there
 
     @property
     def sha256(self) -> str:
         """Of all files."""
         return data_hash(self.files)
+
+    @property
+    def sha256_with_copies(self) -> str:
+        """By which runs know the same data that were begun when copies were learned from, too."""
+        return data_hash([*self.files, *self.copies])
 
     @property
     def episodes(self) -> list[Trajectory]:
@@ -112,7 +117,8 @@ def read_training_data(places: list[Path], without: Iterable[str] = ()) -> Train
     if not counting:
         raise DataError(f"none of {counted(len(found_files), 'recording')} counts: their study leaves them out")
     files = without_copies(counting)
-    kept = TrainingData([], [], [], len(found_files) - len(counting), len(counting) - len(files))
+    copies = [file for file in counting if file not in set(files)]
+    kept = TrainingData([], [], [], len(found_files) - len(counting), copies)
     met = {name for file in files for name in _read(file, kept, avoided)}
     _check_left_out([name for name in avoided if name not in met], len(files))
     if not kept.files:

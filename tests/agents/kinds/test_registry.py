@@ -37,7 +37,7 @@ class MeanAgent(IdleAgent):
 
 def _train(run: TrainingRun[MeanConfig]) -> Trained:
     data = run.read_data()
-    before = run.begin(data.sha256)
+    before = run.begin_on(data)
     assert not before
     distance = float(np.mean([trajectory.actions[..., 0].mean() for trajectory in data.episodes])) * run.config.scale
     training = run.training(data, data.people, len(data.episodes), updates=1)

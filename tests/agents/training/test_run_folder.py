@@ -1,17 +1,22 @@
 """A training is gone on with as it was begun, or on purpose with something else."""
 
 import dataclasses
+import errno
 import json
+import os
+import stat
 from pathlib import Path
 
 import pytest
 
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.bass import BASS
-from movingout.agents.kinds.policy import DP
+from movingout.agents.kinds.kind import AgentKind
+from movingout.agents.kinds.policy import DP, MLP
 from movingout.agents.policies.config import PolicyConfig
+from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Optimisation
-from movingout.agents.training.run_folder import CONFIG, RESUME, begin, held, learns_from_other, put_back
+from movingout.agents.training.run_folder import CONFIG, LOCK, RESUME, begin, held, learns_from_other, put_back
 
 ABOUT = {"id": "dp@mine", "kind": "dp", "preset": "fast", "seats": "acting", "data_sha256": "a" * 64}
 CONFIGURATION = DP.presets["fast"]
@@ -60,6 +65,19 @@ def test_another_network_is_another_agent(
     other: Optimisation = dataclasses.replace(CONFIGURATION, **changes)  # type: ignore[arg-type]
     with pytest.raises(DataError, match=sentence):
         begin(run, ABOUT, other, on_purpose)
+
+
+@pytest.mark.parametrize(
+    ("kind", "unused"),
+    [(MLP, {"process": "ddpm", "train_steps": 100, "dropout": 0.1}), (BASS, {"window_share": 0.5})],
+)
+def test_what_did_nothing_when_it_was_still_an_option_may_be_another(
+    tmp_path: Path, kind: AgentKind[Optimisation], unused: dict[str, object]
+) -> None:
+    config = kind.presets["fast"]
+    begin(tmp_path, ABOUT, dataclasses.replace(config, **unused), on_purpose=False)  # type: ignore[arg-type]
+    (tmp_path / RESUME).touch()
+    begin(tmp_path, ABOUT, config, on_purpose=False)
 
 
 @pytest.mark.parametrize(
@@ -143,6 +161,32 @@ def test_a_folder_is_held_by_one_process_at_a_time(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(DataError, match=r"cannot write .*file/dp-mine"), held(tmp_path / "file" / "dp-mine"):
         pass
+
+
+@pytest.mark.parametrize("code", [errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.EIO])
+def test_where_a_file_system_has_no_locks_nobody_is_kept_out(
+    tmp_path: Path, code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def without_locks(_descriptor: int, blocking: bool) -> bool:
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(run_folder, "lock_descriptor", without_locks)
+    if code == errno.EIO:
+        with pytest.raises(DataError, match=r"cannot lock .*dp-mine: Input/output error"), held(tmp_path / "dp-mine"):
+            pass
+        return
+    with held(tmp_path / "dp-mine"), held(tmp_path / "dp-mine"):
+        pass
+
+
+def test_a_group_that_shares_a_folder_shares_its_lock(tmp_path: Path) -> None:
+    before = os.umask(0o002)
+    try:
+        with held(tmp_path):
+            pass
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / LOCK).stat().st_mode) == 0o664
 
 
 def test_a_damaged_file_is_answered_with_a_sentence(run: Path) -> None:

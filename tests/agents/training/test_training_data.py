@@ -57,7 +57,10 @@ def test_a_recording_that_is_there_twice_is_learned_from_once(tmp_path: Path) ->
     shutil.copy(original, tmp_path / "b" / "renamed.mcap")
     recorded(tmp_path / "b", "two", ticks=4)
     data = read_training_data([tmp_path / "a", tmp_path / "b"])
-    assert ([file.name for file in data.files], data.copies) == (["one.mcap", "two.mcap"], 1)
+    assert ([file.name for file in data.files], data.copies) == (
+        ["one.mcap", "two.mcap"],
+        [tmp_path / "b" / "renamed.mcap"],
+    )
 
 
 def test_partners_of_a_list_are_left_out_of_demonstrations(tmp_path: Path) -> None:
