@@ -69,8 +69,8 @@ def read_paths(places: Sequence[Path], workers: int, by_place: bool = False) -> 
     found = Reading([], 0, 0, [])
     unfinished = tutorials = uncounted = copies = 0
     seen: set[str] = set()
-    for place in _named_once(places):
-        with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder:  # of all places: an official trajectory under two of them is one file
+        for place in _named_once(places):
             there = _recordings(place, Path(folder), workers)
             counted = counted_recordings(there)
             files = _without_copies(counted, set() if by_place else seen)
@@ -103,7 +103,7 @@ def _without_copies(files: Sequence[Path], seen: set[str]) -> list[Path]:
 
 
 def _recordings(place: Path, folder: Path, workers: int) -> list[Path]:
-    """The recordings of a place; official files become recordings in `folder`."""
+    """The recordings of a place; official files become recordings in `folder`, or are there from an earlier place."""
     if not place.exists():
         raise RecordingError(f"there is nothing at {place}; check the name")
     files = sorted(place.rglob(f"*{SUFFIX}")) if place.is_dir() else [place] if place.suffix == SUFFIX else []
@@ -116,9 +116,10 @@ def _recordings(place: Path, folder: Path, workers: int) -> list[Path]:
     sources = without_copies([source for file in find([place]) for source in read(file)])
     convert = partial(import_source, folder=folder, salt="diversity")
     reports = list(map_in_processes(convert, sources, workers, "importing"))
-    if not any(report.recording for report in reports):
+    made = sorted({folder / report.recording for report in reports if report.recording})
+    if not made:
         raise RecordingError(f"no trajectory of {place} can be used: {reports[0].problem}")
-    return sorted(folder.glob(f"*{SUFFIX}"))
+    return made
 
 
 def _path_episode(place: str, file: Path) -> PathEpisode | Unreadable | str:

@@ -133,6 +133,18 @@ def test_populations_by_place_may_overlap(data: Path, tmp_path: Path, capsys: py
     assert reading.copies == 0
 
 
+@pytest.mark.parametrize("by_place", [True, False])
+def test_official_files_under_two_places_are_measured_once(data: Path, tmp_path: Path, by_place: bool) -> None:
+    """All together had them twice, as had every other population."""
+    inner = tmp_path / "official" / "day"
+    inner.parent.mkdir()
+    export("official", ExportPlan(sorted(data.glob("two-?.mcap")), inner))
+    reading = read_paths([inner.parent, inner], workers=1, by_place=by_place)
+    groups = populations(reading.episodes, "place" if by_place else "agent")
+    assert sorted(map(len, groups.values())) == ([3, 3, 3] if by_place else [3])
+    assert reading.copies == (0 if by_place else 3)
+
+
 def test_official_files_are_measured_like_the_recordings_that_they_come_from(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
