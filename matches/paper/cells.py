@@ -153,6 +153,7 @@ class Measurement:
     pool: Callable[[Sequence[Estimate]], Estimate] = field(default=pooled, compare=False)  # of trainings
 
     episodes: Callable[[Budget], int] = field(default=lambda budget: 0, compare=False)  # where they grow with --seeds
+    samples: Callable[[Budget], int | None] = field(default=lambda budget: None, compare=False)  # that are drawn
 
     def trainings(self, budget: Budget) -> range:
         return range(budget.trainings if self.repeated else 1)
@@ -167,13 +168,16 @@ class Measurement:
         return tuple(with_seed(agent_id, training) for agent_id in self.agents)
 
     def measured(self, training: int, space: Workspace) -> Measured | None:
-        """What was found with the present weights, versions and number of episodes."""
-        return space.measured(self.name_of(training), self.agents_of(training), self.episodes(space.budget))
+        """What was found with the present weights, versions and numbers of episodes and samples."""
+        return space.measured(self.name_of(training), self.agents_of(training), *self._sizes(space.budget))
 
     def measure(self, training: int, space: Workspace) -> None:
         """Find it, and keep it."""
         numbers = self.perform(space, training)
-        space.keep(self.name_of(training), numbers, self.agents_of(training), self.episodes(space.budget))
+        space.keep(self.name_of(training), numbers, self.agents_of(training), *self._sizes(space.budget))
+
+    def _sizes(self, budget: Budget) -> tuple[int, int | None]:
+        return self.episodes(budget), self.samples(budget)
 
     def of_all(self, space: Workspace) -> list[Measured] | None:
         """What was found of every training; None where one has not been measured."""

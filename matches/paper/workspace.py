@@ -113,9 +113,11 @@ class Workspace:
         """The result of a match, if it has been played with the present weights."""
         return self.matches.find(match)
 
-    def measured(self, name: str, agents: Sequence[str] = (), episodes: int = 0) -> Measured | None:
-        """What was measured of agents under a name; None when it was not, under other conditions, or in fewer
-        episodes.
+    def measured(
+        self, name: str, agents: Sequence[str] = (), episodes: int = 0, samples: int | None = None
+    ) -> Measured | None:
+        """What was measured of agents under a name; None when it was not, under other conditions, in fewer episodes,
+        or with another number of samples.
 
         Earlier versions wrote the numbers alone, or with the weights; these stay.
         """
@@ -126,21 +128,24 @@ class Workspace:
         if _NUMBERS in found:
             if found.get("episodes", episodes) < episodes:
                 return None
-            if any(found.get(key, now) != now for key, now in self._conditions(agents).items()):
+            if any(found.get(key, now) != now for key, now in self._conditions(agents, samples).items()):
                 return None
             found = found[_NUMBERS]
         return {key: Estimate(*numbers) for key, numbers in found.items()}
 
-    def keep(self, name: str, numbers: Measured, agents: Sequence[str] = (), episodes: int = 0) -> None:
-        """Keep what was measured of agents; `episodes`: in so many, where the budget says how many."""
-        document = {**self._conditions(agents), "episodes": episodes, _NUMBERS: numbers}
+    def keep(
+        self, name: str, numbers: Measured, agents: Sequence[str] = (), episodes: int = 0, samples: int | None = None
+    ) -> None:
+        """Keep what was measured of agents; `episodes`, `samples`: in so many, where the budget says how many."""
+        document = {**self._conditions(agents, samples), "episodes": episodes, _NUMBERS: numbers}
         write_whole(self._measured(name), json.dumps(document, indent=1) + "\n")
 
-    def _conditions(self, agents: Sequence[str]) -> dict[str, object]:
+    def _conditions(self, agents: Sequence[str], samples: int | None) -> dict[str, object]:
         """What numbers depend on besides their name."""
         return {
             "weights": {agent_id: fingerprint(agent_id) for agent_id in agents},
             "versions": {name: versions()[name] for name in EXACT},
+            **({} if samples is None else {"samples": samples}),
         }
 
     def times(self) -> dict[str, float]:

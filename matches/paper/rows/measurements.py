@@ -69,6 +69,7 @@ def noise_validity(level: str) -> MeasuredCell:
         perform=partial(_noise_validity, float(level)),
         data=("c1",),
         seconds=lambda budget: 2.0 + 0.006 * noise_samples(budget),
+        samples=noise_samples,
     )
     return MeasuredCell(measurement, "valid_share")
 

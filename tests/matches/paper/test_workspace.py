@@ -13,6 +13,7 @@ from movingout.matches.paper import workspace
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell
 from movingout.matches.paper.published import PublishedColumn
+from movingout.matches.paper.rows.measurements import noise_validity
 from movingout.matches.paper.rows.reinforced import behaviour
 from movingout.matches.paper.workspace import Workspace, inside
 from movingout.server.cli import main
@@ -66,3 +67,21 @@ def test_numbers_of_other_versions_or_of_fewer_episodes_are_measured_again(
     assert one.measured(0, space) == numbers, "in more episodes than are wanted"
     monkeypatch.setattr(workspace, "versions", lambda: {"movingout": "next", "pymunk": "next"})
     assert one.measured(0, space) is None
+
+
+def test_what_was_measured_in_other_numbers_of_states_is_measured_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run with more states took the numbers of the run before."""
+    monkeypatch.chdir(tmp_path)
+    fewer, more = (Workspace(budget=replace(BUDGETS["smoke"], states=states)) for states in (20, 40))
+    numbers = {"valid_share": Estimate(0.5, 0.1, 100)}
+    one = replace(noise_validity("0.2").measurement, perform=lambda space, training: numbers)
+    one.measure(0, fewer)
+    assert one.measured(0, fewer) == numbers and one.measured(0, more) is None
+    one.measure(0, more)
+    assert one.measured(0, more) == numbers and one.measured(0, fewer) is None
+    file = Path(f"data/measured/{one.name}.json")
+    earlier = {key: value for key, value in json.loads(file.read_text()).items() if key != "samples"}
+    file.write_text(json.dumps(earlier), encoding="utf-8")
+    assert one.measured(0, fewer) == numbers, "of before that was noted"
