@@ -1,7 +1,7 @@
 """How a generative model of partners is trained. Knows no torch."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -12,8 +12,14 @@ from movingout.agents.training.optimisation import NotNegativeFloat, documented
 
 @dataclass(frozen=True, kw_only=True)
 class LatentConfig(PolicyConfig):
-    """A diffusion policy that is told who plays by a latent vector, and an encoder of that vector."""
+    """A diffusion policy that is told who plays by a latent vector, and an encoder of that vector.
 
+    It learns from episodes as they are.
+    """
+
+    UNUSED = frozenset({"recombine", "matching", "confirm", "event_weight", "window_share"})
+
+    grasp: Literal["hold"] = documented("hold", "what is predicted for the hand: hold (desired level)", "never")
     latent: Annotated[int, Field(ge=1, le=64)] = documented(8, "numbers that say who plays", "never")
     beta: NotNegativeFloat = documented(
         0.001, "weight of the divergence [nat] of an episode's latent from the prior in the loss"
@@ -24,13 +30,8 @@ class LatentConfig(PolicyConfig):
 
     def check(self) -> None:
         super().check()
-        if self.recombine or self.event_weight > 1 or self.window_share < 1.0:
-            raise DataError(
-                "a latent model learns from episodes as they are: leave out --recombine, --event-weight and "
-                "--window-share"
-            )
-        if self.grasp != "hold":
-            raise DataError("a latent model learns which hold level is wanted; train with --grasp hold")
+        if changed := [name for name in sorted(self.UNUSED) if getattr(self, name) != getattr(LatentConfig, name)]:
+            raise DataError(f"a latent model learns from episodes as they are: leave out {changed[0]}")
         if self.episode_windows % 2 or self.episode_windows > self.batch:
             raise DataError(
                 f"--episode-windows is an even number of at most --batch {self.batch}, not {self.episode_windows}"

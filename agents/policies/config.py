@@ -108,6 +108,13 @@ class RegressionConfig(PolicyConfig):
 
     UNUSED = frozenset({"dropout", "denoiser", "process", "train_steps", "sample_steps", "restless"})
 
+    layout: LayoutName = documented(
+        "aware-v1",
+        "observation layout: official-v1, map-v1 (adds walls and goals), aware-v1 (adds ways) or relative-v1 (own frame); "
+        "image-v1 (a picture) is for `train dp` alone",
+        "never",
+    )
+
     def check(self) -> None:
         super().check()
         if LAYOUTS[self.layout].picture:

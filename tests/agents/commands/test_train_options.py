@@ -42,6 +42,7 @@ def test_the_help_of_what_learns_from_its_own_play_has_only_options_that_apply(k
     [
         ("mappo", "--updates"),
         ("bass --base dp@all", "--window-share"),
+        *(("latent", option) for option in ("--window-share", "--recombine", "--event-weight", "--matching")),
         *((kind, option) for kind in ("mlp", "gru") for option in ("--dropout", "--denoiser", "--sample-steps")),
     ],
 )

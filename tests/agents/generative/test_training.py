@@ -58,8 +58,8 @@ def test_the_divergence_is_that_of_two_normal_distributions() -> None:
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"recombine": 0.5}, "leave out --recombine"),
-        ({"grasp": "toggle"}, "train with --grasp hold"),
+        ({"recombine": 0.5}, "leave out recombine"),
+        ({"grasp": "toggle"}, "--grasp toggle: input should be 'hold'"),
         ({"episode_windows": 7}, "--episode-windows is an even number of at most --batch 64, not 7"),
         ({"episode_windows": 128}, "--episode-windows is an even number of at most --batch 64, not 128"),
         ({"beta": -1.0}, "--beta -1.0: input should be greater than or equal to 0"),
