@@ -9,7 +9,6 @@ resume.safetensors     with losses.jsonl and TensorBoard's events, see `training
 
 import ast
 import dataclasses
-import errno
 import json
 import os
 import re
@@ -19,18 +18,16 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import MappingProxyType
 
-from filelock import lock_descriptor
-
 from movingout.agents.checkpoint.checkpoint import CARD, Checkpoint
 from movingout.agents.errors import DataError
 from movingout.agents.training.optimisation import Change, Optimisation
+from movingout.maps.files.file_lock import lock_file
 from movingout.maps.files.output_file import draft_of
 from movingout.maps.suggestion import shortened
 
 CONFIG = "config.json"
 RESUME = "resume.safetensors"
 LOCK = ".lock"
-_NO_LOCKS = (errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP)  # some network and cluster file systems
 _CHANGES: Mapping[str, Change] = MappingProxyType(
     {
         "id": "never", "kind": "never", "start": "never", "data_sha256": "asked", "seats": "asked", "map": "asked",
@@ -66,10 +63,8 @@ def held(folder: Path) -> Iterator[None]:
 def _locked(descriptor: int, folder: Path) -> bool:
     """Whether no other process has the lock."""
     try:
-        return lock_descriptor(descriptor, blocking=False)
+        return lock_file(descriptor)
     except OSError as error:
-        if error.errno in _NO_LOCKS:
-            return True
         raise DataError(f"cannot lock {folder}: {error.strerror or error}") from error
 
 

@@ -12,8 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from filelock import lock_descriptor
-
+from movingout.maps.files.file_lock import lock_file
 from movingout.maps.files.output_file import draft_of
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import Grid
@@ -137,7 +136,7 @@ def _played_through(result: MatchResult | None) -> bool:
 
 
 class Shard:
-    """The file that one driver appends to. It is locked while open."""
+    """The file that one driver appends to. It is locked while open, where the file system has locks."""
 
     def __init__(self, folder: Path, index: int = 0, count: int = 1) -> None:
         self.path = folder / f"results-{index}-of-{count}.jsonl"
@@ -146,7 +145,7 @@ class Shard:
         except OSError as error:
             raise MatchError(f"cannot write {self.path}: {error.strerror or error}") from error
         try:
-            locked = lock_descriptor(self._file, blocking=False)
+            locked = lock_file(self._file)
         except OSError as error:
             os.close(self._file)
             raise MatchError(f"cannot lock {self.path}: {error.strerror or error}") from error

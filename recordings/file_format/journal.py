@@ -2,7 +2,8 @@
 
 A group is the head or one tick. It ends with a `/commit` message whose CRC-32 runs over every byte of the file so
 far, so a torn tail is cut off at a tick and a flipped bit anywhere before it is found. A journal belongs to one
-process at a time (a lock on the file itself), so that recovering never takes a running episode away.
+process at a time (a lock on the file itself), so that recovering never takes a running episode away; where a file
+system has no locks, nobody sees to that.
 """
 
 import contextlib
@@ -18,9 +19,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import orjson
-from filelock import lock_descriptor, unlock_descriptor
 from mcap.writer import Writer
 
+from movingout.maps.files.file_lock import lock_file, unlock_file
 from movingout.maps.files.input_file import open_input
 from movingout.recordings.errors import BusyError, RecordingError, cannot
 from movingout.recordings.file_format.records import MAGIC
@@ -216,14 +217,14 @@ class Journal:
     def close(self) -> None:
         with self._closing:
             if self._descriptor >= 0:
-                unlock_descriptor(self._descriptor)  # a copy inside sync() would keep it locked
+                unlock_file(self._descriptor)  # a copy inside sync() would keep it locked
                 os.close(self._descriptor)
                 self._descriptor = -1
 
 
 def _lock(descriptor: int, path: Path) -> None:
     try:
-        locked = lock_descriptor(descriptor, blocking=False)
+        locked = lock_file(descriptor)
     except OSError as error:
         raise cannot("lock", path, error) from error
     if not locked:

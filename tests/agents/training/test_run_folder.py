@@ -14,9 +14,9 @@ from movingout.agents.kinds.bass import BASS
 from movingout.agents.kinds.kind import AgentKind
 from movingout.agents.kinds.policy import DP, MLP
 from movingout.agents.policies.config import PolicyConfig
-from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Optimisation
 from movingout.agents.training.run_folder import CONFIG, LOCK, RESUME, begin, held, learns_from_other, put_back
+from movingout.maps.files import file_lock
 
 ABOUT = {"id": "dp@mine", "kind": "dp", "preset": "fast", "seats": "acting", "data_sha256": "a" * 64}
 CONFIGURATION = DP.presets["fast"]
@@ -170,7 +170,7 @@ def test_where_a_file_system_has_no_locks_nobody_is_kept_out(
     def without_locks(_descriptor: int, blocking: bool) -> bool:
         raise OSError(code, os.strerror(code))
 
-    monkeypatch.setattr(run_folder, "lock_descriptor", without_locks)
+    monkeypatch.setattr(file_lock, "lock_descriptor", without_locks)
     if code == errno.EIO:
         with pytest.raises(DataError, match=r"cannot lock .*dp-mine: Input/output error"), held(tmp_path / "dp-mine"):
             pass

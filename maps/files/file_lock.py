@@ -1,0 +1,29 @@
+"""Locks on files, which keep other processes out while a file is written."""
+
+import errno
+
+from filelock import lock_descriptor, unlock_descriptor
+
+_NO_LOCKS = (errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP)  # some network and cluster file systems
+
+
+def lock_file(descriptor: int) -> bool:
+    """Lock an open file; whether no other process has it. Where a file system has no locks, nobody is kept out.
+
+    Raises OSError.
+    """
+    try:
+        return lock_descriptor(descriptor, blocking=False)
+    except OSError as error:
+        if error.errno in _NO_LOCKS:
+            return True
+        raise
+
+
+def unlock_file(descriptor: int) -> None:
+    """Give a lock back, also while copies of the descriptor are open. Raises OSError."""
+    try:
+        unlock_descriptor(descriptor)
+    except OSError as error:
+        if error.errno not in _NO_LOCKS:
+            raise
