@@ -3,9 +3,12 @@
 import argparse
 import ipaddress
 import re
+from collections.abc import Iterable
 from urllib.parse import urlsplit
 
 EVERYBODY = "*"
+ALL_PROXIES = "nobody would have limits if everybody were a proxy; name its network, such as --proxy 10.0.0.0/8"
+_MAPPED = ipaddress.IPv6Network("::ffff:0:0/96")  # all of IPv4, as a server that listens on `::` sees it
 _NAME = re.compile(r"[A-Za-z0-9]([A-Za-z0-9._\-]{0,250}[A-Za-z0-9])?")
 
 
@@ -34,10 +37,24 @@ def proxy_address(text: str) -> str:
     except ValueError:
         problem = f"a proxy is named by its address, such as 10.0.0.9 or 10.0.0.0/24, not {text!r}"
         raise argparse.ArgumentTypeError(problem) from None
-    if network is None or network.prefixlen == 0:
-        problem = "nobody would have limits if everybody were a proxy; name its network, such as --proxy 10.0.0.0/8"
-        raise argparse.ArgumentTypeError(problem)
+    if network is None or trusts_everybody([text]):
+        raise argparse.ArgumentTypeError(ALL_PROXIES)
     return text
+
+
+def trusts_everybody(proxies: Iterable[str]) -> bool:
+    """Whether these addresses and networks together hold all of IPv4, in its form in IPv6 or not, or all of IPv6."""
+    networks = [ipaddress.ip_network(proxy, strict=False) for proxy in proxies]
+    sixth = list(ipaddress.collapse_addresses(one for one in networks if isinstance(one, ipaddress.IPv6Network)))
+    fourth = [one for one in networks if isinstance(one, ipaddress.IPv4Network)]
+    fourth += [_unmapped(one) for one in sixth if one.subnet_of(_MAPPED)]
+    whole = any(one.prefixlen == 0 for one in (*sixth, *ipaddress.collapse_addresses(fourth)))
+    return whole or any(_MAPPED.subnet_of(one) for one in sixth)
+
+
+def _unmapped(network: ipaddress.IPv6Network) -> ipaddress.IPv4Network:
+    """The network of IPv4 whose form in IPv6 this is."""
+    return ipaddress.IPv4Network((int(network.network_address) & 0xFFFFFFFF, network.prefixlen - 96))
 
 
 def host_name(text: str) -> str:

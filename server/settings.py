@@ -9,7 +9,16 @@ from urllib.parse import urlsplit
 
 from movingout.agents.worker.thread_budget import MOST_CORES
 from movingout.maps.commands.parser import filled, folder
-from movingout.server.network_options import host_name, is_loopback, page_origin, proxy_address, served_address
+from movingout.maps.errors import MovingOutError
+from movingout.server.network_options import (
+    ALL_PROXIES,
+    host_name,
+    is_loopback,
+    page_origin,
+    proxy_address,
+    served_address,
+    trusts_everybody,
+)
 from movingout.server.options import option
 from movingout.world.constants import TICK_SECONDS
 
@@ -98,6 +107,10 @@ def node_name(text: str) -> str:
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9-]{0,30}", text):
         raise argparse.ArgumentTypeError(f"a name has up to 31 letters, digits and '-', not {text!r}")
     return text
+
+
+class WrongSettings(MovingOutError):
+    """Options that do not go together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,6 +220,11 @@ class Settings:
     lobby: bool = True  # whether anybody may open a room; a study opens its own
     tick_s: float = TICK_SECONDS  # real seconds per tick; less only to rehearse a study faster than people play
     limits: Limits = field(default_factory=Limits)
+
+    def __post_init__(self) -> None:
+        """Raises WrongSettings where options that are possible one by one are not together."""
+        if trusts_everybody(self.trusted_proxies):
+            raise WrongSettings(f"--proxy {' --proxy '.join(self.trusted_proxies)}: {ALL_PROXIES}")
 
     @property
     def private(self) -> bool:

@@ -1,11 +1,13 @@
 """Command-line options made from the settings: stable on the outside, declared once inside."""
 
 import argparse
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from movingout.server.cli import main
 from movingout.server.commands import play
 from movingout.server.options import add_options, option, values_of
 from movingout.server.settings import AGENT_WORKERS, Limits, Settings
@@ -81,6 +83,8 @@ def test_a_field_can_be_left_out() -> None:
         ("--proxy 0.0.0.0/0", "name its network, such as --proxy 10.0.0.0/8"),
         ("--proxy 0.0.0.0/0.0.0.0", "name its network, such as --proxy 10.0.0.0/8"),
         ("--proxy ::/0", "name its network, such as --proxy 10.0.0.0/8"),
+        ("--proxy ::ffff:0:0/96", "name its network, such as --proxy 10.0.0.0/8"),
+        ("--proxy ::/8", "name its network, such as --proxy 10.0.0.0/8"),
         ("--allow-host https://study.example.org", "without https:// and without a port"),
         ("--allow-host study.example.org:443", "without https:// and without a port"),
         ("--origin study.example.org", "an origin looks like https://study.example.org"),
@@ -101,3 +105,22 @@ def test_names_and_origins_are_compared_as_browsers_write_them() -> None:
     assert given.allowed_hosts == ("study.example.org",)
     assert given.origins == ("https://study.example.org",)
     assert given.trusted_proxies == ("::1", "10.0.0.0/24")
+
+
+@pytest.mark.parametrize(
+    "networks",
+    ["0.0.0.0/1 128.0.0.0/1", "::/1 8000::/1", "::ffff:0:0/97 ::ffff:128.0.0.0/97", "0.0.0.0/1 ::ffff:128.0.0.0/97"],
+)
+def test_networks_that_are_everybody_together_are_refused(
+    networks: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The first address in X-Forwarded-For, which whoever asks has written, was that of who asks."""
+    words = [word for network in networks.split() for word in ("--proxy", network)]
+    with suppress(SystemExit):  # where one of them is refused alone
+        assert main(["play", "--data", str(tmp_path / "data"), *words]) == 2
+    assert "nobody would have limits if everybody were a proxy" in capsys.readouterr().err
+    assert not (tmp_path / "data").exists()
+
+
+def test_large_networks_may_be_those_of_proxies() -> None:
+    Settings(trusted_proxies=("0.0.0.0/1", "8000::/1", "10.0.0.9", "::1", "::ffff:10.0.0.0/104"))
