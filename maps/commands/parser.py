@@ -2,6 +2,7 @@
 
 import argparse
 import re
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -29,6 +30,13 @@ class CommandParser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End with exit code 2, the fault in one sentence, and where the options are explained."""
         self.exit(2, f"{self.prog}: {self._sentence(message)}\nFor help: {self.prog} --help\n")
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print; argparse drops what cannot be written. Raises OSError where that is standard output."""
+        if message and file is sys.stdout:
+            file.write(message)
+        else:
+            super()._print_message(message, file)
 
     def _sentence(self, message: str) -> str:
         """What argparse says, in words for people."""

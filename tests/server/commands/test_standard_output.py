@@ -21,7 +21,10 @@ def test_a_reader_that_goes_away_gets_no_traceback() -> None:
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="needs /dev/full")
-@pytest.mark.parametrize("words", [["demos", "people"], ["--version"], ["recordings", "list", "--json"]])
+@pytest.mark.parametrize(
+    "words",
+    [["demos", "people"], ["--version"], ["recordings", "list", "--json"], ["--help"], ["train", "--help"]],
+)
 def test_a_full_disk_is_told_in_a_sentence(words: list[str], tmp_path: Path) -> None:
     """It was a traceback, with the exit code of a check that failed."""
     with FULL.open("w") as full:
