@@ -8,6 +8,7 @@ import contextlib
 import copy
 import json
 import math
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -123,13 +124,30 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
 @contextlib.contextmanager
 def _events(folder: Path) -> Iterator[SummaryWriter]:
     """TensorBoard's file. Raises DataError where it cannot be written."""
-    with written(folder):
-        writer = SummaryWriter(str(folder))
-    try:
-        yield writer
-    finally:
+    with _quiet_writer():
         with written(folder):
-            writer.close()
+            writer = SummaryWriter(str(folder))
+        try:
+            yield writer
+        finally:
+            with written(folder):
+                writer.close()
+
+
+@contextlib.contextmanager
+def _quiet_writer() -> Iterator[None]:
+    """TensorBoard's thread prints no traceback where it cannot write: what it raised comes with the next call."""
+    before = threading.excepthook
+
+    def tell(failed: threading.ExceptHookArgs) -> None:
+        if not (isinstance(failed.exc_value, OSError) and type(failed.thread).__module__.startswith("tensorboard.")):
+            before(failed)
+
+    threading.excepthook = tell
+    try:
+        yield
+    finally:
+        threading.excepthook = before
 
 
 def _is_compiled(task: TrainingTask, config: Optimisation, device: torch.device) -> bool:

@@ -40,9 +40,7 @@ def test_what_was_stopped_goes_on(tmp_path: Path) -> None:
     assert float(longer.network(torch.ones(1, 3)).abs().max()) < 1.0
 
 
-@pytest.mark.filterwarnings(
-    "ignore::pytest.PytestUnhandledThreadExceptionWarning"
-)  # TensorBoard's own thread says it, too
+@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")  # of TensorBoard's own thread
 @pytest.mark.parametrize("size", [50, 500, 3000])
 def test_a_full_disk_ends_it_with_a_sentence_and_it_goes_on_from_there(size: int, tmp_path: Path) -> None:
     """Of TensorBoard's file, of the losses, or of what is saved."""
