@@ -6,18 +6,17 @@ from pathlib import Path
 
 from movingout.maps.symmetry import split_name
 from movingout.study.design.definition import Study
+from movingout.study.design.map_files import kept_place
 
 
 def copy_own_maps(study: Study, folder: Path) -> None:
-    """Copy them to where the study's file names them, seen from `folder`; nothing there is overwritten.
+    """Copy them to where a study whose file lies in `folder` looks for them; nothing there is overwritten.
 
-    Those that it names from elsewhere, by `/` or `..`, stay where they are; so does what can no longer be read, as
-    recordings hold their maps, too.
+    What can no longer be read stays out, as recordings hold their maps, too.
     """
     for name in dict.fromkeys(split_name(name)[0] for name in study.own_maps):
-        inside = Path(name)
-        target = folder / inside
-        if inside.is_absolute() or ".." in inside.parts or target.exists():
+        target = folder / kept_place(name)
+        if target.exists():
             continue
         with suppress(OSError):
             target.parent.mkdir(parents=True, exist_ok=True)

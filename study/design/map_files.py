@@ -8,6 +8,16 @@ from movingout.maps import MapSpec, load_map
 from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.symmetry import split_name
 
+ELSEWHERE = "maps-elsewhere"
+
+
+def kept_place(file: str) -> Path:
+    """Where a copy of a study has a map, seen from its file: as it is named, or in ELSEWHERE where by `/` or `..`."""
+    parts = Path(file).parts
+    if not Path(file).is_absolute() and ".." not in parts:
+        return Path(file)
+    return Path(ELSEWHERE, *({Path(file).anchor: "root", "..": "up"}.get(part, part) for part in parts))
+
 
 @dataclass(frozen=True, slots=True)
 class MapFiles:
@@ -22,11 +32,15 @@ class MapFiles:
         """The path of a file beside the study, also with symmetries after it; else the name as it is.
 
         A path that leads nowhere from there begins in the current folder, as every path did when earlier versions
-        began studies.
+        began studies. In a backup or an export, the copy is meant of what is named by `/` or `..`.
         """
         if self.folder is None or is_generated_or_shipped(name):
             return name
-        return str(self.folder / name) if os.path.isfile(self.folder / split_name(name)[0]) else name
+        file = split_name(name)[0]
+        for beside in (kept_place(file), Path(file)):
+            if os.path.isfile(self.folder / beside):
+                return f"{self.folder / beside}{name[len(file) :]}"
+        return name
 
     def load(self, name: str) -> MapSpec:
         """The map that a study names. Raises MapError."""

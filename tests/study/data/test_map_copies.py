@@ -40,7 +40,28 @@ def test_backups_and_exports_have_the_maps_where_the_study_names_them(
     assert restore(tmp_path / "backup", tmp_path / "restored").study == study.id, "a map called as the manifest is none"
 
 
-def test_maps_from_elsewhere_and_what_is_there_stay_as_they_are(tmp_path: Path) -> None:
+def test_maps_from_elsewhere_are_copied_too_and_found_from_the_copy(tmp_path: Path) -> None:
+    """A study whose maps lie in a shared folder could not be read from its backup on another machine."""
+    document = map_to_json(load_map("HandOff")) | {"number": 0}
+    for place in ("shared/den.json", "other/den.json"):
+        (tmp_path / place).parent.mkdir()
+        (tmp_path / place).write_text(json.dumps(document | {"name": place[:5]}), encoding="utf-8")
+    (tmp_path / "here").mkdir()
+    names = ["../shared/den.json", f"{tmp_path}/other/den.json:mirror"]
+    text = template_text("agent_survey").replace("HandOff,", f"{names[0]}, '{names[1]}',")
+    (tmp_path / "here" / "study.yaml").write_text(text, encoding="utf-8")
+    study = read_study(tmp_path / "here" / "study.yaml")
+    place, _, _ = fill(tmp_path / "data", study, text, 1)
+    back_up(place, tmp_path / "far" / "backup", 1_800_000_000.0)
+    for gone in ("here", "shared", "other"):
+        shutil.rmtree(tmp_path / gone)
+    kept = read_study(tmp_path / "far" / "backup" / "study.yaml")
+    assert [kept.load_map(name).name for name in names] == ["share", "other:mirror"]
+    assert kept.own_maps == study.own_maps
+    assert all(path.resolve().is_relative_to(tmp_path / "far") for path in (tmp_path / "far").rglob("den.json"))
+
+
+def test_what_is_there_stays_as_it_is_and_what_is_gone_is_left_out(tmp_path: Path) -> None:
     study = read_study(_study(tmp_path / "here"))
     target = tmp_path / "there"
     target.mkdir()
