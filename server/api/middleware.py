@@ -1,5 +1,6 @@
 """Security headers of every response, and the limit on the size of request bodies."""
 
+import logging
 import re
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
@@ -16,6 +17,7 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Message, Receive, Send], Awaitable[None]]
 
+log = logging.getLogger(__name__)
 _HOST = re.compile(r"[A-Za-z0-9.\-]+(:\d+)?|\[[0-9A-Fa-f:]+\](:\d+)?")
 FIXED = (
     (b"x-content-type-options", b"nosniff"),
@@ -79,14 +81,27 @@ class HeadOfPages:
         await self._app(scope, receive, send)
 
 
+FORGOTTEN_PROXY = (
+    "requests come through a proxy that no --proxy names: everybody behind it shares the limits of one address; "
+    "name the proxy, as in --proxy 127.0.0.1"
+)
+
+
 class KnownHosts:
-    """ASGI middleware: refuses requests for another site's name; websockets are refused at their handshake."""
+    """ASGI middleware: refuses requests for another site's name; websockets are refused at their handshake.
+
+    Says once in the log that a proxy was forgotten, which the name need not tell: by default nginx sends its own.
+    """
 
     def __init__(self, app: App, settings: Settings) -> None:
         self._app = app
         self._settings = settings
+        self._tells_of_proxy = not settings.trusted_proxies
 
     async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
+        if self._tells_of_proxy and scope["type"] == "http" and header(scope["headers"], b"x-forwarded-for"):
+            self._tells_of_proxy = False
+            log.warning(FORGOTTEN_PROXY)
         refusal = host_refusal(scope["headers"], self._settings) if scope["type"] == "http" else None
         if refusal is not None:
             status, sentence = refusal
