@@ -48,8 +48,8 @@ def trusts_everybody(proxies: Iterable[str]) -> bool:
     sixth = list(ipaddress.collapse_addresses(one for one in networks if isinstance(one, ipaddress.IPv6Network)))
     fourth = [one for one in networks if isinstance(one, ipaddress.IPv4Network)]
     fourth += [_unmapped(one) for one in sixth if one.subnet_of(_MAPPED)]
-    whole = any(one.prefixlen == 0 for one in (*sixth, *ipaddress.collapse_addresses(fourth)))
-    return whole or any(_MAPPED.subnet_of(one) for one in sixth)
+    all_of_fourth = any(one.prefixlen == 0 for one in ipaddress.collapse_addresses(fourth))
+    return all_of_fourth or any(_MAPPED.subnet_of(one) for one in sixth)  # also all of IPv6, which holds it
 
 
 def _unmapped(network: ipaddress.IPv6Network) -> ipaddress.IPv4Network:

@@ -110,8 +110,8 @@ class RegressionConfig(PolicyConfig):
 
     layout: LayoutName = documented(
         "aware-v1",
-        "observation layout: official-v1, map-v1 (adds walls and goals), aware-v1 (adds ways) or relative-v1 (own frame); "
-        "image-v1 (a picture) is for `train dp` alone",
+        "observation layout: official-v1, map-v1 (adds walls and goals), aware-v1 (adds ways) or relative-v1 (own "
+        "frame); image-v1 (a picture) is for `train dp` alone",
         "never",
     )
 

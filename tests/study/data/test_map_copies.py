@@ -51,8 +51,8 @@ def test_maps_from_elsewhere_are_copied_too_and_found_from_the_copy(tmp_path: Pa
     text = template_text("agent_survey").replace("HandOff,", f"{names[0]}, '{names[1]}',")
     (tmp_path / "here" / "study.yaml").write_text(text, encoding="utf-8")
     study = read_study(tmp_path / "here" / "study.yaml")
-    place, _, _ = fill(tmp_path / "data", study, text, 1)
-    back_up(place, tmp_path / "far" / "backup", 1_800_000_000.0)
+    data, _, _ = fill(tmp_path / "data", study, text, 1)
+    back_up(data, tmp_path / "far" / "backup", 1_800_000_000.0)
     for gone in ("here", "shared", "other"):
         shutil.rmtree(tmp_path / gone)
     kept = read_study(tmp_path / "far" / "backup" / "study.yaml")
