@@ -11,8 +11,8 @@ import pytest
 from movingout.maps import MapSpec
 from movingout.server.host import Host
 from movingout.server.notices import Notice
-from movingout.server.public_host import LEFT_BEHIND_S, Away, NoRoom
 from movingout.server.persistence.work_process import ReadersBusy
+from movingout.server.public_host import LEFT_BEHIND_S, Away, NoRoom
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
 from tests.server.live import limits
