@@ -14,19 +14,19 @@ from collections.abc import Collection, Sequence, Set
 from pathlib import Path
 from typing import NamedTuple
 
-from movingout.maps.files.input_file import read_input
 from movingout.maps.files.output_file import draft_of
 from movingout.maps.suggestion import counted
 from movingout.recordings.episode import is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.exports.split import divided, has_people, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
-from movingout.recordings.spreadsheet import check_name
+from movingout.recordings.spreadsheet import check_name, read_rows
 from movingout.recordings.storage.listing import Players, Summary, misnamed, read_players, read_summary, without_copies
 from movingout.recordings.storage.study_rounds import uncounted_episodes
 from movingout.recordings.styles import Styles, style_of_pair, styles_of
 
 COLUMNS = ("file", "group", "episode", "map", "variant", "blue", "red", "tcr", "simulated")
+NEEDED = COLUMNS[:-1]  # lists of before do not say who is simulated
 
 
 class GroupedRecording(NamedTuple):
@@ -228,13 +228,7 @@ def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
 
 def read_groups(path: Path) -> list[GroupedRecording]:
     """Read such a list. Raises RecordingError for one that is not, or that names a file that is not there."""
-    try:
-        lines = list(csv.DictReader(io.StringIO(read_input(path).decode("utf-8-sig"))))
-    except OSError as error:
-        raise cannot("read", path, error) from error
-    except UnicodeDecodeError as error:
-        raise RecordingError(f"{path.name} is not a list of groups: it is not UTF-8 text") from error
-    rows = [_read_line(path, number, line) for number, line in enumerate(lines, start=2)]
+    rows = [_read_line(path, number, line) for number, line in read_rows(path, NEEDED)]
     missing = [row.path for row in rows if not row.path.exists()]
     if missing:
         raise RecordingError(f"{path.name} names {missing[0]}, which is not there; make the list again")
@@ -245,9 +239,9 @@ def _read_line(path: Path, number: int, line: dict[str, str]) -> GroupedRecordin
     try:
         return GroupedRecording(
             path.parent / line["file"], int(line["group"]), line["episode"], line["map"], line["variant"],
-            (line["blue"], line["red"]), float(line["tcr"]), line.get("simulated") == "yes",
+            (line["blue"], line["red"]), float(line["tcr"].replace(",", ".")), line.get("simulated") == "yes",
         )  # fmt: skip
-    except (KeyError, TypeError, ValueError) as error:
+    except ValueError as error:
         raise RecordingError(
             f"{path.name}, line {number}: not a line of `movingout recordings split` ({error}); make the list again"
         ) from error

@@ -97,6 +97,7 @@ def summary(episode: Episode) -> dict[str, Any]:
         "pose_ms": TICK_MS // POSES_PER_TICK,
         "poses_per_tick": POSES_PER_TICK,
         "held": [state.held.tolist() for state in episode.states],
+        "delivered_at_start": list(episode.delivered_after(0)),
         "delivered": [list(tick.delivered) for tick in episode.ticks],
         "events": [
             {"tick": e.tick, "kind": e.kind, "seat": e.seat, "item": e.item, "detail": e.detail} for e in episode.events

@@ -1,12 +1,16 @@
-"""CSV files that a spreadsheet opens: their names, and cells in which text of people must not be read as a formula."""
+"""CSV files that spreadsheets open and save: their names, cells that are no formulas, and how lists are read."""
 
-from collections.abc import Mapping
+import csv
+import io
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from movingout.recordings.errors import RecordingError
+from movingout.maps.files.input_file import read_input
+from movingout.recordings.errors import RecordingError, cannot
 
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+DELIMITERS = (",", ";", "\t")  # a spreadsheet saves the second where decimals have a comma
 
 
 def safe_text(text: str) -> str:
@@ -23,3 +27,41 @@ def check_name(path: Path) -> None:
     """RecordingError unless the name ends in .csv, so that a typing error does not overwrite a recording."""
     if path.suffix.lower() != ".csv":
         raise RecordingError(f"{path} is not the name of a table; it should end in .csv")
+
+
+def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
+    """The rows of a CSV file by column, each with the number of its line; cells that are missing are empty.
+
+    The delimiter is the one that finds most of the columns that are `needed` in the header. Rows without any text,
+    which spreadsheets leave behind, are left out. Raises RecordingError.
+    """
+    try:
+        text = read_input(path).decode("utf-8-sig")
+    except OSError as error:
+        raise cannot("read", path, error) from error
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{path.name} is not UTF-8 text; save it as “CSV UTF-8”") from error
+    try:
+        return list(_rows(path, text, needed))
+    except csv.Error as error:
+        raise RecordingError(f"{path.name} is not a table in CSV ({error}); save it as “CSV UTF-8”") from error
+
+
+def _rows(path: Path, text: str, needed: Sequence[str]) -> Iterator[tuple[int, dict[str, str]]]:
+    columns, rows = max((_read(text, one) for one in DELIMITERS), key=lambda read: len({*needed} & {*read[0]}))
+    missing = [name for name in needed if name not in columns]
+    if missing:
+        raise RecordingError(
+            f"{path.name} has no column {missing[0]}; its first line names the columns {', '.join(needed)}, "
+            "with commas, semicolons or tabs between them"
+        )
+    for cells in rows:
+        if any(cells):
+            filled = [*cells, *[""] * (len(columns) - len(cells))]
+            yield rows.line_num, dict(zip(columns, filled, strict=False))
+
+
+def _read(text: str, delimiter: str) -> tuple[list[str], Any]:
+    """The names of the columns, and the reader of what follows them."""
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    return [name.strip() for name in next(reader, [])], reader

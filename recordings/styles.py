@@ -4,12 +4,12 @@ A list is a CSV file, participant,style. Without one, scripted people have their
 population A, whose habits are those of nobody in B and C.
 """
 
-import csv
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from movingout.recordings.errors import RecordingError, cannot
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.spreadsheet import read_rows
 
 COLUMNS = ("participant", "style")
 MIXED = "+"  # between the styles of two who played together
@@ -21,16 +21,9 @@ Styles = Mapping[str, str]
 
 def read_styles(path: Path) -> dict[str, str]:
     """The style of each participant of a list. Raises RecordingError for a file that is no such list."""
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = list(csv.DictReader(file))
-    except OSError as error:
-        raise cannot("read", path, error) from error
-    except UnicodeDecodeError as error:
-        raise RecordingError(f"{path.name} is not UTF-8 text") from error
     found: dict[str, str] = {}
-    for number, line in enumerate(lines, start=2):
-        one, style = ((line.get(name) or "").strip() for name in COLUMNS)
+    for number, row in read_rows(path, COLUMNS):
+        one, style = (row[name].strip() for name in COLUMNS)
         if not (one and style):
             raise RecordingError(f"{path.name}, line {number}: both {' and '.join(COLUMNS)} are needed")
         if found.setdefault(one, style) != style:

@@ -325,13 +325,16 @@ class PublicHost(ABC):
     # ---- randomised maps ------------------------------------------------------------------------------------
 
     async def prepare_maps(self, config: RoomConfig) -> None:
-        """Make the randomised maps of a series in another process: wait for the first, the others follow."""
+        """Make the randomised maps of a series in another process: wait for the first, the others follow.
+
+        Raises MapError, RecordingError for the first one.
+        """
         if config.challenge2_seed is None:
             return
         seed, rounds = config.challenge2_seed, range(len(config.maps))
         wanted = [(config.designed(index), seed + index, config.split) for index in rounds]
         await self._prepare(wanted[:1])
-        background = asyncio.create_task(self._prepare(wanted[1:]))
+        background = asyncio.create_task(self._prepare_ahead(wanted[1:]))
         self._preparing.add(background)
         background.add_done_callback(self._preparing.discard)
 
@@ -343,6 +346,10 @@ class PublicHost(ABC):
         for each in wanted:
             if each not in self.prepared_maps:
                 self.keep_map(each, await self.recording_service.variant(*each))
+
+    async def _prepare_ahead(self, wanted: list[Variant]) -> None:
+        with contextlib.suppress(MovingOutError):  # what is missing, its round makes for itself
+            await self._prepare(wanted)
 
 
 def _left_state(room: Room) -> tuple[float, bool, str]:

@@ -5,13 +5,13 @@ place as the report has them: `demos.json episode 3`. Our own exports number `tr
 that several trajectories have is refused.
 """
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from movingout.recordings.errors import RecordingError, cannot
+from movingout.recordings.errors import RecordingError
 from movingout.recordings.imports.sources import TrajectoryFile
+from movingout.recordings.spreadsheet import read_rows
 
 COLUMNS = ("trajectory_id", "blue", "red")
 Participants = Mapping[str, tuple[str, str]]
@@ -19,16 +19,9 @@ Participants = Mapping[str, tuple[str, str]]
 
 def read_participants(path: Path) -> Participants:
     """Who played blue and red, by trajectory. Raises RecordingError for a file that is no such list."""
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = list(csv.DictReader(file))
-    except OSError as error:
-        raise cannot("read", path, error) from error
-    except UnicodeDecodeError as error:
-        raise RecordingError(f"{path.name} is not UTF-8 text") from error
     found: dict[str, tuple[str, str]] = {}
-    for number, line in enumerate(lines, start=2):
-        one, blue, red = ((line.get(name) or "").strip() for name in COLUMNS)
+    for number, row in read_rows(path, COLUMNS):
+        one, blue, red = (row[name].strip() for name in COLUMNS)
         if not (one and blue and red):
             raise RecordingError(f"{path.name}, line {number}: {', '.join(COLUMNS)} are needed, all three")
         if found.setdefault(one, (blue, red)) != (blue, red):

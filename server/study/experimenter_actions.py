@@ -66,7 +66,7 @@ class ExperimenterActions:
         async with self._running.transaction() as tx:
             session = self._session(request)
             await self._audit("kick", request)
-            gone = session.is_gone(time.monotonic(), self._running.study.pairing.return_s)
+            gone = session.stayed_away(time.monotonic(), self._running.study.pairing.return_s)
             await self._running.departures.dismiss(tx, session, "dropped-out" if gone else "withdrew")
 
     async def invalid(self, request: ExperimenterRequest) -> None:

@@ -110,12 +110,19 @@ class ParticipantSession:
 
     def away_s(self, now: float) -> float:
         """For how long they have been away, without what is in `unpaid_s` already; 0 for who is here."""
-        here = self.present(now) and not self.away_before_s  # who was not seen since the start of the server is not
-        return 0.0 if here else min(self.absent_s(now), now - self.unpaid_until)
+        return 0.0 if self._is_heard(now) else min(self.absent_s(now), now - self.unpaid_until)
+
+    def _is_heard(self, now: float) -> bool:
+        """Whether they are present, and not only because everybody counts as present after a start of the server."""
+        return self.present(now) and not self.away_before_s
 
     def is_gone(self, now: float, after_s: float) -> bool:
-        """Whether they closed their page longer ago than a partner has to wait."""
+        """Whether they closed their page longer ago than a partner has to wait; after a start they may come back."""
         return not self.present(now) and self.absent_s(now) > after_s
+
+    def stayed_away(self, now: float, after_s: float) -> bool:
+        """Whether who is ended now had gone longer ago than that, be it before the server started."""
+        return not self._is_heard(now) and self.absent_s(now) > after_s
 
     def has_waited(self, now: float, for_s: float, partner: "ParticipantSession") -> bool:
         """Whether they are here and have waited for a partner who is gone: they may have been away, too.

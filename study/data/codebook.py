@@ -74,7 +74,12 @@ def _lines(study: Study, store: Store) -> Iterator[str]:
     for name in questionnaires_asked(study):
         yield from ("", f"## Questionnaire {name}", "", "| item | scale | question |", "|---|---|---|")
         for item in study.questionnaire(name).items:
-            yield f"| {item.id} | {_scale(item)} | {item.text} |"
+            yield f"| {item.id} | {_cell(_scale(item))} | {_cell(item.text)} |"
+
+
+def _cell(text: str) -> str:
+    """Text of a study file so that it stays within its cell of a Markdown table."""
+    return text.strip().replace("|", "\\|").replace("\n", "<br>")
 
 
 def _scale(item: QuestionnaireItem) -> str:

@@ -136,6 +136,32 @@ def test_the_smallest_windows_hold_a_round(server: Server, open_page: OpenPage, 
     assert_inside(page, "#overlay button:last-of-type")
 
 
+LARGE_TEXT = """
+  .touch-grab#touch-grab { font-size: calc(40px * var(--fit, 1)); }
+  .touch-backward#touch-backward { font-size: calc(27px * var(--fit, 1)); }"""  # twice what it is
+
+
+@pytest.mark.parametrize("height", [568, 480])
+def test_the_words_on_the_buttons_for_fingers_can_be_read_with_text_at_200_percent(
+    server: Server, open_page: OpenPage, height: int
+) -> None:
+    room = server.make_room("AdaptiveAssist", red="idle")
+    page = open_page("/healthz", room, **{**SMALL, "viewport": {"width": 320, "height": height}})
+    page.route(
+        "**/touch.css", lambda route: route.fulfill(body=route.fetch().text() + LARGE_TEXT, content_type="text/css")
+    )
+    page.goto(f"{room['join_path']}?lang=de")
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.locator("#ready button").first.tap()
+    wait_for(page, "game.phase === 'playing'")
+    page.evaluate(TWO_FRAMES)
+    for button, least in (("#touch-grab", 30), ("#touch-backward", 13)):
+        box = page.locator(button)
+        cut = box.evaluate("box => [box.scrollHeight - box.clientHeight, box.scrollWidth - box.clientWidth]")
+        assert cut == [0, 0], button
+        assert box.evaluate("box => parseFloat(getComputedStyle(box).fontSize)") >= least, button
+
+
 @pytest.mark.parametrize("size", [(375, 553), (320, 568)], ids=str)
 def test_words_about_the_connection_cross_no_line_of_the_stick_s_zone(
     server: Server, open_page: OpenPage, size: tuple[int, int]

@@ -252,3 +252,25 @@ def test_a_link_with_a_wrong_code_lets_it_be_set_right(browser: Browser, server:
         page.get_by_role("button", name="Begin").click()
         heading(page, "Taking part in a research study")
         assert study.sent("/arrive")[-1]["parameters"] == {"code": "ABD"}
+
+
+@pytest.mark.slow
+def test_a_text_that_is_refused_for_good_stays_is_explained_and_is_not_sent_again(
+    browser: Browser, server: Server
+) -> None:
+    study = FakeStudy.at(fake.questions(FREE), fake.code("done"))
+    study.refusals["/answer"] = (422, "answer", "why takes at most 4000 characters")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        page.get_by_role("textbox").fill("Because.")
+        page.get_by_role("button", name="Finish").click()
+        expect(page.get_by_role("alert")).to_contain_text("does not fit its question")
+        page.reload()
+        expect(page.get_by_role("textbox")).to_have_value("Because.")
+        expect(page.get_by_role("alert")).to_contain_text("What you typed stays here")
+        assert len(study.sent("/answer")) == 1
+        study.refusals.clear()
+        page.get_by_role("textbox").fill("Therefore.")
+        page.get_by_role("button", name="Finish").click()
+        heading(page, "Thank you")
+        assert study.answers() == {"why": (-1, "Therefore.")}

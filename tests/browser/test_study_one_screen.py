@@ -104,3 +104,24 @@ def test_of_two_at_one_screen_each_one_s_controls_are_said_and_kept_as_theirs(
     heading(page, "Waiting for a second person")
     sent = [(one["device"], one["untried"]) for one in study.sent("/next") if "device" in one]
     assert sent == [("gamepad", ["left", "down", "right", "grab"]), ("keyboard", ["grab"])]
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("other", ["here", "elsewhere"])
+def test_where_one_of_two_opens_their_link_again_the_other_stays_at_the_screen(
+    open_page: OpenPage, number: int, other: str
+) -> None:
+    people = [FakePerson([fake.consent(), fake.input_check()]) for _ in range(2)]
+    if other == "elsewhere":
+        people[2 - number].steps = [{"key": "elsewhere", "kind": "ended-elsewhere"}]
+    study = FakeStudy(people={"kept-1": people[0], "kept-2": people[1]}, group=2, asks_code=False)
+    study.coming = [people[number - 1]]
+    page = open_page("/healthz")
+    study.open(page, "?PROLIFIC_PID=5f00")
+    page.wait_for_url("**/study")
+    expect(page.get_by_text("it is your turn")).to_have_count(1 if other == "here" else 0)
+    kept = page.evaluate(
+        "[1, 2].map((person) => localStorage.getItem(`movingout-study-token${person > 1 ? '-2' : ''}`))"
+    )
+    new = "token-of-person-3"
+    assert kept == (([new, "kept-2"] if number == 1 else ["kept-1", new]) if other == "here" else [new, None])

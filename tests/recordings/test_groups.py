@@ -141,6 +141,10 @@ def test_a_list_that_a_spreadsheet_saved_is_read(tmp_path: Path) -> None:
     before = read_groups(out)
     out.write_text(out.read_text(encoding="utf-8"), encoding="utf-8-sig")
     assert read_groups(out) == before
+    german = "\n".join(line.replace(".", "#").replace("#mcap", ".mcap") for line in out.read_text("utf-8-sig").split())
+    out.write_text(german.replace(",", ";").replace("#", ","), encoding="utf-8-sig")
+    assert "0,0000;" in out.read_text("utf-8-sig")
+    assert read_groups(out) == before, "decimals have a comma there, so that columns need another sign"
 
 
 def test_recordings_in_folders_below_are_divided_too_each_once(tmp_path: Path) -> None:

@@ -2,10 +2,12 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from movingout.maps.spec import Pose
 from movingout.recordings import EpisodeWriter, TickRecord, browser_replay, finalise, read_episode
 from movingout.recordings.replay import replay_poses
 from movingout.world import World
@@ -45,6 +47,18 @@ def test_the_summary_is_json_with_everything_but_the_poses(tmp_path: Path) -> No
     for name, curve in summary["curves"].items():
         assert len(curve) == 20
         assert curve[-1] == summary["metrics"][name]
+
+
+def test_items_that_lie_in_a_goal_from_the_start_count_as_delivered_before_the_first_tick(tmp_path: Path) -> None:
+    start = header()
+    goal, item = start.map.goals[0], start.map.items[0]
+    middle = Pose((goal.left + goal.right) / 2, (goal.bottom + goal.top) / 2, 0.0)
+    inside = replace(start.map, items=(replace(item, pose=middle), *start.map.items[1:]))
+    world = World(inside)
+    writer = EpisodeWriter.create(tmp_path, replace(start, map=inside), world.state())
+    summary, _, _ = browser_replay(writer.close("time"), POSITION, ANGLE)
+    assert summary["delivered_at_start"] == world.delivered().tolist() == [True, False, False, False]
+    assert summary["delivered"] == []
 
 
 def test_what_an_agent_weighed_is_told_beside_the_episode(tmp_path: Path) -> None:

@@ -52,13 +52,19 @@ def test_people_without_a_style_are_named(tmp_path: Path) -> None:
         styles_of([], {})
 
 
+def test_a_list_that_a_german_spreadsheet_saved_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "styles.csv"
+    file.write_text("participant;style\r\nP1;leads\r\nP2;follows\r\n;\r\n", encoding="utf-8-sig")
+    assert read_styles(file) == {"P1": "leads", "P2": "follows"}
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
         ("participant,style\nP1,\n", "line 2: both participant and style are needed"),
         ("participant,style\nP1,a\nP1,b\n", "line 3: P1 has style 'a' in an earlier line"),
         ("participant,style\n", "names nobody; its lines are participant,style"),
-        ("name;style\nP1;a\n", "line 2: both participant and style are needed"),
+        ("name;style\nP1;a\n", "has no column participant; its first line names the columns participant, style, with"),
     ],
 )
 def test_a_list_that_is_none_is_refused(text: str, sentence: str, tmp_path: Path) -> None:

@@ -1,14 +1,19 @@
 """How many rooms an address may open, also when it asks for many at once and their processes answer later."""
 
 import asyncio
+import gc
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from movingout.maps import MapSpec
 from movingout.server.host import Host
 from movingout.server.notices import Notice
+from movingout.server.persistence.work_process import ReadersBusy
 from movingout.server.public_host import LEFT_BEHIND_S, Away, NoRoom
+from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
 from tests.server.live import limits
 
@@ -70,3 +75,26 @@ def test_an_opening_that_fails_while_rooms_are_asked_counts_no_longer(tmp_path: 
     with pytest.raises(type(error)):
         asyncio.run(host.openings(1))
     assert host.admission.being_opened(ADDRESS) == 0
+
+
+def test_maps_that_are_made_ahead_may_find_the_readers_busy(tmp_path: Path) -> None:
+    made: list[int] = []
+    unheard: list[Any] = []
+
+    async def first_alone(designed: MapSpec, seed: int, split: str) -> MapSpec:
+        if made:
+            raise ReadersBusy("too many recordings are being read")
+        made.append(seed)
+        return designed
+
+    async def prepare() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: unheard.append(context))
+        host = Host(Settings(data=tmp_path))
+        host._recording_service = SimpleNamespace(variant=first_alone)  # type: ignore[assignment]
+        await host.prepare_maps(RoomConfig(maps=("HandOff", "Simple"), challenge2_seed=5))
+        for _ in range(3):
+            await asyncio.sleep(0)
+        gc.collect()
+
+    asyncio.run(prepare())
+    assert (made, unheard) == ([5], [])

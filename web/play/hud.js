@@ -1,6 +1,7 @@
 // The texts and bars beside the arena. Writes only what changed; no access to socket or devices.
 
 import { badge, byId, el } from "../core/dom.js";
+import { fitWords } from "../core/fit_words.js";
 import { clockText, secondsOf } from "../core/ticks.js";
 import { buttonName, keyName, moveName } from "../input/mapping.js";
 import { has, say } from "../text/catalogue.js";
@@ -275,5 +276,6 @@ export function touchControls() {
   const [grab, backward] = [byId("touch-grab", HTMLElement), byId("touch-backward", HTMLElement)];
   grab.textContent = say("play.touch.grab");
   backward.textContent = say("play.touch.backward");
+  for (const button of [grab, backward]) fitWords(button);
   return { zone: byId("stick", HTMLElement), knob: byId("knob", HTMLElement), grab, backward };
 }

@@ -29,6 +29,8 @@ import { idOf } from "./radio.js";
  * @property {import("./unsent_answers.js").UnsentAnswers} [unsent] keeps answers through a closed tab
  */
 
+const UNFIT = 422; // the status of an answer that the server will never take
+
 export class QuestionForm {
   root = el("div", { class: "questionnaire" });
   /** @type {import("./questions.js").Question[]} */
@@ -39,6 +41,8 @@ export class QuestionForm {
   #timer = new PageTimer();
   #online = () => this.#queue.retryNow();
   #queue;
+  /** @type {Set<string>} questions whose text the server did not take */
+  #refused = new Set();
   /** @type {HTMLProgressElement | null} */
   #bar = null;
 
@@ -48,16 +52,17 @@ export class QuestionForm {
     this.answers = options.answers;
     this.pages = paginate(options.items);
     this.#queue = new AnswerQueue(
-      async (answer) => {
-        await options.send(answer);
-        options.unsent?.remove(answer);
-      },
+      (answer) => this.#send(answer),
       () => this.#showSaving(),
     );
     if (options.showsProgress) this.#bar = progressBar(options.items.length);
     for (const answer of options.unsent?.all() ?? []) {
       this.answers.set(answer.question, answer);
       this.#queue.add(answer);
+    }
+    for (const answer of options.unsent?.refused() ?? []) {
+      this.answers.set(answer.question, answer);
+      this.#refused.add(answer.question);
     }
     this.page = resumePage(this.pages, this.answers);
     window.addEventListener("online", this.#online);
@@ -80,7 +85,8 @@ export class QuestionForm {
   #draw() {
     this.#timer.restart();
     this.#missingCount = 0;
-    showProblem(this.#problem, "");
+    const refused = this.pages[this.page].some(({ id }) => this.#refused.has(id));
+    showProblem(this.#problem, refused ? say("error.answer") : "");
     this.#questions = this.pages[this.page].map((item) =>
       question(item, this.answers.get(item.id), (...answer) => this.#save(...answer)),
     );
@@ -116,9 +122,25 @@ export class QuestionForm {
     return el("div", { class: "row row-apart questionnaire-foot" }, back, this.#status, this.nextButton);
   }
 
+  /** What is refused for good is not sent again when the form is opened again. @param {Answer} answer */
+  async #send(answer) {
+    const { send, unsent } = this.options;
+    try {
+      await send(answer);
+      unsent?.remove(answer);
+    } catch (error) {
+      if (error instanceof ApiError && error.status === UNFIT) {
+        unsent?.refuse(answer);
+        if (answer.text) this.#refused.add(answer.question);
+      }
+      throw error;
+    }
+  }
+
   /** @param {Item} item @param {number} value @param {string} text */
   #save(item, value, text) {
     this.answers.set(item.id, { value, text });
+    this.#refused.delete(item.id);
     const answer = { question: item.id, value, text, ...this.#timer.read() };
     this.options.unsent?.add(answer);
     this.#queue.add(answer);
@@ -155,7 +177,10 @@ export class QuestionForm {
   /** The last answer has arrived before the form is left. */
   async #finish() {
     await this.#queue.settled();
-    if (!this.#queue.state.refused) await this.options.onDone();
+    const { refused } = this.#queue.state;
+    const isAsked = !(refused instanceof ApiError && refused.code === "step"); // else there is nothing to mend
+    if (refused && isAsked) showProblem(this.#problem, savingWords(this.#queue.state));
+    else await this.options.onDone();
   }
 
   /** Says how many answers are missing, and marks their questions; after a complaint again with each answer. */

@@ -1,15 +1,17 @@
 // @ts-check
 /*
  * Answers that have not reached the server yet, kept in localStorage, so that closing the tab while offline loses none.
+ * Texts that the server does not take stay, too: nothing typed is lost, and nothing is sent twice in vain.
  */
 
 import { lastingStorage } from "../core/browser_storage.js";
 
 /** @typedef {import("./answer_queue.js").Answer} Answer */
+/** @typedef {Answer & {refused?: boolean}} Kept */
 
 const KEY = "movingout-study-unsent";
 
-/** @param {Pick<Storage, "getItem">} storage @returns {Record<string, Answer>} */
+/** @param {Pick<Storage, "getItem">} storage @returns {Record<string, Kept>} */
 function load(storage) {
   try {
     const kept = JSON.parse(storage.getItem(KEY) ?? "{}");
@@ -35,7 +37,7 @@ export function renameUnsent(nameNow, storage = lastingStorage()) {
   if (changed) save(storage, Object.fromEntries(now.map(({ name, answer }) => [name, answer])));
 }
 
-/** @param {Pick<Storage, "setItem">} storage @param {Record<string, Answer>} kept */
+/** @param {Pick<Storage, "setItem">} storage @param {Record<string, Kept>} kept */
 function save(storage, kept) {
   try {
     storage.setItem(KEY, JSON.stringify(kept));
@@ -52,8 +54,17 @@ export class UnsentAnswers {
     this.storage = storage;
   }
 
-  /** @returns {Answer[]} */
+  /** Those to be sent. @returns {Answer[]} */
   all() {
+    return this.#kept().filter(({ refused }) => !refused);
+  }
+
+  /** Texts that were refused for good, as they were typed. @returns {Answer[]} */
+  refused() {
+    return this.#kept().filter(({ refused }) => refused);
+  }
+
+  #kept() {
     return Object.entries(load(this.storage))
       .filter(([name]) => name.startsWith(this.prefix))
       .map(([, answer]) => answer);
@@ -66,10 +77,21 @@ export class UnsentAnswers {
 
   /** It has arrived, unless a newer one has come since. @param {Answer} answer */
   remove(answer) {
+    this.#replace(answer, null);
+  }
+
+  /** The server will never take it: a text stays, to be changed; a choice is made anew. @param {Answer} answer */
+  refuse(answer) {
+    this.#replace(answer, answer.text ? { ...answer, refused: true } : null);
+  }
+
+  /** Leaves a newer answer as it is. @param {Answer} answer @param {Kept | null} other */
+  #replace(answer, other) {
     const kept = load(this.storage);
-    const newest = kept[this.prefix + answer.question];
-    if (newest?.value !== answer.value || newest.text !== answer.text) return;
-    delete kept[this.prefix + answer.question];
+    const name = this.prefix + answer.question;
+    if (kept[name]?.value !== answer.value || kept[name].text !== answer.text) return;
+    if (other) kept[name] = other;
+    else delete kept[name];
     save(this.storage, kept);
   }
 }

@@ -82,10 +82,13 @@ export class StudyPage {
       arrive(parameters, currentLanguage(), beside, this.#known),
     );
     this.#asksNext = false;
-    this.#places = second ? [this.#places[0], new Place(token)] : [new Place(token)];
-    this.#views = second ? [this.#views[0], view] : [view];
-    savePeople(this.#tokens);
     const replaced = this.#known[replaces ?? -1];
+    const here = { place: new Place(token), view };
+    const first = { place: this.#places[0], view: this.#views[0] };
+    const people = second ? [first, here] : await this.#besideWhom(here, replaced);
+    this.#places = people.map(({ place }) => place);
+    this.#views = people.map(({ view }) => view);
+    savePeople(this.#tokens);
     const expected = replaced && !second ? this.#known.filter((known) => known !== replaced) : [];
     keepUnsentOf(this.#tokens, token, replaced, expected);
     keepByLink(false);
@@ -93,6 +96,21 @@ export class StudyPage {
     await this.#follow(view.language);
     this.#listen();
     this.#show();
+  }
+
+  /**
+   * Who sits here once somebody has come back by their link: the other one of two stays, unless they went elsewhere.
+   * @param {{place: Place, view: View}} here
+   * @param {string | undefined} replaced the token that they had in this browser before
+   */
+  async #besideWhom(here, replaced) {
+    const tokens = loadPeople();
+    const token = replaced && tokens.includes(replaced) && tokens.find((one) => one !== replaced);
+    if (!token) return [here];
+    const place = new Place(token);
+    const view = await this.#persistence.until(() => place.view()).catch(() => null); // their place may be gone
+    if (!view || view.step.kind === "ended-elsewhere" || stillHere([view]).length === 0) return [here];
+    return tokens[0] === replaced ? [here, { place, view }] : [{ place, view }, here];
   }
 
   /**

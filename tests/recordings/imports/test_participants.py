@@ -44,11 +44,17 @@ def test_people_of_the_list_are_divided_into_groups_that_never_met(
         grouped(sorted((tmp_path / "in").glob("*.mcap")), 3)
 
 
+def test_a_list_that_a_german_spreadsheet_saved_is_read(tmp_path: Path) -> None:
+    who = tmp_path / "who.csv"
+    who.write_text("trajectory_id;blue;red\r\nt0;Ada;Bo\r\n", encoding="utf-8-sig")
+    assert read_participants(who) == {"t0": ("Ada", "Bo")}
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
         ("trajectory_id,blue,red\nt0,Ada,\n", "line 2: trajectory_id, blue, red are needed, all three"),
-        ("id,a,b\nt0,Ada,Bo\n", "line 2: trajectory_id, blue, red are needed, all three"),
+        ("id,a,b\nt0,Ada,Bo\n", "has no column trajectory_id; its first line names the columns trajectory_id, blue"),
         ("trajectory_id,blue,red\nt0,Ada,Bo\nt0,Ada,Cy\n", "line 3: t0 was played by others, says an earlier line"),
         ("trajectory_id,blue,red\nt9,Ada,Bo\n", r"t9 is none of the trajectories \(1 such lines\).*'rows.jsonl row 0'"),
     ],

@@ -11,7 +11,9 @@ from movingout.server.host import Host
 from movingout.server.settings import Settings
 from movingout.server.study import running_study
 from movingout.server.study.arrivals.arrival_link import LINK
+from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.earnings import minutes_here
+from movingout.server.study.experimenter_actions import ExperimenterActions, ExperimenterRequest
 from movingout.server.study.monitor import StudyMonitor
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
@@ -152,6 +154,29 @@ def test_an_absence_goes_on_while_the_server_is_stopped(
                 session.seen(time.monotonic(), paused=False)
             paid = HOUR_S + (paid_s if returns else 0)
             assert await minutes(study, session) == pytest.approx(paid / 60, abs=0.1)
+        finally:
+            study.databases.close()
+
+    asyncio.run(test())
+
+
+@pytest.mark.parametrize(("returns", "outcome"), [(False, "dropped-out"), (True, "withdrew")])
+def test_who_had_gone_before_a_restart_and_is_ended_right_after_it_did_not_come_back(
+    tmp_path: Path, returns: bool, outcome: str
+) -> None:
+    async def test() -> None:
+        clock = Clock()
+        study = begun(tmp_path, clock)
+        session = await here(study)
+        session.last_seen_at -= HOUR_S
+        await study.stop()
+        study = begun(tmp_path, clock)
+        try:
+            session = await started_again(study)
+            if returns:
+                session.seen(time.monotonic(), paused=False)
+            await ExperimenterActions(study, SessionService(study)).kick(ExperimenterRequest(pid="P1"))
+            assert session.record.outcome == outcome
         finally:
             study.databases.close()
 

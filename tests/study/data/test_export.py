@@ -95,6 +95,16 @@ def test_the_codebook_explains_every_column_of_every_table_and_every_question(tm
     assert "| age | -1: no answer; 0: 18–24; 1: 25–34" in book
 
 
+def test_a_question_with_a_bar_or_several_lines_stays_one_row_of_the_codebook(tmp_path: Path) -> None:
+    lines = {'en: This line checks the form. Please choose 2, "disagree".': r'en: "Fast | slow?\nAnd why?"'}
+    study, text = template("human_study", **lines)
+    place, store, _ = fill(tmp_path, study, text, 1)
+    export_study(place, store, tmp_path / "out", Options(("csv",)))
+    book = (tmp_path / "out" / "codebook.md").read_text(encoding="utf-8")
+    expected = r"| attention | 1 to 7 (strongly disagree to strongly agree), attention: 2, -1 no answer | Fast \| slow?"
+    assert f"{expected}<br>And why? |" in book.splitlines()
+
+
 def test_an_export_holds_no_identity_and_no_completion_code(tmp_path: Path) -> None:
     study, text = template("agent_survey", **SHORT)
     place, store, pids = fill(tmp_path / "data", study, text, 2)

@@ -37,3 +37,18 @@ test("unsent answers follow who gave them to another name, and are dropped where
   assert.deepEqual(of("new play/1/form").all(), [answer(3)]);
   assert.deepEqual([...of("old play/1/form").all(), ...of("gone play/1/form").all()], []);
 });
+
+test("a text that is refused for good stays as it was typed and is not sent again; a choice is made anew", () => {
+  const storage = storageOf(new Map());
+  const form = new UnsentAnswers("P1 form", storage);
+  const typed = { question: "why", value: -1, text: "Because.", elapsed_ms: 5 };
+  for (const one of [typed, answer(9)]) {
+    form.add(one);
+    form.refuse(one);
+  }
+  const again = new UnsentAnswers("P1 form", storage);
+  assert.deepEqual([again.all(), again.refused().map(({ text }) => text)], [[], ["Because."]]);
+  again.add({ ...typed, text: "Therefore." });
+  again.refuse(typed); // an older one: the newer one still waits
+  assert.deepEqual([again.all().map(({ text }) => text), again.refused()], [["Therefore."], []]);
+});

@@ -20,7 +20,7 @@ const MAP = {
 };
 
 /** One tick in which blue walks from x = 0 to 0.5 and turns by `turn`. @param {number} turn */
-function oneTick(turn = 0, from = 0) {
+function oneTick(turn = 0, from = 0, atStart = false) {
   const frames = 6;
   const poses = new DataView(new ArrayBuffer(2 * 3 * 3 * frames));
   for (let frame = 0; frame < frames; frame += 1) {
@@ -41,6 +41,7 @@ function oneTick(turn = 0, from = 0) {
       [-1, -1],
       [0, -1],
     ],
+    delivered_at_start: [atStart],
     delivered: [[true]],
     events: [],
     metrics: { tcr: 0, nfd: 0, wt_s: 0, ac: null },
@@ -77,6 +78,10 @@ test("what is held and delivered belongs to the state of the tick", () => {
     ],
   );
   assert.deepEqual([replay.viewAt(99).delivered, replay.viewAt(100).delivered], [[false], [true]]);
+});
+
+test("an item that lies in a goal from the start is delivered before the first tick", () => {
+  assert.deepEqual(oneTick(0, 0, true).viewAt(0).delivered, [true]);
 });
 
 test("poses that do not fit the number of ticks are refused with both numbers", () => {
