@@ -13,13 +13,13 @@ import numpy.typing as npt
 from movingout.agents.adapters.chunk_player import ROW, Singles, VectorPlayer
 from movingout.agents.adapters.layout_choice import chosen_layout
 from movingout.agents.adapters.policy_file import MissingPackageError, existing
-from movingout.agents.base import THREADS
 from movingout.agents.errors import AgentError
 from movingout.world.observation import PICTURE_SHAPE
 
 try:
     import stable_baselines3
-    import torch
+
+    from movingout.agents.adapters.torch_state import TorchState
 except ImportError as error:
     raise MissingPackageError("sb3", "stable-baselines3", "stable-baselines3") from error
 
@@ -46,8 +46,9 @@ class Sb3Agent(VectorPlayer):
         wrong sizes, a missing package.
         """
         file = existing("sb3", path)
-        torch.set_num_threads(THREADS)
-        self._model = _loaded(file, _class_of(file, algorithm))
+        self._torch = TorchState()
+        with self._torch.in_use():
+            self._model = _loaded(file, _class_of(file, algorithm))
         size = _size(self._model)
         self._shows = len(self._model.observation_space.shape) == 3
         self._scale = _normalizer(normalize, size)
@@ -59,15 +60,15 @@ class Sb3Agent(VectorPlayer):
     def _start(self) -> None:
         super()._start()
         self._state = None
-        seed = int(np.random.default_rng([self.episode.seed, self.episode.seat]).integers(2**31))
-        torch.manual_seed(seed)  # of actions that are not deterministic
+        self._torch.reset(self.episode)  # for actions that are not deterministic
 
     def _infer(self, seen: Singles) -> npt.ArrayLike:
         observation = seen.reshape(-1, *PICTURE_SHAPE).astype(np.uint8) if self._shows else seen
         if self._scale is not None:
             observation = self._scale.normalize_obs(observation)
         begins = np.array([self._state is None])
-        action, self._state = self._model.predict(observation, self._state, begins, self._deterministic)
+        with self._torch.in_use():
+            action, self._state = self._model.predict(observation, self._state, begins, self._deterministic)
         rows: npt.ArrayLike = action
         return rows
 
@@ -107,7 +108,7 @@ def _named_by(file: Path) -> str:
 
 def _loaded(file: Path, kind: Any) -> Any:
     try:
-        return kind.load(file, device="cpu")
+        return kind.load(file, device="cpu", seed=None)  # its own would seed random, NumPy and torch
     except Exception as error:  # whatever a pickle of another version does
         raise AgentError(f"{kind.__name__} cannot load {file}: {type(error).__name__}: {error}"[:400]) from error
 
