@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from movingout.agents.adapters.action_box import action_box
 from movingout.agents.adapters.chunk_player import ROW, Singles, VectorPlayer
 from movingout.agents.adapters.layout_choice import chosen_layout
 from movingout.agents.adapters.policy_file import MissingPackageError, existing
@@ -43,13 +44,14 @@ class Sb3Agent(VectorPlayer):
         """`layout` may be left out, since its size says it; `algorithm` where the file does.
 
         `normalize` is the file of a VecNormalize. Raises AgentError: no such file, an algorithm that cannot play,
-        wrong sizes, a missing package.
+        wrong sizes or ranges, a missing package.
         """
         file = existing("sb3", path)
         self._torch = TorchState()
         with self._torch.in_use():
             self._model = _loaded(file, _class_of(file, algorithm))
         size = _size(self._model)
+        self._box = action_box(self._model.action_space.low, self._model.action_space.high)
         self._shows = len(self._model.observation_space.shape) == 3
         self._scale = _normalizer(normalize, size)
         self._deterministic = deterministic
@@ -69,8 +71,7 @@ class Sb3Agent(VectorPlayer):
         begins = np.array([self._state is None])
         with self._torch.in_use():
             action, self._state = self._model.predict(observation, self._state, begins, self._deterministic)
-        rows: npt.ArrayLike = action
-        return rows
+        return self._box.ours(action)
 
 
 def _class_of(file: Path, named: str) -> Any:
@@ -115,9 +116,9 @@ def _loaded(file: Path, kind: Any) -> Any:
 
 def _size(model: Any) -> int:
     """D. Raises AgentError for spaces that are not those of our environments."""
-    actions, seen = model.action_space.shape, model.observation_space.shape
-    if actions != (4,):
-        raise AgentError(f"the model's actions have shape {actions}; {ROW}")
+    actions, seen = model.action_space, model.observation_space.shape
+    if actions.shape != (4,) or not hasattr(actions, "low"):  # MultiDiscrete has none
+        raise AgentError(f"the model's actions are {actions}; {ROW}")
     if seen in (PICTURE_SHAPE, (3, *PICTURE_SHAPE[:2])):  # the library puts the colours first
         return math.prod(seen)
     if seen is None or len(seen) != 1:
