@@ -50,6 +50,12 @@ class Conformance:
     decisions_ms: list[float] = field(default_factory=list)
     deterministic: bool = True  # an agent that says otherwise (attribute `deterministic`) is not compared with itself
 
+    def __repr__(self) -> str:
+        """One line, for the end of a notebook's cell."""
+        played = f"{len(self.decisions_ms)} decisions in {self.episodes} episodes of up to {self.ticks} ticks"
+        times = f", p50 {self.p50_ms:.1f} ms, p99 {self.p99_ms:.1f} ms" if self.decisions_ms else ""
+        return f"<Conformance: {played}{times}{'' if self.deterministic else ', not deterministic'}>"
+
     @property
     def p50_ms(self) -> float:
         """Median time of a decision."""

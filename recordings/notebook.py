@@ -74,7 +74,8 @@ def _chart(metric: Metric, values: Sequence[float | None], height: float) -> str
     """A metric over time: its title with the final value, the line, the range and the seconds."""
     known = [value for value in values if value is not None]
     low = min(0.0, *known) if metric.low is None else metric.low
-    high = max(*known, low + 1e-9) if metric.high is None else metric.high
+    high = max(known) if metric.high is None else metric.high
+    high = high if high > low else low + 1.0  # nobody waited, say
     top, bottom, right = 20.0, height - 22, _CHART_WIDTH - 4
     across = (right - _CHART_LEFT) / max(len(values) - 1, 1)
     points = " ".join(
@@ -104,5 +105,9 @@ def episode_frame(episode: Episode, layout: str) -> Any:
     if layout:
         layout_named(layout)  # says which there are
     columns = [*TICKS, *(observation_columns(layout) if layout else [])]
-    frame = pandas.DataFrame(tick_rows(episode, layout), columns=[column.name for column in columns])
-    return frame.astype({column.name: "float64" for column in columns if column.type == "float64"})
+    rows = list(tick_rows(episode, layout))
+    frame = pandas.DataFrame(rows, columns=[column.name for column in columns])
+    types = {"float64": "float64", "bool": "boolean"}  # the same for every map, whose items may be fewer
+    dtypes = {column.name: types[column.type] for column in columns if column.type in types}
+    begun = {column.name: "Int64" for column in columns if column.type == "int64" and column.name not in rows[0]}
+    return frame.astype(dtypes | begun)

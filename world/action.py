@@ -18,6 +18,7 @@ from movingout.world.errors import ActionError
 from movingout.world.state import Floats
 
 POLICY_SIZE = 4  # distance, cos, sin, grasp
+POLICY_LOW, POLICY_HIGH = (-1, -1, -1, 0), (1, 1, 1, 1)
 WORLD_SIZE = 3  # distance, heading, grasp
 GRASP_THRESHOLD = 0.5  # a grasp output above it is a press
 

@@ -23,7 +23,7 @@ from movingout.maps.randomize import SPLITS, Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import known_names
 from movingout.world import raster
-from movingout.world.action import POLICY_SIZE, to_world
+from movingout.world.action import POLICY_HIGH, POLICY_LOW, POLICY_SIZE, to_world
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 from movingout.world.errors import ActionError, WorldError
 from movingout.world.metrics import METRICS, EpisodeMetrics
@@ -111,7 +111,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         self._layout = layout
         self.state_space = _box(layout_named(layout))
         self.observation_spaces = {agent: _box(layout_named(layout)) for agent in self.possible_agents}
-        low, high = np.array([-1, -1, -1, 0], np.float32), np.ones(4, np.float32)
+        low, high = np.array(POLICY_LOW, np.float32), np.array(POLICY_HIGH, np.float32)
         self.action_spaces = {agent: spaces.Box(low, high, dtype=np.float32) for agent in self.possible_agents}
         self._start(self.map)
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from movingout.agents.adapters.chunk_player import ROW, ChunkPlayer
 from movingout.agents.adapters.layout_choice import chosen_layout
 from movingout.agents.adapters.policy_file import MissingPackageError, existing
-from movingout.agents.base import THREADS, Observation
+from movingout.agents.base import Observation
 from movingout.agents.errors import AgentError
 from movingout.world.raster import pixels
 
@@ -19,6 +19,8 @@ try:
     import torch
     from lerobot.configs.policies import PreTrainedConfig
     from lerobot.policies.factory import get_policy_class, make_pre_post_processors
+
+    from movingout.agents.adapters.torch_state import TorchState
 except ImportError as error:
     raise MissingPackageError("lerobot", "lerobot", "lerobot") from error
 
@@ -38,16 +40,17 @@ class LeRobotAgent(ChunkPlayer):
         sizes, self._side = _inputs(folder)
         self.layout = chosen_layout(layout, sum(sizes.values()) or None)
         self._sizes = sizes
-        torch.set_num_threads(THREADS)
-        self._policy, self._before, self._after = _loaded(folder)
+        self._torch = TorchState()
+        with self._torch.in_use():
+            self._policy, self._before, self._after = _loaded(folder)
 
     def _start(self) -> None:
-        seed = int(np.random.default_rng([self.episode.seed, self.episode.seat]).integers(2**31))
-        torch.manual_seed(seed)
-        self._policy.reset()
+        self._torch.reset(self.episode)
+        with self._torch.in_use():
+            self._policy.reset()
 
     def _decide(self, observation: Observation) -> npt.ArrayLike:
-        with torch.inference_mode():
+        with self._torch.in_use(), torch.inference_mode():
             answer = self._after(self._policy.select_action(self._before(self._frame(observation))))
         rows: npt.ArrayLike = answer.float().cpu().numpy()
         return rows

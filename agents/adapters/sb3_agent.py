@@ -10,16 +10,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from movingout.agents.adapters.action_box import action_box
 from movingout.agents.adapters.chunk_player import ROW, Singles, VectorPlayer
 from movingout.agents.adapters.layout_choice import chosen_layout
 from movingout.agents.adapters.policy_file import MissingPackageError, existing
-from movingout.agents.base import THREADS
 from movingout.agents.errors import AgentError
 from movingout.world.observation import PICTURE_SHAPE
 
 try:
     import stable_baselines3
-    import torch
+
+    from movingout.agents.adapters.torch_state import TorchState
 except ImportError as error:
     raise MissingPackageError("sb3", "stable-baselines3", "stable-baselines3") from error
 
@@ -43,12 +44,14 @@ class Sb3Agent(VectorPlayer):
         """`layout` may be left out, since its size says it; `algorithm` where the file does.
 
         `normalize` is the file of a VecNormalize. Raises AgentError: no such file, an algorithm that cannot play,
-        wrong sizes, a missing package.
+        wrong sizes or ranges, a missing package.
         """
         file = existing("sb3", path)
-        torch.set_num_threads(THREADS)
-        self._model = _loaded(file, _class_of(file, algorithm))
+        self._torch = TorchState()
+        with self._torch.in_use():
+            self._model = _loaded(file, _class_of(file, algorithm))
         size = _size(self._model)
+        self._box = action_box(self._model.action_space.low, self._model.action_space.high)
         self._shows = len(self._model.observation_space.shape) == 3
         self._scale = _normalizer(normalize, size)
         self._deterministic = deterministic
@@ -59,17 +62,16 @@ class Sb3Agent(VectorPlayer):
     def _start(self) -> None:
         super()._start()
         self._state = None
-        seed = int(np.random.default_rng([self.episode.seed, self.episode.seat]).integers(2**31))
-        torch.manual_seed(seed)  # of actions that are not deterministic
+        self._torch.reset(self.episode)  # for actions that are not deterministic
 
     def _infer(self, seen: Singles) -> npt.ArrayLike:
         observation = seen.reshape(-1, *PICTURE_SHAPE).astype(np.uint8) if self._shows else seen
         if self._scale is not None:
             observation = self._scale.normalize_obs(observation)
         begins = np.array([self._state is None])
-        action, self._state = self._model.predict(observation, self._state, begins, self._deterministic)
-        rows: npt.ArrayLike = action
-        return rows
+        with self._torch.in_use():
+            action, self._state = self._model.predict(observation, self._state, begins, self._deterministic)
+        return self._box.ours(action)
 
 
 def _class_of(file: Path, named: str) -> Any:
@@ -107,16 +109,16 @@ def _named_by(file: Path) -> str:
 
 def _loaded(file: Path, kind: Any) -> Any:
     try:
-        return kind.load(file, device="cpu")
+        return kind.load(file, device="cpu", seed=None)  # its own would seed random, NumPy and torch
     except Exception as error:  # whatever a pickle of another version does
         raise AgentError(f"{kind.__name__} cannot load {file}: {type(error).__name__}: {error}"[:400]) from error
 
 
 def _size(model: Any) -> int:
     """D. Raises AgentError for spaces that are not those of our environments."""
-    actions, seen = model.action_space.shape, model.observation_space.shape
-    if actions != (4,):
-        raise AgentError(f"the model's actions have shape {actions}; {ROW}")
+    actions, seen = model.action_space, model.observation_space.shape
+    if actions.shape != (4,) or not hasattr(actions, "low"):  # MultiDiscrete has none
+        raise AgentError(f"the model's actions are {actions}; {ROW}")
     if seen in (PICTURE_SHAPE, (3, *PICTURE_SHAPE[:2])):  # the library puts the colours first
         return math.prod(seen)
     if seen is None or len(seen) != 1:

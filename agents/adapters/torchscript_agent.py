@@ -8,11 +8,12 @@ import numpy.typing as npt
 from movingout.agents.adapters.chunk_player import Singles, VectorPlayer
 from movingout.agents.adapters.layout_choice import LAYOUT_KEY, chosen_layout
 from movingout.agents.adapters.policy_file import MissingPackageError, existing
-from movingout.agents.base import THREADS
 from movingout.agents.errors import AgentError
 
 try:
     import torch
+
+    from movingout.agents.adapters.torch_state import TorchState
 except ImportError as error:
     raise MissingPackageError("torchscript", "torch", "torch") from error
 
@@ -27,13 +28,18 @@ class TorchScriptAgent(VectorPlayer):
         """
         if type(history) is not int or not 0 <= history <= 64:
             raise AgentError(f"history is a whole number of observations from 1 to 64, not {history}")
+        self._torch = TorchState()
         self._module, said = _loaded(path)
         self._flat = history == 0
         super().__init__(chosen_layout(layout, None, said), max(history, 1), execute, grasp)
         self._try(self._infer)
 
+    def _start(self) -> None:
+        super()._start()
+        self._torch.reset(self.episode)
+
     def _infer(self, seen: Singles) -> npt.ArrayLike:
-        with torch.inference_mode():
+        with self._torch.in_use(), torch.inference_mode():
             answer = self._module(torch.from_numpy(seen if self._flat else seen[None]))
         if not isinstance(answer, torch.Tensor):
             raise AgentError(f"the module answers with {type(answer).__name__}, not a tensor")
@@ -44,7 +50,6 @@ class TorchScriptAgent(VectorPlayer):
 def _loaded(path: str) -> tuple[Any, str]:
     """The module on the CPU, and the layout that its archive names."""
     file = existing("torchscript", path)
-    torch.set_num_threads(THREADS)
     extra = {LAYOUT_KEY: ""}
     try:
         with warnings.catch_warnings():

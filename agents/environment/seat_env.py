@@ -38,8 +38,9 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
 
     `partner` is the id of an agent (`scripted`, `dp@all`, `package.module:Factory`), `people:A` for one of the twenty
     scripted people of a population, or a list of these. The other arguments are those of `MovingOutEnv`. The info
-    always has "score" and "partner"; in the last tick also the metrics, by key. Equal seeds of `reset` give equal
-    variants, partners and seeds of partners. A copy or a pickle starts anew: it needs a `reset`.
+    always has "score" and "partner"; in the last tick also the metrics, by key (Gymnasium's `max_episode_steps` ends an
+    episode before it: use `limit_ticks`). Equal seeds of `reset` give equal variants, partners and seeds of partners.
+    A copy or a pickle starts anew: it needs a `reset`.
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]  # theirs is one of instances

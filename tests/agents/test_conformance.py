@@ -11,7 +11,7 @@ from movingout import check_agent
 from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.catalogue import agent_cards, load_agent
-from movingout.agents.conformance import ConformanceError
+from movingout.agents.conformance import Conformance, ConformanceError
 from movingout.server.cli import main
 from tests.agents.support import HERE, Forward
 
@@ -22,6 +22,12 @@ FEW_TICKS = 8
 def test_the_agents_of_the_project_keep_the_contract(agent_id: str) -> None:
     found = check_agent(lambda: load_agent(agent_id), ticks=FEW_TICKS)
     assert found.episodes == 18 and 0.0 <= found.p50_ms <= found.p99_ms
+
+
+def test_what_was_seen_is_one_line_at_the_end_of_a_cell() -> None:
+    found = Conformance(episodes=2, ticks=30, decisions_ms=[1.0] * 60)
+    assert repr(found) == "<Conformance: 60 decisions in 2 episodes of up to 30 ticks, p50 1.0 ms, p99 1.0 ms>"
+    assert repr(Conformance(deterministic=False)).endswith("of up to 0 ticks, not deterministic>")
 
 
 def _answers(*row: float) -> Callable[[], Agent]:

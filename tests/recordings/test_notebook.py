@@ -67,6 +67,22 @@ def test_the_table_is_the_exported_one_with_a_row_per_state(episode: Episode) ->
         episode.to_frame(layout="v9")
 
 
+def test_the_types_of_columns_are_the_same_for_every_map_and_length(tmp_path: Path, episode: Episode) -> None:
+    other, _ = record(tmp_path / "other", ticks=0, map_name="FourCorners")
+    kinds = {"bool": "boolean", "float64": "float64", "int64": "int64"}
+    expected = {column.name: kinds[column.type] for column in TICKS if column.type in kinds}
+    expected |= {"blue_input_seq": "Int64", "red_input_seq": "Int64"}  # none before the first tick
+    for frame in (episode.to_frame(), read_episode(finalise(other)).to_frame()):
+        assert {name: str(kind) for name, kind in frame.dtypes.items() if name in expected} == expected
+
+
+def test_the_axis_of_what_stays_0_goes_to_1(episode: Episode) -> None:
+    assert episode.to_frame().wt_s.max() == 0
+    assert "e-" not in "".join(
+        text.text or "" for text in ElementTree.fromstring(episode.plot().svg).iter(f"{SVG}text")
+    )
+
+
 def test_a_cell_shows_an_episode_in_one_line(episode: Episode) -> None:
     assert repr(episode) == f"<Episode {episode.header.episode_id}: <P&1> and scripted, {LENGTH} ticks, time>"
 

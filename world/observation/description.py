@@ -59,8 +59,8 @@ def _items(map_spec: MapSpec, state: WorldState, seat: int) -> list[dict[str, An
                 "shape": item.shape,
                 "size": item.size,
                 "needs_two": item.size != "small",
-                "x": round(pose[0], 2),
-                "y": round(pose[1], 2),
+                "x": _rounded(pose[0]),
+                "y": _rounded(pose[1]),
                 "delivered": delivered[index],
                 "held_by": [_who(holder, seat) for holder in (seat, 1 - seat) if state.held[holder] == index],
                 "from_you": round(math.hypot(pose[0] - own[0], pose[1] - own[1]), 2),
@@ -71,7 +71,11 @@ def _items(map_spec: MapSpec, state: WorldState, seat: int) -> list[dict[str, An
 
 
 def _sides(box: Rect) -> list[float]:
-    return [round(side, 2) for side in (box.left, box.bottom, box.right, box.top)]
+    return [_rounded(side) for side in (box.left, box.bottom, box.right, box.top)]
+
+
+def _rounded(value: float) -> float:
+    return round(value, 2) + 0.0  # 0.0 for -0.0
 
 
 def _in_words(told: dict[str, Any]) -> str:
@@ -89,7 +93,9 @@ def _in_words(told: dict[str, Any]) -> str:
         lines.append(
             f"Item {item['item']}: {item['size']} {item['shape']} at ({item['x']}, {item['y']}), {where}{goal}{two}."
         )
-    lines.append("Goals (left, bottom, right, top): " + "; ".join(str(tuple(goal)) for goal in told["goals"]) + ".")
+    for name in ("Goals", "Walls"):
+        if boxes := told[name.lower()]:
+            lines.append(f"{name} (left, bottom, right, top): {'; '.join(str(tuple(box)) for box in boxes)}.")
     return "\n".join(lines)
 
 
@@ -98,8 +104,8 @@ def _robot(state: WorldState, robot: int) -> dict[str, Any]:
     held = int(state.held[robot])
     return {
         "colour": SEAT_COLOURS[robot],
-        "x": round(x, 2),
-        "y": round(y, 2),
+        "x": _rounded(x),
+        "y": _rounded(y),
         "looks": _SIDES[round(angle / (math.pi / 4)) % 8],
         "holds": None if held < 0 else held,
     }

@@ -22,6 +22,20 @@ for policy, seen in (("CnnPolicy", env), ("MlpPolicy", FlattenObservation(env)))
     result, = play("idle", f"sb3:path={sys.argv[1]}", map="HandOff", ticks=3)
     print(policy, "played", result.ticks, "ticks from pictures")
 """
+RESCALED = """
+import sys, gymnasium, movingout
+from gymnasium.wrappers import RescaleAction
+from stable_baselines3 import PPO
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.catalogue import load_agent
+from movingout.agents.observation.seat_observation import observe, start_state
+model = PPO("MlpPolicy", RescaleAction(gymnasium.make("MovingOut-v1", partner="idle"), -1, 1), seed=0)
+model.policy.action_net.bias.data[3] = 0.3  # a press, where the grasp goes from -1 to 1
+model.save(sys.argv[1])
+agent, the_map = load_agent(f"sb3:path={sys.argv[1]}"), movingout.load_map("HandOff")
+agent.reset(EpisodeInfo(the_map, 0, seed=0, ticks=5))
+print("grasp", agent.act(observe(the_map, start_state(the_map), 0))[0, 3])
+"""
 
 
 def installed(folder: Path, stack: str, *packages: str) -> Path:
@@ -44,6 +58,7 @@ def test_stable_baselines_trains_one_seat_and_through_supersuit_both(tmp_path: P
     said = _run([str(python), "-P", "-c", PICTURES, str(tmp_path / "pictures.zip")])
     for policy in ("CnnPolicy", "MlpPolicy"):
         assert f"{policy} played 3 ticks from pictures" in said
+    assert "grasp 1.0" in _run([str(python), "-P", "-c", RESCALED, str(tmp_path / "rescaled.zip")])
 
 
 def test_torchrl_rolls_out_past_the_end_of_an_episode(tmp_path: Path) -> None:
