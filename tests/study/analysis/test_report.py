@@ -1,5 +1,6 @@
 """The report of a filled study: what it shows, what it leaves out, and that it needs nothing from anywhere."""
 
+import codecs
 import csv
 import json
 import re
@@ -156,7 +157,7 @@ def test_blinded_reports_know_letters_only_and_others_the_agents(
     assert list(told["flow"]) == ["came", "declined", "deleted", "allocated", *ended, "unwanted", "complete"]
     assert {*get_args(Outcome)} - {"done"} <= {*ended}, "nobody is left out"
     assert main(["study", "report", *common, "-o", str(tmp_path / "blind"), "--blinded"]) == 0
-    with (tmp_path / "blind" / "performance.csv").open(encoding="utf-8", newline="") as stream:
+    with (tmp_path / "blind" / "performance.csv").open(encoding="utf-8-sig", newline="") as stream:
         assert next(csv.DictReader(stream))["Partner"] == "Partner A"
     shown = (tmp_path / "open" / "report.html").read_text(encoding="utf-8")
     assert "<h1>Results: A short game with a partner</h1>" in shown
@@ -165,6 +166,7 @@ def test_blinded_reports_know_letters_only_and_others_the_agents(
     assert main(["study", "report", *common, "-o", str(german), "--language", "de"]) == 0
     assert "<h1>Ergebnisse: A short game with a partner</h1>" in (german / "report.html").read_text(encoding="utf-8")
     for table in german.glob("*.csv"):  # for programs: the same in every language
+        assert table.read_bytes().startswith(codecs.BOM_UTF8), "else Excel shows other signs for ± and ↑"
         assert table.read_bytes() == (tmp_path / "open" / table.name).read_bytes()
     assert main(["study", "report", *common, "-o", str(tmp_path / "open")]) == 2
     assert "is not overwritten" in capsys.readouterr().err
