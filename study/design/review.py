@@ -37,6 +37,7 @@ class Review:
     minutes: float  # at most, for the first slot
     pay: float | None  # for one participant who stays that long
     orders: tuple[Assignment, ...]
+    attention: tuple[str, ...]  # sentences, one per attention item: what is expected
     missing: tuple[str, ...]  # sentences, one per agent that cannot be loaded
     untranslated: tuple[str, ...]  # sentences, one per text and language that is promised and missing
     unfilled: tuple[str, ...]  # sentences, one per blank that participants would read
@@ -60,6 +61,7 @@ def review(study: Study) -> Review:
         minutes=minutes,
         pay=_pay(study, minutes),
         orders=orders,
+        attention=tuple(_attention(study)),
         missing=tuple(_missing(study)),
         untranslated=missing_texts(study),
         unfilled=unfilled(study),
@@ -115,6 +117,15 @@ def agent_ids(study: Study) -> tuple[str, ...]:
     if study.group == 2 and study.pairing.otherwise == "agent":
         ids.append(study.pairing.agent)
     return tuple(dict.fromkeys(ids))
+
+
+def _attention(study: Study) -> Iterator[str]:
+    """An option is named by its place, which is easily taken for its text."""
+    for spec in study.questionnaires:
+        for item in spec.build(study.languages[0]).items:
+            if item.expected is not None:
+                option = f", the option {item.options[item.expected]!r}" if item.options else ""
+                yield f"attention item {item.id!r} of {spec.id} expects {item.expected}{option}"
 
 
 def _missing(study: Study) -> Iterator[str]:

@@ -44,6 +44,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     small, text = template("human_study", **{"    maps: all     ": "    maps: [HandOff, LeftRight] "})
     place, store, pids = fill(tmp_path_factory.mktemp("data"), small, text, 6, seed=3)
     store.answer(pids[0], "play/1/about-partner", "about-partner", "dp", "attention", 6, "", 1.0)
+    store.answer(pids[1], "play/1/about-partner", "about-partner", "bass", "attention", -1, "", 1.0)
     store.answer(
         pids[0], "play/1/about-partner", "about-partner", "dp", "comment", -1, "<script>bold</script> & strong", 1.0
     )
@@ -72,8 +73,11 @@ def test_every_pair_of_partners_is_compared_in_every_metric_over_participants(re
     assert rows[0][:2] == ("TCR ↑", "dp – bass") and rows[0][5] == "6"
 
 
-def test_a_wrong_attention_item_is_flagged_and_the_newest_answer_counts(results: Results) -> None:
-    assert [row[2] for row in flags(results).rows] == ["attention item attention answered 6, not 2"]
+def test_a_wrong_attention_item_is_flagged_and_one_without_an_answer_and_the_newest_counts(results: Results) -> None:
+    assert [row[2] for row in flags(results).rows] == [
+        "attention item attention answered 6, not 2",
+        "attention item attention not answered; 2 was expected",
+    ]
 
 
 def test_the_flow_counts_everybody(results: Results) -> None:
