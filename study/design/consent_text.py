@@ -14,6 +14,8 @@ from movingout.study.design.localized_text import LocalizedText
 PLACES: Final = ("minutes", "protocol", "pay.per_hour", "pay.maximum")
 _PLACE = re.compile(r"\{([a-z][a-z_.]*)\}")
 _BLANK = re.compile(r"(?<!\\)\[[^\]]+\](?![(\[])")  # [number], and not a link; \[ is a bracket that stays
+_CODE = re.compile(r"\bcode\b", re.IGNORECASE)  # in German, too
+_PLATFORM_ID = re.compile(r"\bID\b")
 _SIGNS: Final = {"€": "EUR", "£": "GBP"}
 _SIGN = r"(?<![A-Za-z])[A-Z]{0,3}\$|[€£]"  # also US$, CA$, ...
 _DOLLARS: Final = ("USD", "AUD", "CAD", "HKD", "MXN", "NZD", "SGD", "TWD")  # all written with $
@@ -44,6 +46,17 @@ def contradictions(study: Study) -> tuple[str, ...]:
         text = filled(study, study.consent.text, language)
         found += [*_wrong_minutes(study, text), *_wrong_pay(study, text)]
     return tuple(dict.fromkeys(found))
+
+
+def shared_code(study: Study) -> Iterator[str]:
+    """A sentence where people are to ask for a deletion with a code that others have, too."""
+    texts = study.consent.text.root.values()
+    if study.codes != "unique" and any(_CODE.search(text) and not _PLATFORM_ID.search(text) for text in texts):
+        yield (
+            "codes are fixed, so nobody can be found by theirs: where the consent offers a later deletion with the "
+            "code, let it ask for the ID on the platform (“with your Prolific ID”), which payments.csv has beside the "
+            f"pseudonym for as long as retention.identity says, {study.retention.identity}"
+        )
 
 
 def _texts(study: Study) -> Iterator[tuple[str, LocalizedText]]:

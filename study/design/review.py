@@ -10,7 +10,7 @@ from movingout.agents.live_options import check_live_agent
 from movingout.agents.trial import play_a_tick, runs_own_code
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
-from movingout.study.design.consent_text import contradictions, unfilled
+from movingout.study.design.consent_text import contradictions, shared_code, unfilled
 from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
 from movingout.study.design.partner_origin import origin_warnings
 from movingout.study.design.steps import Step, longest_round_s, planned_seconds, steps
@@ -190,6 +190,7 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
         yield "pay has no maximum: whoever leaves the page open is paid for every minute until they have finished"
     if study.codes != "unique" and len(set(study.codes.values())) < len(study.codes):
         yield "two outcomes have the same completion code and cannot be told apart when paying"
+    yield from shared_code(study)
     if without := _without_code(study):
         yield f"codes has none for {', '.join(without)}: they get random ones, which a platform does not know"
 

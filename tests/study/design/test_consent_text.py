@@ -99,6 +99,21 @@ def test_a_promise_of_pay_without_pay_is_a_contradiction() -> None:
     assert found == "the consent promises 20 USD, and the file has no `pay`"
 
 
+@pytest.mark.parametrize(
+    ("codes", "text", "warned"),
+    [
+        ("{done: C1AB2CD3}", "You can ask for deletion later, with the code you are shown at the end.", True),
+        ("{done: C1AB2CD3}", "Sie können die Löschung auch später verlangen, mit dem Code vom Ende.", True),
+        ("{done: C1AB2CD3}", "Data have a random code. Ask for deletion later with your Prolific ID.", False),
+        ("{done: C1AB2CD3}", "Was gespeichert ist, bleibt.", False),
+        ("unique", "You can ask for deletion later, with the code you are shown at the end.", False),
+    ],
+)
+def test_a_later_deletion_with_a_code_that_all_have_is_warned_of(codes: str, text: str, warned: bool) -> None:
+    found = review(parse_study(consent(text) + f"codes: {codes}\n")).warnings
+    assert any("let it ask for the ID on the platform" in one for one in found) == warned
+
+
 def test_check_fails_on_the_contradiction_and_says_both_numbers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
