@@ -138,7 +138,8 @@ def _wrong_pay(study: Study, text: str) -> Iterator[str]:
     elif wrong and not {*known} <= {*said}:
         right = ", ".join(f"{value:g} {currency}" for value, currency in known)
         places = " and ".join(f"{{{name}}}" for name in ("pay.per_hour", "pay.maximum")[: len(known)])
-        yield f"the consent says {', '.join(wrong)}, and `pay` has {right}; say {places}, then others may stand there, too"
+        way_out = f"say {places}, then others may stand there, too"
+        yield f"the consent says {', '.join(wrong)}, and `pay` has {right}; {way_out}"
 
 
 def _number(known: Iterable[float]) -> str:
