@@ -10,6 +10,7 @@ from movingout.maps.files.input_file import read_input
 from movingout.recordings.errors import RecordingError, cannot
 
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+ENCODING = "utf-8-sig"  # with a mark at the beginning, without which Excel shows "±" as "Â±"
 DELIMITERS = (",", ";", "\t")  # a spreadsheet saves the second where decimals have a comma
 
 

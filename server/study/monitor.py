@@ -50,6 +50,7 @@ class StudyMonitor:
     async def check(self, tx: Transaction) -> None:
         """All checks, once."""
         running, now = self._running, time.monotonic()
+        running.progress.note_sleep()
         await running.rooms.look(tx, running.units)
         running.progress.note_standing(now)
         self._notice_absent(now)

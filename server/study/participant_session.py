@@ -39,7 +39,7 @@ class ParticipantSession:
     absence_told: bool = True  # whether the experimenter knows that they are away; who has not come back yet is no news
     unpaid_s: float = 0.0  # absences that have ended, also with a pause, and that are not in the database yet
     unpaid_until: float = -inf  # when a pause began in a long absence, which is in `unpaid_s` up to then
-    away_before_s: float = 0.0  # of an absence that began before the server started, what lies before that
+    away_before_s: float = 0.0  # of an absence that began before the server started or slept, what lies before that
     ended_at: float = 0.0  # when they were given their code, on the same clock; 0 before a restart
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 
@@ -95,6 +95,11 @@ class ParticipantSession:
             self.present_since = now
         self.last_seen_at = now
 
+    def slept(self, seconds: float) -> None:
+        """The server slept for so long: an absence, as a stop of it is. Who has not come back yet is no news."""
+        self.away_before_s += seconds
+        self.absence_told = True
+
     def pause_begins(self, now: float) -> None:
         """A pause is no absence, and ends the one that it begins in, wherever they come back."""
         if self._note_absence(now):
@@ -110,7 +115,7 @@ class ParticipantSession:
 
     def away_s(self, now: float) -> float:
         """For how long they have been away, without what is in `unpaid_s` already; 0 for who is here."""
-        return 0.0 if self._is_heard(now) else min(self.absent_s(now), now - self.unpaid_until)
+        return 0.0 if self._is_heard(now) else min(self.absent_s(now), now - self.unpaid_until + self.away_before_s)
 
     def _is_heard(self, now: float) -> bool:
         """Whether they are present, and not only because everybody counts as present after a start of the server."""

@@ -13,6 +13,9 @@ from movingout.server.study.units import Units
 from movingout.study.design.definition import Study
 from movingout.study.design.step_order import next_step
 from movingout.study.errors import StoreError
+from movingout.study.store.clock import slept_s
+
+SLEEP_S = 1.0  # a shorter one is none; the two clocks are not read at one time
 
 
 class Progress:
@@ -32,6 +35,7 @@ class Progress:
         self._units = units
         self._databases = databases
         self._paused = False
+        self._slept_s = slept_s()  # how much of the machine's sleep is noted
 
     # ---- from step to step ------------------------------------------------------------------------------------
 
@@ -98,6 +102,7 @@ class Progress:
     async def set_paused(self, tx: Transaction, paused: bool, unit: StudyUnit | None = None) -> None:
         """Pause or resume a unit or everybody; a restart of the server changes nothing."""
         await tx.run(self._databases.store.pause, paused, None if unit is None else unit.record.id)
+        self.note_sleep()
         if paused:
             self._end_absences(unit)
         if unit is None:
@@ -113,6 +118,15 @@ class Progress:
             with suppress(StoreError):  # it goes on already, and who is here is noted again within a minute
                 # a server that is killed now must not take the pause for absence
                 await self._participants.note_last_seen(tx)
+
+    def note_sleep(self) -> None:
+        """A laptop that slept was away for everybody, as at a stop of the server; a pause is no absence."""
+        slept = slept_s() - self._slept_s
+        if slept > SLEEP_S:
+            self._slept_s += slept
+            for session in self._participants:
+                if not self.is_paused(session):
+                    session.slept(slept)
 
     def note_standing(self, now: float) -> None:
         """For the experimenter's page: since when each unit stands still."""

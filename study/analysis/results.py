@@ -212,6 +212,7 @@ def _round_flags(study: Study, store: Store, kept: list[Row]) -> Iterable[Flag]:
 def _attention_flags(study: Study, newest: Iterable[Row]) -> Iterable[Flag]:
     for row in newest:
         expected = study.questionnaire(row["questionnaire"]).item(row["item"]).expected
-        if expected is not None and row["value"] not in (expected, NO_ANSWER):
+        if expected is not None and row["value"] != expected:
+            key = "study.flag.attention.unanswered" if row["value"] == NO_ANSWER else "study.flag.attention"
             answer = {"item": row["item"], "value": row["value"], "expected": expected}
-            yield Flag(row["pid"], row["step"], Phrase("study.flag.attention", answer))
+            yield Flag(row["pid"], row["step"], Phrase(key, answer))

@@ -12,7 +12,7 @@ from movingout.recordings.annotation.findings_table import finding_rows
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.report.words import Words
-from movingout.recordings.spreadsheet import safe_cells, safe_text
+from movingout.recordings.spreadsheet import ENCODING, safe_cells, safe_text
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.results import Results, collect
 from movingout.study.analysis.tables import ENGLISH, LANGUAGE_FILES, Namer, ReportTable
@@ -64,7 +64,7 @@ def _about(study: Study, frozen: FrozenStudy, words: Words) -> str:
 
 
 def _write(path: Path, table: ReportTable) -> None:
-    with path.open("w", encoding="utf-8", newline="") as stream:
+    with path.open("w", encoding=ENCODING, newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow(table.heads)
         for row in table.rows:
@@ -74,7 +74,7 @@ def _write(path: Path, table: ReportTable) -> None:
 def _write_findings(path: Path, results: Results) -> None:
     """Every finding of the rounds that count, with the verdict of each annotator."""
     columns, rows = finding_rows(results.sessions.recordings, results.sessions.verdicts)
-    with path.open("w", encoding="utf-8", newline="") as stream:
+    with path.open("w", encoding=ENCODING, newline="") as stream:
         writer = csv.DictWriter(stream, columns)
         writer.writeheader()
         writer.writerows(map(safe_cells, rows))

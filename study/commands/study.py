@@ -99,6 +99,8 @@ def _print(found: Review) -> None:
         soft_wrap=True,
     )
     _print_orders(console, found)
+    for sentence in found.attention:
+        console.print(escape(sentence), soft_wrap=True)
     for sentence in found.warnings:
         console.print(f"[yellow]warning:[/yellow] {escape(sentence)}", soft_wrap=True)
     for sentence in found.contradictions:
@@ -178,6 +180,7 @@ def _document(found: Review) -> dict[str, Any]:
             }
             for order in found.orders
         ],
+        "attention": list(found.attention),
         "warnings": list(found.warnings),
         "missing": list(found.missing),
         "untranslated": list(found.untranslated),

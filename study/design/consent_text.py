@@ -14,12 +14,23 @@ from movingout.study.design.localized_text import LocalizedText
 PLACES: Final = ("minutes", "protocol", "pay.per_hour", "pay.maximum")
 _PLACE = re.compile(r"\{([a-z][a-z_.]*)\}")
 _BLANK = re.compile(r"(?<!\\)\[[^\]]+\](?![(\[])")  # [number], and not a link; \[ is a bracket that stays
+_CODE = re.compile(r"\bcode\b", re.IGNORECASE)  # in German, too
+_PLATFORM_ID = re.compile(r"\bID\b")
 _SIGNS: Final = {"€": "EUR", "£": "GBP"}
 _SIGN = r"(?<![A-Za-z])[A-Z]{0,3}\$|[€£]"  # also US$, CA$, ...
 _DOLLARS: Final = ("USD", "AUD", "CAD", "HKD", "MXN", "NZD", "SGD", "TWD")  # all written with $
 _CURRENCIES: Final = ("AUD", "CAD", "CHF", "CNY", "EUR", "GBP", "JPY", "USD")
 _THOUSANDS = r"\d{1,3}(?:[.,'’\u00a0\u2009\u202f]\d{3})+"  # 1,500 or 1.500, or with a space that breaks no line
 _MINUTES = re.compile(r"\b(\d+)[\s-]*(?:minutes?|Minuten?|min)\b")
+_HOURS_IN_WORDS: Final = {
+    "half an": 0.5, "a": 1, "an": 1, "one": 1, "one and a half": 1.5, "two": 2, "three": 3,
+    "halbe": 0.5, "eine": 1, "einer": 1, "anderthalb": 1.5, "eineinhalb": 1.5, "zwei": 2, "drei": 3,
+}  # fmt: skip
+_HOURS = re.compile(
+    rf"(?<![\d.,])\b(\d+(?:[.,]\d+)?|{'|'.join(sorted(_HOURS_IN_WORDS, key=len, reverse=True)).replace(' ', ' +')})"
+    r"[\s-]*(?:hours?|Stunden?|h)\b",
+    re.IGNORECASE,
+)
 
 
 def filled(study: Study, text: LocalizedText, language: str) -> str:
@@ -44,6 +55,17 @@ def contradictions(study: Study) -> tuple[str, ...]:
         text = filled(study, study.consent.text, language)
         found += [*_wrong_minutes(study, text), *_wrong_pay(study, text)]
     return tuple(dict.fromkeys(found))
+
+
+def shared_code(study: Study) -> Iterator[str]:
+    """A sentence where people are to ask for a deletion with a code that others have, too."""
+    texts = study.consent.text.root.values()
+    if study.codes != "unique" and any(_CODE.search(text) and not _PLATFORM_ID.search(text) for text in texts):
+        yield (
+            "codes are fixed, so nobody can be found by theirs: where the consent offers a later deletion with the "
+            "code, let it ask for the ID on the platform (“with your Prolific ID”), which payments.csv has beside the "
+            f"pseudonym for as long as retention.identity says, {study.retention.identity}"
+        )
 
 
 def _texts(study: Study) -> Iterator[tuple[str, LocalizedText]]:
@@ -89,14 +111,22 @@ def _amount(value: float, currency: str, language: str) -> str:
 
 
 def _wrong_minutes(study: Study, text: str) -> Iterator[str]:
-    """Of several durations one must be the whole: others may be those of practice or a break."""
+    """Of several durations one must be the whole, be it in hours: others may be those of practice or a break."""
     said = [int(number) for number in _MINUTES.findall(text)]
-    if said and study.minutes not in said:
+    if said and study.minutes not in {*said, *_in_hours(text, said)}:
         listed = ", ".join(str(number) for number in dict.fromkeys(said))
         yield f"the consent says {listed} minutes, and `minutes` is {study.minutes}; {{minutes}} is always right"
 
 
+def _in_hours(text: str, minutes: Iterable[int]) -> set[float]:
+    """The durations in minutes of "one hour" and "1 hour 15 minutes"."""
+    words = (" ".join(said.lower().split()) for said in _HOURS.findall(text))
+    hours = {60 * (_HOURS_IN_WORDS.get(said) or float(said.replace(",", "."))) for said in words}
+    return hours | {hour + more for hour in hours for more in minutes}
+
+
 def _wrong_pay(study: Study, text: str) -> Iterator[str]:
+    """Where all amounts of the file are there, others may stand beside them, as for travel."""
     known = [(study.pay.per_hour, study.pay.currency)] if study.pay else []
     if study.pay and study.pay.maximum is not None:
         known.append((study.pay.maximum, study.pay.currency))
@@ -105,9 +135,11 @@ def _wrong_pay(study: Study, text: str) -> Iterator[str]:
     wrong = [f"{value:g} {currency}" for value, currency in said if (value, currency) not in known]
     if wrong and study.pay is None:
         yield f"the consent promises {', '.join(wrong)}, and the file has no `pay`"
-    elif wrong:
+    elif wrong and not {*known} <= {*said}:
         right = ", ".join(f"{value:g} {currency}" for value, currency in known)
-        yield f"the consent says {', '.join(wrong)}, and `pay` has {right}; {{pay.per_hour}} is always right"
+        places = " and ".join(f"{{{name}}}" for name in ("pay.per_hour", "pay.maximum")[: len(known)])
+        way_out = f"say {places}, then others may stand there, too"
+        yield f"the consent says {', '.join(wrong)}, and `pay` has {right}; {way_out}"
 
 
 def _number(known: Iterable[float]) -> str:

@@ -117,7 +117,7 @@ class QuestionSpec(StudyModel):
             )
         item = self.build(DEFAULT)
         if self.expected is not None and self.expected not in item.allowed():
-            raise ValueError(f"expected must be a value of the scale, not {self.expected}")
+            raise ValueError(f"{_expectable(item)}, not {self.expected}")
         return self
 
     def build(self, language: str) -> QuestionnaireItem:
@@ -125,6 +125,17 @@ class QuestionSpec(StudyModel):
         options = tuple(option.text(language) for option in self.options)
         label = self.label or self.id.replace("_", " ").capitalize()
         return QuestionnaireItem(self.id, self.kind, label, self.text.text(language), options, ends, self.expected)
+
+
+def _expectable(item: QuestionnaireItem) -> str:
+    """Which values an attention item may expect, in words."""
+    values = item.allowed()
+    if not values:
+        return "a text has no value that could be expected"
+    if item.kind == "choice":
+        first, last = (f"{value} ({item.options[value]!r})" for value in (values[0], values[-1]))
+        return f"expected must be the place of an option, which counts from 0: {first} to {last}"
+    return f"expected must be a value of the scale, {values[0]} to {values[-1]}"
 
 
 class QuestionnaireSpec(StudyModel):

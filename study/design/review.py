@@ -10,7 +10,7 @@ from movingout.agents.live_options import check_live_agent
 from movingout.agents.trial import play_a_tick, runs_own_code
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
-from movingout.study.design.consent_text import contradictions, unfilled
+from movingout.study.design.consent_text import contradictions, shared_code, unfilled
 from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
 from movingout.study.design.partner_origin import origin_warnings
 from movingout.study.design.steps import Step, longest_round_s, planned_seconds, steps
@@ -37,6 +37,7 @@ class Review:
     minutes: float  # at most, for the first slot
     pay: float | None  # for one participant who stays that long
     orders: tuple[Assignment, ...]
+    attention: tuple[str, ...]  # sentences, one per attention item: what is expected
     missing: tuple[str, ...]  # sentences, one per agent that cannot be loaded
     untranslated: tuple[str, ...]  # sentences, one per text and language that is promised and missing
     unfilled: tuple[str, ...]  # sentences, one per blank that participants would read
@@ -60,6 +61,7 @@ def review(study: Study) -> Review:
         minutes=minutes,
         pay=_pay(study, minutes),
         orders=orders,
+        attention=tuple(_attention(study)),
         missing=tuple(_missing(study)),
         untranslated=missing_texts(study),
         unfilled=unfilled(study),
@@ -115,6 +117,15 @@ def agent_ids(study: Study) -> tuple[str, ...]:
     if study.group == 2 and study.pairing.otherwise == "agent":
         ids.append(study.pairing.agent)
     return tuple(dict.fromkeys(ids))
+
+
+def _attention(study: Study) -> Iterator[str]:
+    """An option is named by its place, which is easily taken for its text."""
+    for spec in study.questionnaires:
+        for item in spec.build(study.languages[0]).items:
+            if item.expected is not None:
+                option = f", the option {item.options[item.expected]!r}" if item.options else ""
+                yield f"attention item {item.id!r} of {spec.id} expects {item.expected}{option}"
 
 
 def _missing(study: Study) -> Iterator[str]:
@@ -179,6 +190,7 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
         yield "pay has no maximum: whoever leaves the page open is paid for every minute until they have finished"
     if study.codes != "unique" and len(set(study.codes.values())) < len(study.codes):
         yield "two outcomes have the same completion code and cannot be told apart when paying"
+    yield from shared_code(study)
     if without := _without_code(study):
         yield f"codes has none for {', '.join(without)}: they get random ones, which a platform does not know"
 

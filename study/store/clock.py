@@ -12,3 +12,8 @@ def now_ms() -> int:
     If the system clock is corrected in the middle of a session, durations and pay stay right.
     """
     return (_BEGAN_NS + time.clock_gettime_ns(_STEADY)) // 1_000_000
+
+
+def slept_s() -> float:
+    """For how long this machine has slept since it was started: what `now_ms` counts and `time.monotonic` does not."""
+    return time.clock_gettime(_STEADY) - time.clock_gettime(time.CLOCK_MONOTONIC)

@@ -9,6 +9,7 @@ import segno
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
+from movingout.recordings.spreadsheet import ENCODING
 from movingout.server.api.authentication import admin, body_of
 from movingout.server.study.api.dashboard import Dashboard
 from movingout.server.study.api.event_stream import event_stream, every_second
@@ -61,7 +62,8 @@ def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: 
         writer = csv.DictWriter(text, PAYMENT_COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows(await experimenter.payments())
-        return Response(text.getvalue(), media_type="text/csv; charset=utf-8", headers=NO_STORE)
+        file = text.getvalue().encode(ENCODING)
+        return Response(file, media_type="text/csv; charset=utf-8", headers=NO_STORE)
 
     return router
 

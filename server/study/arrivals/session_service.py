@@ -153,6 +153,7 @@ class SessionService:
 
     def _mark_present(self, session: ParticipantSession) -> None:
         """A page of theirs is open."""
+        self._running.progress.note_sleep()
         session.seen(time.monotonic(), self._running.progress.is_paused(session))
         session.absence_told = False
         self._running.units.heard(session, session.last_seen_at)

@@ -27,7 +27,7 @@ def configure(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     add("file", type=Path, metavar="FILE", help="the study file")
     add("--address", required=True, metavar="URL", help="address of the server, as participants reach it")
     add("--ids", nargs="+", default=[], metavar="ID", help="ids of the participants: letters, digits, dots and dashes")
-    add("--number", type=int, default=0, metavar="N", help="make so many links with ids 0001, 0002, ...")
+    add("--number", type=int, default=0, metavar="N", help="make so many links with ids P0001, P0002, ...")
     add("--first", type=int, default=1, metavar="N", help="number to begin with, for more links later (%(default)s)")
     add("--days", type=float, default=14.0, metavar="D", help="begin within so many days (%(default)s)")
     add("--data", type=folder, default=DATA, metavar="DIR", help="the data folder (%(default)s), which has the key")
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
         raise StudyError(f"--number is from 1 to {MOST_LINKS}, and --days more than 0 and at most {MOST_DAYS:g}")
     if args.first < 1:
         raise StudyError(f"--first is at least 1, not {args.first}")
-    ids = [*args.ids, *(f"{number:04}" for number in range(args.first, args.first + args.number))]
+    ids = [*args.ids, *(f"P{number:04}" for number in range(args.first, args.first + args.number))]
     if not ids:
         raise StudyError("name the participants with --ids, or say how many there are with --number")
     signer = LinkSigner.in_folder(StudyFolder(study, args.data).own, study.id)

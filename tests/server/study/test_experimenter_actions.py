@@ -1,6 +1,7 @@
 """The experimenter's page: its state and its actions, which need the admin token."""
 
 import asyncio
+import codecs
 import csv
 import io
 import json
@@ -341,8 +342,9 @@ def test_payments_say_who_is_paid_what(solo: Served) -> None:
     visitor.agree()
     visitor.stop(True)
     status, text = solo.live.call("/api/experimenter/payments.csv", token=ADMIN)
-    rows = list(csv.DictReader(io.StringIO(text.decode())))
+    rows = list(csv.DictReader(io.StringIO(text.decode("utf-8-sig"))))
     (row,) = [row for row in rows if row["pid"] == visitor.pid]
+    assert text.startswith(codecs.BOM_UTF8), "else Excel shows other letters for umlauts"
     assert status == 200 and row["code"] == visitor.step["code"]
     assert (row["source"], row["id"], row["outcome"], row["currency"]) == (
         "prolific",

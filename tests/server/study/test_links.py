@@ -139,7 +139,7 @@ def test_the_command_makes_links_that_the_server_admits(tmp_path: Path, capsys: 
     address = ["--address", "https://study.example.org/", "--data", str(tmp_path / "data")]
     assert main(["study", "links", str(file), *address, "--ids", "Ann", "--number", "2", "--days", "3"]) == 0
     rows = [line.split("\t") for line in capsys.readouterr().out.splitlines()]
-    assert [id for id, _ in rows] == ["Ann", "0001", "0002"]
+    assert [id for id, _ in rows] == ["Ann", "P0001", "P0002"]
     assert rows[0][1].startswith("https://study.example.org/study?id=Ann&until=")
     with served(tmp_path / "data", signed=True) as study:
         assert study.visitor(**dict(parse_qsl(rows[0][1].partition("?")[2]))).kind == "consent"
@@ -150,9 +150,9 @@ def test_links_come_as_one_document_on_demand(tmp_path: Path, capsys: pytest.Cap
     file = tmp_path / "study.yaml"
     file.write_text(SOLO)
     words = ["study", "links", str(file), "--address", "https://x.example", "--data", str(tmp_path), "--ids", "Ann"]
-    assert main([*words, "Bo", "Ann", "--json"]) == 0
+    assert main([*words, "Bo", "Ann", "--number", "1", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
-    assert document["study"] == "solo" and [one["id"] for one in document["links"]] == ["Ann", "Bo"]
+    assert document["study"] == "solo" and [one["id"] for one in document["links"]] == ["Ann", "Bo", "P0001"]
     for one in document["links"]:
         given = dict(parse_qsl(one["url"].partition("?")[2]))
         assert one["url"].startswith("https://x.example/study?") and given["until"] == str(one["until"])

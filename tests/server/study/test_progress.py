@@ -206,6 +206,42 @@ def test_a_pause_over_a_stop_is_paid_and_what_went_before_it_counts_once(tmp_pat
     asyncio.run(test())
 
 
+@pytest.mark.parametrize(("slept_s", "paid_s"), [(9 * HOUR_S, 0), (250, 250)])
+@pytest.mark.parametrize("first", ["monitor", "page", "pause"])
+def test_a_laptop_that_slept_with_the_server_was_away_for_everybody_but_in_a_pause(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, slept_s: int, paid_s: int, first: str
+) -> None:
+    asleep_s = 100.0  # before the server was started
+    monkeypatch.setattr("movingout.server.study.progress.slept_s", lambda: asleep_s)
+
+    async def test() -> None:
+        nonlocal asleep_s
+        clock = Clock()
+        study = begun(tmp_path, clock)
+        try:
+            session = await here(study)
+            clock.ms += 1000 * (HOUR_S + slept_s)
+            asleep_s += slept_s
+            async with study.transaction() as tx:
+                if first == "monitor":
+                    await StudyMonitor(study).check(tx)
+                if first == "pause":
+                    await study.progress.set_paused(tx, True)
+            SessionService(study)._mark_present(session)
+            if first == "pause":
+                clock.ms += 1000 * slept_s
+                asleep_s += slept_s
+                async with study.transaction() as tx:
+                    await study.progress.set_paused(tx, False)
+            paid = HOUR_S + paid_s + (slept_s if first == "pause" else 0)
+            assert await minutes(study, session) == pytest.approx(paid / 60, abs=0.1)
+            assert not study.alerts.number
+        finally:
+            study.databases.close()
+
+    asyncio.run(test())
+
+
 def test_a_server_that_stops_saves_rounds_before_it_notes_who_is_here(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

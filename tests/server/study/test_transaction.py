@@ -32,7 +32,7 @@ from tests.server.study.support import SOLO
 READERS = {
     Participants: {"get"},
     Units: {"get", "of", "heard", "last_round", "waiting_since"},
-    Progress: {"is_paused", "note_standing"},
+    Progress: {"is_paused", "note_sleep", "note_standing"},
     StudyRooms: {"prepare", "map_of", "map_name", "refresh", "shown_map"},
     FinishedRounds: {"add", "save_soon", "saved", "count", "count_recovered", "count_stored", "close_left"},
     Departures: {"delete_data", "delete_again", "end"},

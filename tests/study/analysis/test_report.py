@@ -1,5 +1,6 @@
 """The report of a filled study: what it shows, what it leaves out, and that it needs nothing from anywhere."""
 
+import codecs
 import csv
 import json
 import re
@@ -43,6 +44,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     small, text = template("human_study", **{"    maps: all     ": "    maps: [HandOff, LeftRight] "})
     place, store, pids = fill(tmp_path_factory.mktemp("data"), small, text, 6, seed=3)
     store.answer(pids[0], "play/1/about-partner", "about-partner", "dp", "attention", 6, "", 1.0)
+    store.answer(pids[1], "play/1/about-partner", "about-partner", "bass", "attention", -1, "", 1.0)
     store.answer(
         pids[0], "play/1/about-partner", "about-partner", "dp", "comment", -1, "<script>bold</script> & strong", 1.0
     )
@@ -71,8 +73,11 @@ def test_every_pair_of_partners_is_compared_in_every_metric_over_participants(re
     assert rows[0][:2] == ("TCR ↑", "dp – bass") and rows[0][5] == "6"
 
 
-def test_a_wrong_attention_item_is_flagged_and_the_newest_answer_counts(results: Results) -> None:
-    assert [row[2] for row in flags(results).rows] == ["attention item attention answered 6, not 2"]
+def test_a_wrong_attention_item_is_flagged_and_one_without_an_answer_and_the_newest_counts(results: Results) -> None:
+    assert [row[2] for row in flags(results).rows] == [
+        "attention item attention answered 6, not 2",
+        "attention item attention not answered; 2 was expected",
+    ]
 
 
 def test_the_flow_counts_everybody(results: Results) -> None:
@@ -156,7 +161,7 @@ def test_blinded_reports_know_letters_only_and_others_the_agents(
     assert list(told["flow"]) == ["came", "declined", "deleted", "allocated", *ended, "unwanted", "complete"]
     assert {*get_args(Outcome)} - {"done"} <= {*ended}, "nobody is left out"
     assert main(["study", "report", *common, "-o", str(tmp_path / "blind"), "--blinded"]) == 0
-    with (tmp_path / "blind" / "performance.csv").open(encoding="utf-8", newline="") as stream:
+    with (tmp_path / "blind" / "performance.csv").open(encoding="utf-8-sig", newline="") as stream:
         assert next(csv.DictReader(stream))["Partner"] == "Partner A"
     shown = (tmp_path / "open" / "report.html").read_text(encoding="utf-8")
     assert "<h1>Results: A short game with a partner</h1>" in shown
@@ -165,6 +170,7 @@ def test_blinded_reports_know_letters_only_and_others_the_agents(
     assert main(["study", "report", *common, "-o", str(german), "--language", "de"]) == 0
     assert "<h1>Ergebnisse: A short game with a partner</h1>" in (german / "report.html").read_text(encoding="utf-8")
     for table in german.glob("*.csv"):  # for programs: the same in every language
+        assert table.read_bytes().startswith(codecs.BOM_UTF8), "else Excel shows other signs for ± and ↑"
         assert table.read_bytes() == (tmp_path / "open" / table.name).read_bytes()
     assert main(["study", "report", *common, "-o", str(tmp_path / "open")]) == 2
     assert "is not overwritten" in capsys.readouterr().err

@@ -9,6 +9,7 @@ import pytest
 from movingout.server.cli import main
 from movingout.study.design.study_file import read_study
 from movingout.study.design.templates import template_names, template_text
+from tests.study.design.small_study import SMALL
 
 
 @pytest.mark.parametrize("name", template_names())
@@ -102,6 +103,20 @@ def test_check_says_which_partners_take_no_notice_of_pings_and_where_only_some_b
 def test_the_recommended_study_has_no_weakness_of_design(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = check_warnings(written("human_study", tmp_path), capsys).splitlines()
     assert [line.partition(" ")[0] for line in found] == ["protocol"]  # its number
+
+
+def test_check_says_which_answer_an_attention_item_expects(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "study.yaml"
+    choice = "{id: third, kind: choice, text: Please choose 3., options: ['1', '2', '3', '[4]'], expected: 3}"
+    file.write_text(SMALL.replace("    items:\n", f"    items:\n      - {choice}\n"), encoding="utf-8")
+    main(["study", "check", str(file)])
+    page = capsys.readouterr().out.splitlines()
+    assert [line for line in page if line.startswith("attention")] == [
+        "attention item 'third' of short expects 3, the option '[4]'",
+        "attention item 'attention' of short expects 2",
+    ]
+    main(["study", "check", str(file), "--json"])
+    assert len(json.loads(capsys.readouterr().out)["attention"]) == 2
 
 
 BROKEN = """

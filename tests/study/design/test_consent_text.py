@@ -56,6 +56,8 @@ def test_blanks_and_places_without_a_value_are_named() -> None:
         ("Raum 12 100 EUR werden bezahlt.", "the consent says 100 EUR, and `pay` has 12.5 EUR, 20 EUR"),
         ("You are paid CA$20 per hour.", "the consent says 20 CAD, and `pay` has 12.5 EUR, 20 EUR"),
         ("You are paid AUD $20 or $20 NZD.", "the consent says 20 AUD, 20 NZD, and `pay` has 12.5 EUR, 20 EUR"),
+        ("{pay.per_hour} per hour, 30 EUR at most.", "the consent says 30 EUR, and `pay` has 12.5 EUR, 20 EUR"),
+        ("{pay.per_hour} per hour, 5 EUR for travel.", "the consent says 5 EUR, and `pay` has 12.5 EUR, 20 EUR"),
         ("You are paid 12.5 EUR 20 USD.", "the consent says 20 USD, and `pay` has 12.5 EUR, 20 EUR"),
     ],
 )
@@ -69,11 +71,33 @@ def test_a_number_that_differs_from_the_file_is_named(text: str, said: str) -> N
     [
         "It takes 30 minutes, of which 5 minutes are practice; ask within 24 hours (45 CFR 46.116).",
         "You are paid 12.50 EUR per hour, at most EUR 20.",
+        "It takes {minutes} minutes, with a break of 5 minutes. {pay.per_hour} per hour, at most {pay.maximum}; "
+        "5 EUR for travel.",
+        "It takes half an hour, with a break of 5 minutes.",
+        "Es dauert eine halbe Stunde, davon 5 Minuten Pause.",
         "Es dauert {minutes} Minuten, bezahlt mit {pay.per_hour} je Stunde.",
     ],
 )
 def test_numbers_that_agree_with_the_file_are_no_contradiction(text: str) -> None:
     assert contradictions(parse_study(consent(text))) == ()
+
+
+@pytest.mark.parametrize(
+    ("minutes", "text"),
+    [
+        (60, "It takes one hour, with a break of 5 minutes."),
+        (60, "It takes 1 h, of which 5 min are practice."),
+        (75, "It takes 1 hour and 15 minutes."),
+        (90, "It takes 1.5 hours, one and a half  hours, with a break of 5 minutes."),
+        (90, "Es dauert 1,5 Stunden, mit 5 Minuten Pause."),
+        (120, "A two-hour session with a break of 5 minutes."),
+    ],
+)
+def test_the_duration_may_stand_in_hours(minutes: int, text: str) -> None:
+    study = PAID.replace("minutes: 30", f"minutes: {minutes}")
+    assert contradictions(parse_study(consent(text, study))) == ()
+    (found,) = contradictions(parse_study(consent(text, PAID.replace("minutes: 30", "minutes: 40"))))
+    assert found.endswith("and `minutes` is 40; {minutes} is always right")
 
 
 @pytest.mark.parametrize(
@@ -97,6 +121,21 @@ def test_thousands_and_dollars_are_read_as_people_write_them(pay: str, text: str
 def test_a_promise_of_pay_without_pay_is_a_contradiction() -> None:
     (found,) = contradictions(parse_study(consent("You are paid 20 USD per hour.", SMALL)))
     assert found == "the consent promises 20 USD, and the file has no `pay`"
+
+
+@pytest.mark.parametrize(
+    ("codes", "text", "warned"),
+    [
+        ("{done: C1AB2CD3}", "You can ask for deletion later, with the code you are shown at the end.", True),
+        ("{done: C1AB2CD3}", "Sie können die Löschung auch später verlangen, mit dem Code vom Ende.", True),
+        ("{done: C1AB2CD3}", "Data have a random code. Ask for deletion later with your Prolific ID.", False),
+        ("{done: C1AB2CD3}", "Was gespeichert ist, bleibt.", False),
+        ("unique", "You can ask for deletion later, with the code you are shown at the end.", False),
+    ],
+)
+def test_a_later_deletion_with_a_code_that_all_have_is_warned_of(codes: str, text: str, warned: bool) -> None:
+    found = review(parse_study(consent(text) + f"codes: {codes}\n")).warnings
+    assert any("let it ask for the ID on the platform" in one for one in found) == warned
 
 
 def test_check_fails_on_the_contradiction_and_says_both_numbers(
