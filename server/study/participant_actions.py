@@ -18,7 +18,7 @@ from movingout.study.errors import StudyError
 from movingout.study.store.database import NUL
 
 MAX_DEVICE_LENGTH = 16  # letters
-CONTROLS = ("up", "left", "down", "right", "grab")  # of the input check
+CONTROLS = ("up", "left", "down", "right", "grab", "backward")  # of the input check
 PRACTICE_OVER = Notice("practice_over", "The practice is over.")
 
 

@@ -109,7 +109,7 @@ class KeyboardParticipant:
             self.fill_in()
 
     def _input_check(self) -> None:
-        for key in ("KeyW", "KeyA", "KeyS", "KeyD", "Space"):
+        for key in ("KeyW", "KeyA", "KeyS", "KeyD", "Space", "ShiftLeft"):
             self.page.keyboard.press(key)
         expect(self.page.get_by_text(self.words["study.check.done"])).to_be_visible()
         expect(self.page.locator(".check-connection .pill")).to_contain_text("ms")

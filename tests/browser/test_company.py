@@ -165,7 +165,7 @@ def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server,
     blue.get_by_role("button", name="Pause or stop…").click()
     blue.get_by_role("button", name="Stop the game").press("Enter")
     expect(blue.get_by_role("heading", name="Stop the game for both of you?")).to_be_visible()
-    expect(blue.get_by_role("button", name="No, keep playing")).to_be_focused()
+    expect(blue.get_by_role("button", name="No, go back")).to_be_focused()
     blue.keyboard.press("Enter")
     expect(blue.get_by_role("button", name="Continue")).to_be_focused()
     blue.get_by_role("button", name="Stop the game").click()
@@ -183,7 +183,7 @@ def asked_whether_to_stop(room: dict[str, Any], open_page: OpenPage) -> Page:
     start(page)
     page.keyboard.press("Escape")
     page.get_by_role("button", name="Stop the game").press("Enter")
-    expect(page.get_by_role("button", name="No, keep playing")).to_be_focused()
+    expect(page.get_by_role("button", name="No, go back")).to_be_focused()
     return page
 
 
@@ -223,7 +223,7 @@ def test_who_has_no_pauses_left_can_still_stop(server: Server, open_page: OpenPa
     expect(red.locator("#problem")).to_contain_text("You have used up your pauses of this round.")
     red.screenshot(path=pictures / "no-pauses-left.png")
     assert red.evaluate("window.__movingout.phase") == "playing"
-    red.get_by_role("button", name="No, keep playing").click()
+    red.get_by_role("button", name="No, go back").click()
     expect(red.locator("#overlay")).to_be_hidden()
     red.get_by_role("button", name="Pause or stop…").click()
     red.get_by_role("button", name="Yes, stop").click()

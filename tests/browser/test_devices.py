@@ -294,7 +294,7 @@ def test_whoever_pauses_by_the_button_continues_with_the_key_that_is_named(
     page.keyboard.press("Escape")
     wait_for(page, "game.phase === 'paused'")
     button.click()
-    expect(page.get_by_role("button", name="No, keep playing")).to_be_focused()
+    expect(page.get_by_role("button", name="No, go back")).to_be_focused()
 
 
 def test_a_press_right_after_the_page_opened_counts(server: Server, open_page: OpenPage) -> None:

@@ -269,7 +269,7 @@ def test_play_now_starts_an_easy_map_beside_a_partner_who_helps(open_page: OpenP
     assert body["maps"] == ["DistancePriority"]
     assert body["seats"] == [{"kind": "here"}, {"kind": "partner"}]
     page.wait_for_url("**/play/*")
-    expect(page.locator("#seats")).to_contain_text("Trained partner for any map")
+    expect(page.locator("#seats")).to_contain_text("trained for any map")
 
 
 def test_whoever_comes_first_finds_an_easy_map_chosen_and_every_map_says_how_hard_it_is(open_page: OpenPage) -> None:

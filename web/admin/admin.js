@@ -31,7 +31,7 @@ import { prepareTexts } from "../text/page.js";
 const PATH = "/api/admin/state";
 const EVERY_MS = 1000;
 const COLUMNS = ["room", "phase", "seats", "map", "time", "link", "recording"];
-const CLASSES = /** @type {Record<string, string>} */ ({ room: "strong", map: "nowrap", time: "nowrap" });
+const CLASSES = /** @type {Record<string, string>} */ ({ room: "strong", time: "nowrap" });
 
 const content = byId("content", HTMLElement);
 /** @type {Map<string, Shown>} by room */

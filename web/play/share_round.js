@@ -30,10 +30,11 @@ function button(what, kind, shared, said) {
   const text = say(`play.result.${what}${canShare() ? ".send" : ""}`);
   const press = el("button", { type: "button", class: "button button-small" }, text);
   press.addEventListener("click", async () => {
-    press.disabled = true;
+    if (press.getAttribute("aria-disabled") === "true") return;
+    press.setAttribute("aria-disabled", "true"); // not `disabled`: the keyboard would lose its place
     said.textContent = say("play.result.drawing");
     said.textContent = await hand(kind, shared).catch(sayError);
-    press.disabled = false;
+    press.removeAttribute("aria-disabled");
   });
   return press;
 }

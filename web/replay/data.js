@@ -25,7 +25,7 @@ import { ANGLE_SCALE, POSES_PER_TICK, POSITION_SCALE, TICK_MS } from "../message
  * @property {boolean} [has_thoughts] whether an agent named what it weighed
  * @property {{colour: string, kind: string, name: string, device?: string}[]} seats
  * @property {number[][]} held per state, from 0 to `ticks`: item of blue and red, -1 none
- * @property {boolean[]} delivered_at_start per item, whether it lies in a goal before the first tick
+ * @property {boolean[]} [delivered_at_start] per item, whether it lies in a goal before the first tick
  * @property {boolean[][]} delivered per tick, from 1 to `ticks`
  * @property {ReplayEvent[]} events
  * @property {import("../core/metric_values.js").MetricValues} metrics
@@ -84,7 +84,8 @@ export class Replay {
 
   /** @param {number} tick @returns {boolean[]} */
   deliveredAfter(tick) {
-    return this.summary.delivered[Math.min(tick, this.ticks) - 1] ?? this.summary.delivered_at_start;
+    const atStart = this.summary.delivered_at_start ?? []; // not of servers before 2026-11-28
+    return this.summary.delivered[Math.min(tick, this.ticks) - 1] ?? atStart;
   }
 
   /** @param {number} frame @param {number} body @returns {Triple} */

@@ -272,6 +272,7 @@ class ControlPanel {
   showDone(done) {
     for (const [side, arrow] of this.arrows) arrow.toggleAttribute("data-done", done.has(side));
     this.grab.toggleAttribute("data-done", done.has("grab"));
+    this.backward.toggleAttribute("data-done", done.has("backward"));
   }
 }
 

@@ -1,12 +1,12 @@
 // @ts-check
 /*
- * The controls that one person has tried: each direction, and grab. Pure.
+ * The controls that one person has tried: each direction, grab and driving backward. Pure.
  */
 
 /** @typedef {import("../../input/seats.js").SeatReading} SeatReading */
-/** @typedef {"up" | "left" | "down" | "right" | "grab"} Control */
+/** @typedef {"up" | "left" | "down" | "right" | "grab" | "backward"} Control */
 
-export const CONTROLS = /** @type {const} */ (["up", "left", "down", "right", "grab"]);
+export const CONTROLS = /** @type {const} */ (["up", "left", "down", "right", "grab", "backward"]);
 const FAR = 0.4; // share of a stick's full deflection
 
 export class TriedControls {
@@ -29,7 +29,7 @@ export class TriedControls {
   }
 
   /** @param {SeatReading} reading @returns {boolean} whether it showed something new */
-  add({ stick, grabs, device }) {
+  add({ stick, grabs, backward, device }) {
     if (this.gamepadOnly && device !== "gamepad") return false;
     const before = this.done.size;
     if (stick.y > FAR) this.done.add("up");
@@ -37,6 +37,7 @@ export class TriedControls {
     if (stick.x < -FAR) this.done.add("left");
     if (stick.x > FAR) this.done.add("right");
     if (grabs > 0) this.done.add("grab");
+    if (backward) this.done.add("backward");
     return this.done.size > before;
   }
 }

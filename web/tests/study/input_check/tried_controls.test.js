@@ -14,13 +14,15 @@ const pressed = (reading) => ({
   ...reading,
 });
 
-test("controls are tried when each direction and grab were pressed once; a stick at rest is nothing", () => {
+test("controls are tried when each direction, grab and backward were pressed once; a stick at rest is nothing", () => {
   const tried = new TriedControls(false);
   assert.equal(tried.add(pressed({ stick: { x: 0.2, y: -0.2 } })), false);
   assert.equal(tried.add(pressed({ stick: { x: 0.7, y: 0.7 } })), true);
-  assert.deepEqual(tried.todo, ["left", "down", "grab"]);
+  assert.deepEqual(tried.todo, ["left", "down", "grab", "backward"]);
   tried.add(pressed({ stick: { x: -1, y: 0 } }));
   tried.add(pressed({ stick: { x: 0, y: -1 }, grabs: 1 }));
+  assert.deepEqual(tried.todo, ["backward"]);
+  tried.add(pressed({ backward: true }));
   assert.deepEqual(tried.todo, []);
 });
 
