@@ -104,7 +104,7 @@ def _goals_without_a_cell(spec: MapSpec) -> Iterator[MapFault]:
     blocked, least = overlapped(spec.walls), 2 * OVERLAP
     for index, goal in enumerate(spec.goals):
         if not (overlapped([goal]) & ~blocked).any():
-            message = f"is too small for distances to be measured to it; make it broader and higher than {least}, out of walls"
+            message = f"is too small for distances to it; make it broader and higher than {least}, out of walls"
             yield MapFault(f"goals[{index}]", message, "tiny_goal", {"least": least})
 
 
