@@ -3,6 +3,7 @@
 import inspect
 import math
 from collections.abc import Callable, Mapping
+from typing import get_args
 
 from movingout.agents.errors import AgentError
 
@@ -10,7 +11,11 @@ OptionValue = int | float | bool | str
 
 
 def parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
-    """Finite numbers, `true` and `false` as such, all else as text. Raises AgentError."""
+    """Finite numbers, `true` and `false` as such, all else as text. Raises AgentError.
+
+    A number is what Python would write alike: `007`, `1e3` and `1.10` may be names, and stay as they are. Where the
+    factory takes a number, `checked_options` reads them as one.
+    """
     options: dict[str, OptionValue] = {}
     for part in filter(None, text.split(",")):
         key, equals, value = part.partition("=")
@@ -20,19 +25,27 @@ def parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
     return options
 
 
-def check_options(agent_id: str, factory: Callable[..., object], options: Mapping[str, OptionValue]) -> None:
-    """Raises AgentError, with what the factory takes, for options that it does not take or that are missing."""
+def checked_options(
+    agent_id: str, factory: Callable[..., object], options: Mapping[str, OptionValue]
+) -> dict[str, OptionValue]:
+    """The same options, with numbers where the factory takes one, however they are written.
+
+    Raises AgentError, with what the factory takes, for options that it does not take or that are missing.
+    """
     if "self" in options:  # which would meet the object itself
         raise AgentError(f"agent {agent_id!r}: got an unexpected keyword argument 'self'")
     try:
         signature = inspect.signature(factory)
     except (TypeError, ValueError):
-        return  # written in C: it checks its own arguments
+        return dict(options)  # written in C: it checks its own arguments
     try:
         signature.bind(**options)
     except TypeError as error:
         known = ", ".join(signature.parameters) or "none"
         raise AgentError(f"agent {agent_id!r}: {error}; options: {known}") from error
+    others = [one for one in signature.parameters.values() if one.kind is inspect.Parameter.VAR_KEYWORD]
+    taking = {name: signature.parameters.get(name) or others[0] for name in options}
+    return {name: _number(value) if _takes_number(taking[name]) else value for name, value in options.items()}
 
 
 def yes_or_no(name: str, value: object) -> bool:
@@ -68,10 +81,24 @@ def noise_factor(noise: object) -> float:
 def _value(text: str) -> OptionValue:
     if text.lower() in ("true", "false"):
         return text.lower() == "true"
+    number = _number(text)
+    return number if str(number) == text else text
+
+
+def _takes_number(parameter: inspect.Parameter) -> bool:
+    """By its annotation, or by its default."""
+    kinds = get_args(parameter.annotation) or (parameter.annotation,)
+    return type(parameter.default) in (int, float) or any(kind in (int, float, "int", "float") for kind in kinds)
+
+
+def _number(value: OptionValue) -> OptionValue:
+    """A text that is a finite number as that number; anything else as it is."""
+    if not isinstance(value, str):
+        return value
     for kind in (int, float):
         try:
-            number = kind(text)
+            number = kind(value)
         except ValueError:
             continue
-        return text if isinstance(number, float) and not math.isfinite(number) else number
-    return text
+        return value if isinstance(number, float) and not math.isfinite(number) else number
+    return value

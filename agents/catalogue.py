@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import cast
 
 from movingout.agents.adapters.policy_file import POLICY_FILES, existing, id_of_file, policy_file
-from movingout.agents.agent_options import OptionValue, check_options, parse_options
+from movingout.agents.agent_options import OptionValue, checked_options, parse_options
 from movingout.agents.base import Agent
 from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN, AgentCard
 from movingout.agents.checkpoint.card import OTHER_MAPS, Card
@@ -181,7 +181,7 @@ def load_agent(agent_id: str) -> Agent:
     reference, options = id_parts(agent_id)
     lag = options.pop(LAG, 0)
     factory = _factory(reference)
-    check_options(agent_id, factory, options)
+    options = checked_options(agent_id, factory, options)
     try:
         with redirect_stdout(sys.stderr):  # what it prints is no part of a command's answer
             agent = factory(**options)

@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import zip_longest
 
 import numpy as np
 
@@ -35,6 +36,10 @@ MAPS = ("HandOff", "FourCorners", "SingleRotation")
 TICKS = 30  # of a short episode
 WHOLE_S = 30.0  # of an agent's thinking: the whole episode ends here, so that slow agents are checked, too
 SEED = 7
+_APART = (
+    "share nothing that changes with others: draw from a generator of your own, np.random.default_rng(episode.seed), "
+    "and keep memory on self, not on the class or the module"
+)
 
 
 class ConformanceError(AgentError, AssertionError):
@@ -91,6 +96,8 @@ def check_agent(factory: Callable[[], Agent], maps: Sequence[str] = MAPS, ticks:
                 _compare(first, again, episode, "after another reset", "forget the last episode")
                 _compare(first, new, episode, "in a new agent", "draw from its seed alone")
             found.episodes += 3
+    if found.deterministic:
+        _check_side_by_side(factory, maps, ticks, found)
     if isinstance(agent, BatchAgent):
         _check_batch(factory, maps, ticks)
     if whole:  # what happens late: an item delivered, a memory that is full
@@ -110,13 +117,19 @@ def _made(factory: Callable[[], Agent]) -> Agent:
 
 
 def _play(agent: Agent, episode: EpisodeInfo, found: Conformance, longest_s: float = math.inf) -> list[ActionChunk]:
-    """The checked answers to all questions of an episode, beside a partner who drives about."""
+    """The checked answers to all questions of an episode."""
     _reset_twice(agent, episode)
+    return list(_answers(agent, episode, found, longest_s))
+
+
+def _answers(
+    agent: Agent, episode: EpisodeInfo, found: Conformance, longest_s: float = math.inf
+) -> Iterator[ActionChunk]:
+    """The same of an agent that has been reset, beside a partner who drives about: as they are given."""
     world = World(episode.map, record_sub_poses=False)
     if isinstance(agent, Watcher):
         agent.watch(world)
     random = np.random.default_rng(SEED)
-    answers: list[ActionChunk] = []
     waiting: list[Floats] = []
     began = len(found.decisions_ms)
     while world.tick < episode.ticks and not world.delivered().all():
@@ -124,14 +137,14 @@ def _play(agent: Agent, episode: EpisodeInfo, found: Conformance, longest_s: flo
         if not waiting:
             if sum(found.decisions_ms[began:]) > longest_s * 1e3:
                 break
-            answers.append(_decided(agent, state, episode, found))
-            waiting = list(answers[-1][: _rows(agent, answers[-1], episode)])
+            answer = _decided(agent, state, episode, found)
+            yield answer
+            waiting = list(answer[: _rows(agent, answer, episode)])
         both = np.zeros((2, 3))
         both[episode.seat] = world_action(waiting.pop(0))
         both[1 - episode.seat] = random.uniform(0.0, 1.0), random.uniform(-np.pi, np.pi), random.random() < 0.1
         world.step(both)
     found.ticks = max(found.ticks, world.tick)
-    return answers
 
 
 def _reset_twice(agent: Agent, episode: EpisodeInfo) -> None:
@@ -193,6 +206,24 @@ def _compare(
             f"{_place(episode)}: decision {number + 1} is another {when}, for the same map, seat and seed; "
             f"an agent should {advice}"
         )
+
+
+def _check_side_by_side(factory: Callable[[], Agent], maps: Sequence[str], ticks: int, found: Conformance) -> None:
+    """Matches of one process advance together, tick by tick: an agent answers beside its like as it does alone."""
+    episodes = [
+        EpisodeInfo(load_map(maps[0]), 0, SEED, ticks),
+        EpisodeInfo(load_map(maps[-1]), 1, SEED + 1, ticks),
+    ]
+    alone = [_play(_made(factory), episode, found) for episode in episodes]
+    agents = [_made(factory) for _ in episodes]
+    for agent, episode in zip(agents, episodes, strict=True):
+        _reset_twice(agent, episode)
+    both = [_answers(agent, episode, found) for agent, episode in zip(agents, episodes, strict=True)]
+    turns = list(zip_longest(*both))
+    for episode, expected, answers in zip(episodes, alone, zip(*turns, strict=True), strict=True):
+        given = [answer for answer in answers if answer is not None]
+        _compare(expected, given, episode, "while another one plays", _APART)
+    found.episodes += 4
 
 
 def _check_batch(factory: Callable[[], Agent], maps: Sequence[str], ticks: int) -> None:

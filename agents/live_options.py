@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from movingout.agents.agent_options import OptionValue, check_options
+from movingout.agents.agent_options import OptionValue, checked_options
 from movingout.agents.baseline.delayed_agent import DelayedAgent
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN
@@ -25,7 +25,7 @@ def check_live_agent(agent_id: str) -> None:
     if "@" in reference:
         _check_trained(agent_id, reference, options)
     elif reference in AROUND_OTHERS:
-        check_options(agent_id, factory_of(agent_id), options)
+        options = checked_options(agent_id, factory_of(agent_id), options)
         if inner := checked_inner(reference, options):
             check_live_agent(inner)
     elif reference in BUILT_IN:
@@ -43,8 +43,7 @@ def _check_trained(agent_id: str, reference: str, options: dict[str, OptionValue
     checkpoint = find_checkpoint(reference, *model_roots())
     kind = kind_of(checkpoint.card)
     if kind.check is None:
-        check_options(agent_id, partial(kind.load, checkpoint), options)
+        checked_options(agent_id, partial(kind.load, checkpoint), options)
         return
     checked = partial(kind.check, checkpoint.card)
-    check_options(agent_id, checked, options)
-    checked(**options)
+    checked(**checked_options(agent_id, checked, options))

@@ -9,6 +9,7 @@ from itertools import combinations
 from typing import Any, Literal, NamedTuple
 
 from movingout.maps.errors import DocumentFault
+from movingout.maps.flood_fill import OVERLAP, overlapped
 from movingout.maps.packing import fits_alone, narrowest, unplaced_items
 from movingout.maps.passage import GRID, areas_near, best_near, robot_areas, way_to_goal, window
 from movingout.maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
@@ -20,9 +21,9 @@ _STANDS = (0.1, 0.16)  # a robot grabs with its centre 0.12 to 0.135 from the su
 
 FaultCode = Literal[
     "unreadable", "outside", "in_wall", "overlap", "large_unreachable", "unreachable", "no_way", "too_big",
-    "goals_full",
+    "goals_full", "tiny_goal",
 ]  # fmt: skip
-HintCode = Literal["name_taken", "name_understood", "paper_number", "degrees", "delivered"]
+HintCode = Literal["name_taken", "name_understood", "paper_number", "degrees", "delivered", "sticks_out", "thin_wall"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +57,7 @@ def check_map(spec: MapSpec) -> tuple[MapFault, ...]:
     faults = [*_misplaced([*robots, *items], walls)]
     if not faults:  # where nothing stands freely, ways and reach mean nothing
         faults += _unreachable(spec)
-    return (*faults, *_too_small_goals(spec))
+    return (*faults, *_goals_without_a_cell(spec), *_too_small_goals(spec))
 
 
 def _grazing(item: ItemSpec) -> ItemSpec:
@@ -96,6 +97,15 @@ def _unreachable(spec: MapSpec) -> Iterator[MapFault]:
             message = f"does not fit on any way to a goal: {breadth:.2f} broad, the way {max(widest_way, 0):.2f}"
             values = {"breadth": round(breadth, 2), "way": round(max(widest_way, 0), 2)}
             yield MapFault(path, message, "no_way", values)
+
+
+def _goals_without_a_cell(spec: MapSpec) -> Iterator[MapFault]:
+    """Goals to which no way leads on the grid that distances are measured on."""
+    blocked, least = overlapped(spec.walls), 2 * OVERLAP
+    for index, goal in enumerate(spec.goals):
+        if not (overlapped([goal]) & ~blocked).any():
+            message = f"is too small for distances to it; make it broader and higher than {least}, out of walls"
+            yield MapFault(f"goals[{index}]", message, "tiny_goal", {"least": least})
 
 
 def _too_small_goals(spec: MapSpec) -> Iterator[MapFault]:

@@ -1,6 +1,8 @@
 """Errors of recordings; each message says what would help."""
 
 import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from movingout.maps.errors import MovingOutError
@@ -16,6 +18,17 @@ class BusyError(RecordingError):
 
 class UnreadableError(RecordingError):
     """The bytes are not a complete recording of this project."""
+
+
+@contextmanager
+def with_folder(path: Path) -> Iterator[None]:
+    """Errors that name a file alone say where it lies, too: for files from several folders."""
+    try:
+        yield
+    except RecordingError as error:
+        if path.parent == Path() or str(path) in str(error):
+            raise
+        raise type(error)(f"{path}: {error}") from error
 
 
 def cannot(doing: str, path: Path, error: OSError) -> RecordingError:

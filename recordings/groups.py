@@ -17,7 +17,7 @@ from typing import NamedTuple
 from movingout.maps.files.output_file import draft_of
 from movingout.maps.suggestion import counted
 from movingout.recordings.episode import is_simulated
-from movingout.recordings.errors import RecordingError, cannot
+from movingout.recordings.errors import RecordingError, cannot, with_folder
 from movingout.recordings.exports.split import divided, has_people, participants, unmasked
 from movingout.recordings.report.facts import FINISHED
 from movingout.recordings.spreadsheet import check_name, read_rows
@@ -42,9 +42,15 @@ class GroupedRecording(NamedTuple):
     simulated: bool = False
 
 
+def is_varied(path: Path) -> bool:
+    """Whether an episode is on a varied map (Challenge 2). Raises RecordingError, naming folder and file."""
+    with with_folder(path):
+        return bool(read_summary(path).variant)
+
+
 def of_challenge(paths: Sequence[Path], challenge: int) -> list[Path]:
     """Those on maps as designed (1) or on varied ones (2). Raises RecordingError where there is none."""
-    found = [path for path in paths if bool(read_summary(path).variant) == (challenge == 2)]
+    found = [path for path in paths if is_varied(path) == (challenge == 2)]
     if paths and not found:
         where = "a varied map (Challenge 2)" if challenge == 2 else "a map as designed (Challenge 1)"
         raise RecordingError(f"none of {counted(len(paths), 'recording')} is on {where}")
@@ -98,10 +104,15 @@ def grouped_by_style(
 _Read = tuple[Path, Summary, Players]
 
 
+def _read(path: Path) -> _Read:
+    with with_folder(path):
+        return path, read_summary(path), read_players(path)
+
+
 def _kept(paths: Sequence[Path], min_tcr: float) -> list[_Read]:
     """Those that count and are good enough. Raises RecordingError where none is."""
     uncounted = uncounted_episodes(paths)  # of all: a copy elsewhere has no study beside it
-    found = [(path, read_summary(path), read_players(path)) for path in without_copies(paths)]
+    found = [_read(path) for path in without_copies(paths)]
     valid = _valid(found, uncounted)
     kept = [entry for entry in valid if _tcr(entry[1]) >= min_tcr]
     if not kept:

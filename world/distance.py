@@ -24,15 +24,12 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.maps import MapSpec, Rect
-from movingout.maps.flood_fill import UNREACHED, BitGrid, Mask
+from movingout.maps.flood_fill import CELL, PAPER_CELLS, UNREACHED, BitGrid, Mask, overlapped
 from movingout.maps.spec import ARENA_HALF
 from movingout.world.state import Floats
 
-CELL = 0.05
-PAPER_CELLS = 48
 OFFICIAL_CELLS = 49  # the last row and column stick out of the arena and are blocked
 OFFICIAL_NO_WAY = 1.44  # the official code's distance of an item that cannot reach a goal
-OVERLAP = 0.01  # a wall or goal counts for a cell when it overlaps by more than this
 
 Cell = tuple[int, int]
 Place = Cell | tuple[float, float]
@@ -51,9 +48,9 @@ class Distances:
         self.cells = cells
         self._rounding = rounding
         self._scalar_rounding = scalar_rounding  # the same for one number, without numpy's overhead
-        self._blocked = _overlapped(map_spec.walls, cells)
+        self._blocked = overlapped(map_spec.walls, cells)
         self._blocked[PAPER_CELLS:, :] = self._blocked[:, PAPER_CELLS:] = True
-        goal = _overlapped(map_spec.goals, cells) & ~self._blocked
+        goal = overlapped(map_spec.goals, cells) & ~self._blocked
         self._to_goal = moves_to(goal, self._blocked) * CELL
         self._to_goal.setflags(write=False)
         self._to_cell: dict[Cell, Floats] = {}
@@ -166,21 +163,6 @@ def moves_to(sources: Mask, blocked: Mask) -> Floats:
     starts = grid.to_bits(sources)
     moves = grid.path_lengths(starts, grid.every_point, dead_ends=grid.to_bits(blocked) & ~starts)
     return np.where(moves == UNREACHED, np.inf, moves)
-
-
-def _overlapped(rects: tuple[Rect, ...], cells: int) -> Mask:
-    """(cells, cells) [column, row]: whether any of the rectangles overlaps a cell by more than `OVERLAP`.
-
-    The comparisons are those of the official code, because edges fall exactly on the tolerance.
-    """
-    lower = -ARENA_HALF + np.arange(cells) * CELL
-    upper = lower + CELL
-    mask = np.zeros((cells, cells), dtype=np.bool_)
-    for rect in rects:
-        columns = ~((upper - rect.left <= OVERLAP) | (lower - rect.right >= -OVERLAP))
-        rows = ~((upper - rect.bottom <= OVERLAP) | (lower - rect.top >= -OVERLAP))
-        mask |= columns[:, None] & rows[None, :]
-    return mask
 
 
 def _to_rect(x: float, y: float, rect: Rect) -> float:

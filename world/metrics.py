@@ -23,7 +23,7 @@ from movingout.maps.spec import Size
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.distance import Distances, official_distances, paper_distances
 from movingout.world.interdependence import Interdependence
-from movingout.world.scoring import delivered_items, goal_boxes, is_delivered
+from movingout.world.scoring import delivered_items, delivered_many, goal_boxes, is_delivered
 from movingout.world.state import Floats, WorldState
 
 WEIGHTS: dict[Size, float] = {"small": 1.0, "middle": 2.0, "large": 2.0}
@@ -302,12 +302,14 @@ def normalized_final_distance(map_spec: MapSpec, item_poses: Floats) -> Floats:
     """NFD = 1 - sum(d_i final) / sum(d_i initial), for final poses (..., N, 3) and the map's own initial ones: (...).
 
     d is the breadth-first distance from the item's centre to the nearest goal on the 48 x 48 grid. An item
-    that cannot reach a goal counts as the farthest place that can. 1 when everything is delivered from the start.
+    that cannot reach a goal counts as the farthest place that can. Where all lie in goal cells from the start, it is 1
+    while all are delivered, and 0 otherwise.
     """
     distances, farthest, before = _to_be_carried(map_spec)
     after = np.minimum(distances.to_goal(item_poses[..., :2]), farthest).sum(axis=-1)
     if before == 0.0:
-        return np.where(after == 0.0, 1.0, 0.0)
+        poses = item_poses.reshape(-1, *item_poses.shape[-2:])
+        return delivered_many(map_spec, poses).all(axis=-1).reshape(after.shape).astype(np.float64)
     nfd: Floats = 1.0 - after / before
     return nfd
 

@@ -41,8 +41,8 @@ def _named_paths(agent_id: str) -> Iterator[Path]:
     except AgentError:  # it is refused when it is loaded; a recorded seat has no options
         return
     for value in options.values():
-        path = os.path.expanduser(str(value))
-        if isinstance(value, str) and (os.path.isfile(path) or (os.path.isdir(path) and not _grows(path))):
+        path = os.path.expanduser(str(value))  # of a number, too: a number is written as it was
+        if not isinstance(value, bool) and (os.path.isfile(path) or (os.path.isdir(path) and not _grows(path))):
             yield Path(path)
 
 

@@ -17,9 +17,9 @@ from movingout.agents.bass.restored_world import restage
 from movingout.agents.data.dataset import Indices, Singles, Trajectory
 from movingout.agents.grasp_encoding import toggles
 from movingout.maps import MapSpec
+from movingout.maps.flood_fill import CELL, PAPER_CELLS
 from movingout.maps.spec import ARENA_HALF
 from movingout.recordings.progress import with_progress
-from movingout.world.distance import CELL, PAPER_CELLS
 from movingout.world.errors import WorldError
 from movingout.world.state import Floats, WorldState
 

@@ -21,6 +21,7 @@ from movingout.maps import MapSpec
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import Episode, EpisodeHeader, read_episode
 from movingout.recordings.episode import SeatKind
+from movingout.recordings.errors import with_folder
 from movingout.world.state import Floats, Ints
 
 Singles = npt.NDArray[np.float32]
@@ -278,8 +279,13 @@ def read_trajectories(files: Sequence[Path]) -> list[Trajectory]:
 
     Raises RecordingError or DataError, naming the file, for one that cannot be used.
     """
-    episodes = map(read_episode, files)
+    episodes = map(_read, files)
     return [trajectory_of(episode) for episode in episodes if episode.header.source != "tutorial"]
+
+
+def _read(file: Path) -> Episode:
+    with with_folder(file):
+        return read_episode(file)
 
 
 def data_hash(files: Sequence[Path]) -> str:

@@ -245,7 +245,7 @@ def _answered(job: EpisodeJob | LabellingJob, call: Callable[[], WrittenEpisode]
         return call()
     except MovingOutError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         agents = job.agent_ids
         sentence = f"{agents[0]} with {agents[1]} on {job.map.name}, seed {job.seed}: {type(error).__name__}: {error}"
         raise AgentError(located(f"{sentence}; finished episodes are kept", error)) from error

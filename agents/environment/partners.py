@@ -71,5 +71,5 @@ class PartnerSeat:
             yield
         except AgentError as error:
             raise AgentError(f"{who}: {error}") from error
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise AgentError(located(f"{who} raised {type(error).__name__} in {call}: {error}", error)) from error

@@ -58,7 +58,7 @@ def completion(trial: Trial) -> float:
             last = step.after
     except MovingOutError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         sentence = f"{trial.agent} with {trial.partner} on {trial.map}: {type(error).__name__}: {error}"
         raise AgentError(located(sentence, error)) from error
     assert last is not None, "an episode has at least one tick"

@@ -11,10 +11,17 @@ from movingout.agents.errors import DataError
 from movingout.agents.kinds.bass_on_pictures import train_on_pictures
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.training.run import Begun, TrainingRun
+from movingout.agents.training.run_folder import begun
 from movingout.agents.training.training_data import TrainingData
 
 if TYPE_CHECKING:
     from movingout.agents.bass.checkpoint_parts import TrainedProgress, TrainedSimulator, TrainedValue
+
+_OF_SCORE = {
+    "value": ("value_width", "value_members", "value_updates", "value_layout", "discount"),
+    "tcl": ("progress_width", "progress_latent", "progress_updates"),
+}
+_OF_SIMULATOR = "width", "latent", "residual", "rigid", "grasping"
 
 
 def load_bass(
@@ -53,6 +60,7 @@ def _train(run: TrainingRun[BassConfig]) -> Trained:
     config, options = run.config, run.options
     base = run.find(options.base)
     _check(config, base, options)
+    check_used(config, options, begun(run.folder))
     if base.card.network.picture:
         return train_on_pictures(run, base, _description(base, config))
     grasp = base.card.network.grasp
@@ -110,6 +118,17 @@ def _check(config: BassConfig, base: Checkpoint, options: argparse.Namespace) ->
         )
     if options.value and config.score != "value":
         raise DataError(f"--value {options.value} is for --score value, not for --score {config.score}")
+
+
+def check_used(config: BassConfig, options: argparse.Namespace, before: Begun) -> None:
+    """Raises DataError for options that were given and would do nothing; a run that began with them goes on."""
+    idle = [(name, f"for --score {score}, not for --score {config.score}")
+            for score, names in _OF_SCORE.items() if score != config.score for name in names]  # fmt: skip
+    if config.dynamics == "engine":
+        idle += [(name, "for a learned simulator, not for --dynamics engine") for name in _OF_SIMULATOR]
+    for name, why in idle:
+        if name in options and before.get(name) != getattr(config, name):
+            raise DataError(f"--{name.replace('_', '-')} is {why}; leave it out")
 
 
 def _description(base: Checkpoint, config: BassConfig) -> str:

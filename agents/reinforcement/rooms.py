@@ -139,7 +139,7 @@ def _in_a_sentence(where: str) -> Iterator[None]:
         yield
     except MovingOutError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise AgentError(located(f"{where}: {type(error).__name__}: {error}", error)) from error
 
 

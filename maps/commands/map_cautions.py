@@ -5,11 +5,12 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from movingout.maps.check import MapFault, check_map
 from movingout.maps.errors import MapError
+from movingout.maps.flood_fill import CELL, OVERLAP, PAPER_CELLS, overlapped
 from movingout.maps.generated.names import PREFIX
 from movingout.maps.library import is_generated_or_shipped, is_reserved, load_map
 from movingout.maps.packing import is_home
 from movingout.maps.solid import item_solid
-from movingout.maps.spec import SEAT_COLOURS, MapSpec, Pose
+from movingout.maps.spec import ARENA_HALF, SEAT_COLOURS, MapSpec, Pose
 from movingout.maps.symmetry import SEPARATOR, split_name
 
 _MOST = 3  # faults or hints in a sentence
@@ -37,13 +38,14 @@ def hints_on(spec: MapSpec) -> tuple[MapFault, ...]:
     """The same of a map that has been read.
 
     That is a name that commands understand otherwise, a number of the paper's maps, angles [rad] of more than a turn,
-    and items that are delivered before anybody moves.
+    items that are delivered before anybody moves or lie half in a goal, and walls that distances lead through.
     """
     return (
         *_misunderstood_name(spec),
         *_misunderstood_number(spec),
         *_angles_in_degrees(spec),
-        *_delivered_from_the_start(spec),
+        *_in_a_goal_from_the_start(spec),
+        *_walls_without_a_cell(spec),
     )
 
 
@@ -64,8 +66,9 @@ def _misunderstood_name(spec: MapSpec) -> Iterator[MapFault]:
         yield MapFault("name", message, "name_understood", {"name": spec.name})
     elif is_reserved(spec.name):
         if not _is_shipped_as(spec):
+            whose = "is the name of a generated map" if base.startswith(f"{PREFIX}:") else "is a shipped map"
             message = (
-                f"{spec.name} is a shipped map, and this is another one, which recordings, reports and training would "
+                f"{spec.name} {whose}, and this is another one, which recordings, reports and training would "
                 "take for that; choose another name"
             )
             yield MapFault("name", message, "name_taken", {"name": spec.name})
@@ -101,11 +104,28 @@ def _angles_in_degrees(spec: MapSpec) -> Iterator[MapFault]:
             yield MapFault(f"{path}.angle", message, "degrees", {"angle": pose.angle})
 
 
-def _delivered_from_the_start(spec: MapSpec) -> Iterator[MapFault]:
+def _in_a_goal_from_the_start(spec: MapSpec) -> Iterator[MapFault]:
+    goal = overlapped(spec.goals) & ~overlapped(spec.walls)
     for index, item in enumerate(spec.items):
         if is_home(item_solid(item).box, spec.goals):
             message = "lies in a goal from the start and counts as delivered; move it out"
             yield MapFault(f"items[{index}]", message, "delivered")
+        elif goal[_cell(item.pose.x), _cell(item.pose.y)]:
+            message = "sticks out of a goal with its centre in it: not delivered, and no way to go in NFD; move it"
+            yield MapFault(f"items[{index}]", message, "sticks_out")
+
+
+def _walls_without_a_cell(spec: MapSpec) -> Iterator[MapFault]:
+    least = 2 * OVERLAP
+    for index, wall in enumerate(spec.walls):
+        if not overlapped([wall]).any():
+            message = f"is too thin for NFD, whose ways lead through it; make it thicker than {least}"
+            yield MapFault(f"walls[{index}]", message, "thin_wall", {"least": least})
+
+
+def _cell(along: float) -> int:
+    """Column or row of a coordinate."""
+    return min(max(math.floor((along + ARENA_HALF) / CELL), 0), PAPER_CELLS - 1)
 
 
 def _poses(spec: MapSpec) -> Iterator[tuple[str, Pose]]:

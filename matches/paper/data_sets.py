@@ -10,7 +10,7 @@ from movingout.matches.paper.given_choice import on_paper_maps, with_people
 from movingout.matches.paper.given_variants import fair_variants
 from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
 from movingout.matches.run import OnProgress
-from movingout.recordings.groups import GroupedRecording, grouped, grouped_by_style, write_groups
+from movingout.recordings.groups import GroupedRecording, grouped, grouped_by_style, is_varied, write_groups
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_summary
 
@@ -39,7 +39,7 @@ def list_episodes(challenge: int, space: Workspace) -> None:
 def listed_episodes(challenge: int, space: Workspace) -> list[GroupedRecording]:
     """The lines of that list. Raises as `list_episodes`."""
     found = space.given_files() if space.given else sorted(_recorded(challenge).glob(f"*{SUFFIX}"))
-    paths = [path for path in found if bool(read_summary(path).variant) == (challenge == 2)]
+    paths = [path for path in found if is_varied(path) == (challenge == 2)]
     if not paths:
         raise MatchError(_nothing(challenge, len(found)))
     if space.given:

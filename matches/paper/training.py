@@ -101,6 +101,9 @@ def _seed(agent: TrainedId, space: Workspace) -> int:
 def _sizes(method: Method, budget: Budget) -> list[Any]:
     """The options of the budget: a quarter of the updates on single maps, a quarter of the batch with pictures."""
     words = list(budget.options.get(method.kind, ()))
+    if "--progress-updates" in words and "tcl" not in method.options:  # only that score learns so
+        there = words.index("--progress-updates")
+        del words[there : there + 2]
     if method.pictures and "--batch" not in words:
         words += ["--batch", KINDS[method.kind].presets[budget.preset].batch]
     fewer = ["--updates", "--progress-updates"] if method.maps else []

@@ -2,16 +2,41 @@
 
 import pytest
 
-from movingout.agents.agent_options import OptionValue, parse_options
+from movingout.agents.agent_options import OptionValue, checked_options, parse_options
+from movingout.agents.catalogue import load_agent
+from movingout.agents.live_options import check_live_agent
 
 
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("3", 3), ("-0.5", -0.5), ("1e3", 1000.0), ("True", True), ("false", False), ("yes", "yes"),
+        ("3", 3), ("-0.5", -0.5), ("1e3", "1e3"), ("1.10", "1.10"), ("007", "007"), ("2026_11", "2026_11"),
+        ("True", True), ("false", False), ("yes", "yes"),
         ("nan", "nan"), ("inf", "inf"), ("-Infinity", "-Infinity"), ("1e999", "1e999"), ("9" * 400, int("9" * 400)),
     ],
 )  # fmt: skip
 def test_finite_numbers_are_numbers_and_all_else_is_text(text: str, value: OptionValue) -> None:
     found = parse_options("mine:Agent", f"how={text}")["how"]
     assert (found, type(found)) == (value, type(value))
+
+
+def _takes(path: str, noise: float = 1.0, seed=0, tag=None) -> None:  # type: ignore[no-untyped-def]
+    """A factory whose parameters are declared, have a default, or neither."""
+
+
+def test_where_the_factory_takes_a_number_it_gets_one_however_it_is_written() -> None:
+    options = parse_options("mine:Agent", "path=007,noise=1e-1,seed=03,tag=1.10")
+    assert checked_options("mine:Agent", _takes, options) == {"path": "007", "noise": 0.1, "seed": 3, "tag": "1.10"}
+    wrong = parse_options("mine:Agent", "path=p,noise=1e999")
+    assert checked_options("mine:Agent", _takes, wrong)["noise"] == "1e999"
+
+
+def test_shipped_agents_take_numbers_as_ids_of_before_wrote_them() -> None:
+    for agent_id in (
+        "self-play-0@families:temperature=0.50",
+        "late:agent=greedy,jitter=1e-1,delay=02",
+        "novice:seed=07",
+        "person:speed=0.80",
+    ):
+        check_live_agent(agent_id)
+        load_agent(agent_id)

@@ -1,8 +1,10 @@
 """`check_agent` accepts every agent that comes with the project, and says of a broken one what is wrong."""
 
 import json
+import random
 from collections.abc import Callable, Hashable, Sequence
 from itertools import count
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ FEW_TICKS = 8
 @pytest.mark.parametrize("agent_id", [*(card.id for card in agent_cards()), "dp@all:lag=2"])
 def test_the_agents_of_the_project_keep_the_contract(agent_id: str) -> None:
     found = check_agent(lambda: load_agent(agent_id), ticks=FEW_TICKS)
-    assert found.episodes == 18 and 0.0 <= found.p50_ms <= found.p99_ms
+    assert found.episodes == 22 and 0.0 <= found.p50_ms <= found.p99_ms
 
 
 def test_what_was_seen_is_one_line_at_the_end_of_a_cell() -> None:
@@ -63,6 +65,29 @@ class Forgetful(Forward):
     def act(self, observation: Observation) -> ActionChunk:
         assert self.random is not None
         return np.array([[self.random.random(), 1.0, 0.0, 0.0]])
+
+
+class Seeding(Forward):
+    """Seeds the random numbers of the whole process."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        random.seed(episode.seed)
+
+    def act(self, observation: Observation) -> ActionChunk:
+        return np.array([[random.random(), 1.0, 0.0, 0.0]])
+
+
+class Remembering(Forward):
+    """Keeps what it has seen on its class."""
+
+    seen: ClassVar[list[int]] = []
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        self.seen.clear()
+
+    def act(self, observation: Observation) -> ActionChunk:
+        self.seen.append(observation.tick)
+        return np.array([[1.0 / len(self.seen), 1.0, 0.0, 0.0]])
 
 
 class Numbered(Forward):
@@ -124,6 +149,8 @@ ONE = Forward()
         (Writing, "act changed the observation's arrays; copy them before you write"),
         (Forgetful, "decision 1 is another after another reset, .* should forget the last episode"),
         (Numbered, "decision 1 is another in a new agent, .* should draw from its seed alone"),
+        (Seeding, "HandOff, blue: decision 1 is another while another one plays, .* should share nothing that changes"),
+        (Remembering, "HandOff, blue: decision 2 is another while another one plays, .* keep memory on self, not on"),
         (Closed, "`detail` cannot be written as JSON .*bytes.*; use plain values"),
         (Leaving, "HandOff, blue, tick 0: act raised SystemExit: 3"),
         (Stuck, "execute_rows is 0; it is a whole number of rows from 1"),
@@ -153,13 +180,13 @@ def test_at_the_end_a_whole_episode_is_played() -> None:
         check_agent(Late, ["HandOff"])
     assert check_agent(Late, ["HandOff"], 30).ticks == 30
     found = check_agent(Forward, ["HandOff"])
-    assert (found.episodes, found.ticks) == (7, 500)
+    assert (found.episodes, found.ticks) == (11, 500)
 
 
 def test_an_agent_that_thinks_for_long_is_not_asked_to_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("movingout.agents.conformance.WHOLE_S", 0.0)
     found = check_agent(Forward, ["HandOff"])
-    assert (found.episodes, found.ticks) == (7, 30)
+    assert (found.episodes, found.ticks) == (11, 30)
 
 
 def test_the_command_says_yes_or_no(capsys: pytest.CaptureFixture[str]) -> None:

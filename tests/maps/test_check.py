@@ -99,6 +99,21 @@ def test_a_goal_too_small_for_one_item_or_for_all_together_is_named() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("goal", "walls"),
+    [
+        (Rect(0.3, 0.5, 0.301, 0.501), ()),
+        (Rect(0.041, 0.541, 0.059, 0.559), ()),
+        (Rect(0.3, 0.5, 0.4, 0.6), (Rect(0.3, 0.5, 0.4, 0.6),)),
+    ],
+)
+def test_a_goal_that_no_distance_is_measured_to_is_a_fault(goal: Rect, walls: tuple[Rect, ...]) -> None:
+    large = Rect(-0.5, 0.9, 0.5, 1.2)
+    message = "goals[1]: is too small for distances to it; make it broader and higher than 0.02, out of walls"
+    assert faults_of(room(item(0, -0.3), walls=walls, goals=(large, goal))) == [message]
+    assert faults_of(room(item(0, -0.3), goals=(large, Rect(0.04, 0.54, 0.063, 0.563)))) == []
+
+
 def broken(*changes: tuple[str, object]) -> dict[str, Any]:
     """The CornerDecision document with values replaced, or removed when the value is Ellipsis."""
     document: dict[str, Any] = json.loads(json.dumps(map_to_json(load_map("CornerDecision"))))

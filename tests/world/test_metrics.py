@@ -69,6 +69,14 @@ def test_everything_at_home_from_the_start_is_one(room: MapSpec) -> None:
     assert normalized_final_distance(home, start_of(room).item_poses) == 0.0
 
 
+def test_items_that_stick_out_of_their_goal_from_the_start_have_covered_nothing(room: MapSpec) -> None:
+    halfway = replace(room, items=tuple(replace(item, pose=Pose(0.0, 1.02, 0.0)) for item in room.items))
+    first = start_of(halfway).item_poses
+    one_home = first + np.array([[0.0, 0.08, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    poses = np.stack([first, one_home, first + np.array([0.0, 0.08, 0.0]), start_of(room).item_poses])
+    assert normalized_final_distance(halfway, poses).tolist() == [0.0, 0.0, 1.0, 0.0]
+
+
 def test_an_item_without_a_way_counts_as_the_farthest_place_that_has_one(room: MapSpec) -> None:
     closed = replace(room, walls=(Rect(-1.2, -0.3, 1.2, -0.2),))
     poses = start_of(closed).item_poses

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.reinforcement.mappo_config import ADAM_EPSILON, CRITIC_LOSS, ON_COORDINATION, PAPER
 from movingout.maps import map_names
+from movingout.maps.flood_fill import PAPER_CELLS
 from movingout.maps.spec import ARENA_HALF
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import DefinedCell
@@ -13,7 +14,6 @@ from movingout.matches.paper.entry import RowCells
 from movingout.matches.paper.methods import POSE_NOISE
 from movingout.matches.paper.published import published_tables
 from movingout.world import reward
-from movingout.world.distance import PAPER_CELLS
 
 WITHIN_99 = 2.576  # standard deviations to both sides, between which 99 % of a normal distribution lie
 

@@ -12,7 +12,7 @@ from movingout.agents.adapters.option_files import file_fingerprint
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "weights").mkdir()
-    for name in ("p.zip", "stats.pkl", "weights/a", "greedy"):
+    for name in ("p.zip", "stats.pkl", "weights/a", "greedy", "007", "2026"):
         (tmp_path / name).write_bytes(name.encode())
     return tmp_path
 
@@ -26,6 +26,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("mine:Agent:path=weights", "weights/b"),
         ("installed:path=p.zip,speed=2", "p.zip"),
         ("ghost:p.zip#red", "p.zip"),
+        ("torchscript:path=007", "007"),  # a name that is a number
+        ("mine:Agent:path=2026", "2026"),
     ],
 )
 def test_each_file_that_an_option_names_counts(agent_id: str, file: str, folder: Path) -> None:

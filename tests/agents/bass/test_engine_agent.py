@@ -1,17 +1,20 @@
 """BASS that simulates with the engine: trained without a simulator, played on any map."""
 
+import argparse
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from movingout.agents.base import EpisodeInfo
+from movingout.agents.bass.config import BassConfig
 from movingout.agents.bass.engine_agent import EngineBassAgent
 from movingout.agents.bass.loading import bass_agent
 from movingout.agents.bass.state_vector import moving
 from movingout.agents.checkpoint.checkpoint import find_checkpoint
 from movingout.agents.data.rollout import SeatPlayer
-from movingout.agents.errors import AgentError
+from movingout.agents.errors import AgentError, DataError
+from movingout.agents.kinds.bass import check_used
 from movingout.maps import load_map
 from movingout.server.cli import main
 from movingout.world import World
@@ -69,6 +72,30 @@ def test_a_learned_simulator_is_not_asked_of_it(models: Path, capsys: pytest.Cap
     assert "is for a learned simulator, not for --dynamics engine" in capsys.readouterr().err
     assert main([*words, "--simulator", "bass@tiny"]) == 2
     assert "bass@tiny has no learned simulator" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ("--dynamics engine --width 16", "--width is for a learned simulator, not for --dynamics engine; leave it out"),
+        ("--progress-updates 3", "--progress-updates is for --score tcl, not for --score value; leave it out"),
+        ("--score nfd --value-updates 3", "--value-updates is for --score value, not for --score nfd; leave it out"),
+    ],
+)
+def test_options_that_would_do_nothing_are_refused(
+    models: Path, options: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["train", "bass", str(models.parent / "rec"), "--data", str(models.parent), "--id", "bass@new"]
+    assert main([*words, "--base", "dp@tiny", *options.split()]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_a_training_that_began_with_such_options_goes_on() -> None:
+    options = argparse.Namespace(width=16, progress_width=64)
+    config = BassConfig(dynamics="engine", width=16, progress_width=64)
+    check_used(config, options, {"width": 16, "progress_width": 64})
+    with pytest.raises(DataError, match="--progress-width is for --score tcl"):
+        check_used(config, options, {"width": 16, "progress_width": 128})
 
 
 def test_half_the_engine_steps_show_nearly_the_same(models: Path) -> None:

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from movingout.agents.base import ActionChunk, Observation
+from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.generative.trials import Occasion, Trial, completion
@@ -73,6 +75,16 @@ def test_all_partners_play_on_the_same_occasions() -> None:
 def test_an_episode_scores_what_was_delivered() -> None:
     assert completion(Trial("idle", "greedy", "Simple", 1, 0, 400)) == 1.0
     assert completion(Trial("idle", "idle", "Simple", 0, 0, 5)) == 0.0
+
+
+class Leaving(IdleAgent):
+    def act(self, observation: Observation) -> ActionChunk:
+        raise SystemExit(3)
+
+
+def test_a_partner_that_ends_the_program_is_answered_with_a_sentence() -> None:
+    with pytest.raises(AgentError, match=rf"idle with {__name__}:Leaving on Simple: SystemExit: 3 \("):
+        completion(Trial("idle", f"{__name__}:Leaving", "Simple", 0, 0, 5))
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from movingout.agents.data.dataset import (
 )
 from movingout.agents.errors import DataError
 from movingout.recordings.episode import SeatKind
+from movingout.recordings.errors import UnreadableError
 from tests.agents.learning import recorded, trajectory_windows, walked
 
 
@@ -87,6 +88,15 @@ def test_a_policy_learns_from_those_who_act() -> None:
     assert len(trajectory_windows([in_match], "official-v1", "hold")) == 5
     with pytest.raises(DataError, match="--seats all"):
         windows_of(trajectory_samples([in_match], "official-v1", "hold", "human"))
+
+
+def test_a_file_that_is_no_recording_is_named_with_its_folder(tmp_path: Path) -> None:
+    for folder in ("monday", "tuesday"):
+        recorded(tmp_path / folder, "one", ticks=5)
+    (tmp_path / "tuesday" / "one.mcap").write_text("no recording")
+    with pytest.raises(UnreadableError) as raised:
+        read_trajectories(recording_files([tmp_path]))
+    assert str(raised.value) == f"{tmp_path / 'tuesday' / 'one.mcap'}: one.mcap is not an MCAP file"
 
 
 def test_recordings_are_read_back_as_they_were_played(tmp_path: Path) -> None:

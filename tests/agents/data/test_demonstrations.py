@@ -27,6 +27,13 @@ class Raising:
         raise RuntimeError("no way home")
 
 
+class Leaving(Raising):
+    """Ends the program instead of answering."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        raise SystemExit("no way home")
+
+
 class Somebody(NamedTuple):
     name: str
     agent_id: str
@@ -34,20 +41,25 @@ class Somebody(NamedTuple):
 
 
 RAISING = f"{__name__}:Raising"
-SENTENCE = (
-    rf"idle with {RAISING} on HandOff, seed 3: RuntimeError: no way home; finished episodes are kept \(.*, line \d+\)"
+LEAVING = f"{__name__}:Leaving"
+KEPT = r"no way home; finished episodes are kept \(.*, line \d+\)"
+
+
+@pytest.mark.parametrize(
+    ("workers", "partner", "raised"),
+    [(1, RAISING, "RuntimeError"), (2, RAISING, "RuntimeError"), (1, LEAVING, "SystemExit")],
 )
-
-
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_partner_that_raises_is_answered_with_a_sentence(tmp_path: Path, workers: int) -> None:
+def test_a_partner_that_raises_is_answered_with_a_sentence(
+    tmp_path: Path, workers: int, partner: str, raised: str
+) -> None:
     the_map = load_map("HandOff")
-    pair = (Somebody("Idle", "idle"), Somebody("Raising", RAISING))
+    sentence = f"idle with {partner} on HandOff, seed 3: {raised}: {KEPT}"
+    pair = (Somebody("Idle", "idle"), Somebody("Raising", partner))
     played = write_all([EpisodeJob("one", the_map, pair, seed=3, ticks=5)], tmp_path, workers)
-    with pytest.raises(AgentError, match=SENTENCE):
+    with pytest.raises(AgentError, match=sentence):
         list(played)
-    job = LabellingJob(the_map, learner="idle", expert="idle", partner=("Raising", RAISING), seat=0, seed=3, ticks=5)
-    with pytest.raises(AgentError, match=SENTENCE):
+    job = LabellingJob(the_map, learner="idle", expert="idle", partner=("Raising", partner), seat=0, seed=3, ticks=5)
+    with pytest.raises(AgentError, match=sentence):
         list(label_all([job], tmp_path, workers))
 
 

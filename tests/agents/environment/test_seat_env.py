@@ -152,6 +152,11 @@ class Wrong:
         return [0, 0]
 
 
+class Leaving(Scribbling):
+    def act(self, observation):
+        raise SystemExit(3)
+
+
 class Rowless(Scribbling):
     execute_rows = None
 
@@ -174,6 +179,10 @@ def test_what_a_partner_raises_names_it_and_its_line(tmp_path: Path, monkeypatch
     env = SeatEnv(partner="raising_partner:Wrong")
     env.reset(seed=0)
     with pytest.raises(AgentError, match=r"the partner raising_partner:Wrong: an action chunk has shape \(H, 4\)"):
+        env.step(STILL)
+    env = SeatEnv(partner="raising_partner:Leaving")
+    env.reset(seed=0)
+    with pytest.raises(AgentError, match=r"the partner raising_partner:Leaving raised SystemExit in act\(\): 3"):
         env.step(STILL)
     env = SeatEnv(partner="raising_partner:Rowless")
     env.reset(seed=0)

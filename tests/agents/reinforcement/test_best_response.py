@@ -135,12 +135,19 @@ class Raising:
         raise RuntimeError("no way home")
 
 
-def test_a_partner_that_raises_is_answered_with_a_sentence() -> None:
-    company = dataclasses.replace(COMPANY, maps=("HandOff",), partners=((f"{__name__}:Raising",),))
+class Leaving(Raising):
+    """Ends the program instead of answering."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        raise SystemExit("no way home")
+
+
+@pytest.mark.parametrize(("partner", "raised"), [(Raising, "RuntimeError"), (Leaving, "SystemExit")])
+def test_a_partner_that_raises_is_answered_with_a_sentence(partner: type[Raising], raised: str) -> None:
+    name = f"{__name__}:{partner.__name__}"
+    company = dataclasses.replace(COMPANY, maps=("HandOff",), partners=((name,),))
     room = PlayRoom(company, SPEC, 0)
-    with pytest.raises(
-        AgentError, match=rf"{__name__}:Raising on HandOff, seed \d+: RuntimeError: no way home \(.*, line"
-    ):
+    with pytest.raises(AgentError, match=rf"{name} on HandOff, seed \d+: {raised}: no way home \(.*, line"):
         room.play(np.zeros((8, 5), np.float32))
 
 

@@ -12,6 +12,7 @@ from movingout.maps.commands.map_cautions import map_cautions, map_hints
 
 _RED = {"x": 0.9, "y": 0.0, "angle": 0.0}
 _ONE = map_to_json(load_map("HandOff"))["items"][:1]
+_UPPER = {"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": 0.6}
 
 
 def _written(path: Path, **changes: Any) -> str:
@@ -50,6 +51,9 @@ def test_another_map_under_the_name_of_a_shipped_one_would_be_taken_for_it(tmp_p
         f"{name}: name: HandOff is a shipped map, and this is another one, which recordings, reports and training "
         "would take for that; choose another name"
     ]
+    name = _written(tmp_path / "theirs.json", name="generated:awareness:12", number=0)
+    (sentence,) = map_cautions([name])
+    assert "name: generated:awareness:12 is the name of a generated map, and this is another one" in sentence
 
 
 @pytest.mark.parametrize(
@@ -82,6 +86,14 @@ def test_another_map_under_the_name_of_a_shipped_one_would_be_taken_for_it(tmp_p
         (
             {"name": "Den", "number": 0, "goals": [{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}], "items": _ONE},
             "items[0]: lies in a goal from the start and counts as delivered; move it out",
+        ),
+        (
+            {"name": "Den", "number": 0, "items": [_ONE[0] | {"y": 0.601}], "goals": [_UPPER], "walls": []},
+            "items[0]: sticks out of a goal with its centre in it: not delivered, and no way to go in NFD; move it",
+        ),
+        (
+            {"name": "Den", "number": 0, "items": _ONE, "walls": [{"x0": 0.1, "y0": 0.5, "x1": 0.108, "y1": 0.2}]},
+            "walls[0]: is too thin for NFD, whose ways lead through it; make it thicker than 0.02",
         ),
     ],
 )

@@ -217,12 +217,13 @@ def test_a_dry_run_refuses_recordings_that_the_run_would_refuse(here: Path, caps
     (here / "junk.mcap").write_text("no recording", encoding="utf-8")
     dry = ["--data", "junk.mcap", "--dry-run", "--budget", "smoke", "-o", "out"]
     assert main(["paper", "tables", "tab:nfd_vs_ac", *dry]) == 2
-    assert "junk.mcap is not an MCAP file" in capsys.readouterr().err
+    sentence = f"{here / 'junk.mcap'}: junk.mcap is not an MCAP file"
+    assert sentence in capsys.readouterr().err
     assert main(["paper", "tables", "mappo_parameters", *dry]) == 0, "which needs no recordings"
     capsys.readouterr()
     assert main(["paper", "tables", "all", *dry]) == 1
     shown = capsys.readouterr()
-    assert "tab:nfd_vs_ac cannot be made: junk.mcap is not an MCAP file" in shown.err
+    assert f"tab:nfd_vs_ac cannot be made: {sentence}" in shown.err
     trained = [line for line in shown.out.splitlines() if "train " in line]
     assert trained and all("train mappo-6" in line for line in trained), "text:sparse_reward needs no recordings"
     assert "mappo_parameters" not in shown.err and {path.name for path in here.iterdir()} == {"junk.mcap"}

@@ -6,7 +6,9 @@ from unittest.mock import Mock
 import pytest
 from safetensors import SafetensorError
 
+from movingout.agents.bass.config import BassConfig
 from movingout.agents.commands import train
+from movingout.agents.kinds.bass import check_used
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.training.options import overridden
 from movingout.maps.commands.parser import CommandParser
@@ -90,7 +92,10 @@ def test_every_agent_of_every_budget_can_be_asked_for(
         for data in DATA_SETS:
             words = [str(word) for word in training_words(trained_id(f"{method}@{data}"), space)]
             args = parser.parse_args(words)
-            overridden(KINDS[args.kind].presets[args.preset], args).check()
+            config = overridden(KINDS[args.kind].presets[args.preset], args)
+            config.check()
+            if isinstance(config, BassConfig):
+                check_used(config, args, {})
 
 
 def test_who_learns_from_its_own_play_plays_varied_maps_for_the_second_challenge(
@@ -113,7 +118,9 @@ def test_who_learns_from_its_own_play_plays_varied_maps_for_the_second_challenge
         ("dp-image@c1", "full", {"--preset": "paper", "--updates": "", "--batch": "256"}),
         ("dp@c1", "full", {"--preset": "paper", "--updates": "", "--batch": ""}),
         ("dp-image@c1", "small", {"--preset": "fast", "--updates": "250", "--batch": "32"}),
-        ("bass@c1", "full", {"--progress-updates": "8000", "--updates": ""}),
+        ("bass-tcl@c1", "full", {"--progress-updates": "8000", "--updates": ""}),
+        ("bass@c1", "full", {"--progress-updates": "", "--updates": ""}),  # which its score does not learn with
+        ("bass@c1", "small", {"--progress-updates": "", "--updates": "1000"}),
     ],
 )
 def test_budgets_say_how_long_and_in_which_batches_is_trained(
