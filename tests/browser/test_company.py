@@ -155,7 +155,9 @@ def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server:
 def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server, open_page: OpenPage) -> None:
     room = server.practice(red="link")
     blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
-    start(blue, red)
+    red.get_by_role("button", name="I am ready").click()
+    expect(blue.locator("#ready")).to_contain_text("Your partner is ready.")
+    start(blue)
     blue.keyboard.press("Escape")
     wait_for(red, "game.phase === 'paused'")
     expect(red.locator("#overlay")).to_contain_text("Blue paused the game")

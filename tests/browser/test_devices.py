@@ -297,6 +297,33 @@ def test_whoever_pauses_by_the_button_continues_with_the_key_that_is_named(
     expect(page.get_by_role("button", name="No, go back")).to_be_focused()
 
 
+# Nothing lies over the element, nor is it scrolled or cut away.
+TOPMOST = """element => {
+    const { left, top, width, height } = element.getBoundingClientRect();
+    return [0.1, 0.9].every(part => element.contains(document.elementFromPoint(left + width / 2, top + part * height)));
+}"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(375, 553), pytest.param(320, 568, marks=pytest.mark.slow)])
+def test_with_a_gamepad_on_a_small_screen_a_pause_shows_both_its_buttons(
+    server: Server, open_page: OpenPage, width: int, height: int
+) -> None:
+    room = server.practice()
+    page = open_page(
+        room["join_path"], room, script=PAD_STUB, viewport={"width": width, "height": height}, locale="de-DE"
+    )
+    page.get_by_role("button", name="Ich bin bereit").click()
+    wait_for(page, "game.phase === 'playing'")
+    set_pad(page, 0.5)
+    expect(page.get_by_text("linker Stick")).to_be_visible()
+    set_pad(page, 0, 0, 9)
+    wait_for(page, "game.phase === 'paused'")
+    for name in ("Weiter", "Spiel beenden"):
+        button = page.locator("#overlay").get_by_role("button", name=name)
+        expect(button).to_be_visible()
+        assert button.evaluate(TOPMOST), name
+
+
 def test_a_press_right_after_the_page_opened_counts(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)

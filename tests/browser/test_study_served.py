@@ -145,11 +145,13 @@ def test_two_at_one_screen_answer_alone_and_play_together(browser: Browser, tmp_
             "KeyS",
             "KeyD",
             "Space",
+            "ShiftLeft",
             "ArrowUp",
             "ArrowLeft",
             "ArrowDown",
             "ArrowRight",
             "Enter",
+            "ShiftRight",
         ):
             page.keyboard.press(key)
         together.press("Continue")

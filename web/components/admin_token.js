@@ -10,7 +10,8 @@ import { say, sayError } from "../text/catalogue.js";
 const KEY = "movingout.admin";
 const NOT_THERE = 404; // no token would help
 
-function kept() {
+/** The token that was given in this tab; empty when none was. */
+export function kept() {
   try {
     return sessionStorage.getItem(KEY) ?? "";
   } catch {

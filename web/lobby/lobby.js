@@ -35,6 +35,7 @@ const form = byId("lobby", HTMLFormElement);
 const mapsBox = byId("maps", HTMLElement);
 const seatsBox = byId("seats", HTMLElement);
 const chosenBox = byId("chosen", HTMLElement);
+const PROBLEMS = ["first-problem", "problem"]; // beside a first game, and in the form
 const problemBox = byId("problem", HTMLElement);
 const limitSelect = byId("limit", HTMLSelectElement);
 const randomisedBox = byId("randomised", HTMLInputElement);
@@ -282,7 +283,7 @@ async function playNow() {
  */
 async function enter(body, seats, problems) {
   setBusy(true); // until the next page is there: a second press would open a second room
-  problems.replaceChildren();
+  for (const id of PROBLEMS) byId(id, HTMLElement).replaceChildren();
   const waiting = setTimeout(() => problems.replaceChildren(notice("", say("lobby.opening"))), PATIENCE_MS);
   try {
     const room = await openRoom(body);
@@ -293,6 +294,7 @@ async function enter(body, seats, problems) {
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     problems.replaceChildren(notice("bad", sayError(error)));
+    problems.scrollIntoView({ block: "nearest" });
   } finally {
     clearTimeout(waiting);
   }
@@ -343,7 +345,7 @@ new IntersectionObserver(([{ isIntersecting }]) =>
 window.addEventListener("movingout-theme", drawPictures);
 window.addEventListener("pageshow", (event) => {
   if (!event.persisted) return;
-  for (const id of ["problem", "first-problem"]) byId(id, HTMLElement).replaceChildren();
+  for (const id of PROBLEMS) byId(id, HTMLElement).replaceChildren();
   setBusy(false); // back from the game
 });
 void load(firstLists);

@@ -161,7 +161,17 @@ export class Panels {
     const hint = game.round ? el("p", { class: "small" }, mapDescription(game.round.map)) : "";
     // Between rounds there is no other button to leave by, and the partner may never come back.
     const leave = isOver(phase) ? el("a", { class: "button", href: "/" }, say("play.over.lobby")) : "";
-    return [el("h2", {}, say("play.ready.title")), hint, ...rows, ...(mineReady ? [...waiting, leave] : [])];
+    const others = mineReady ? [...waiting, leave] : this.#whoWaits(game, seats);
+    return [el("h2", {}, say("play.ready.title")), hint, ...rows, ...others];
+  }
+
+  /**
+   * That the partner is ready, which a phone shows nowhere else.
+   * @param {Game} game @param {readonly import("../messages.js").SeatState[]} seats
+   */
+  #whoWaits(game, seats) {
+    const waits = seats.some((seat, index) => seat.kind === "human" && seat.ready && !game.own.includes(index));
+    return waits ? [el("p", { class: "small", role: "status" }, say("play.ready.partnerWaits"))] : [];
   }
 
   /**

@@ -4,6 +4,7 @@
  * time line in transport.js; this module joins them with what stands beside them.
  */
 
+import { kept } from "../components/admin_token.js";
 import { ApiError } from "../core/api.js";
 import { byId, el, notice } from "../core/dom.js";
 import { eventTone, eventWords, tickTime, shownEvents } from "./event_words.js";
@@ -77,6 +78,8 @@ class ReplayPage {
   }
 
   start() {
+    if (kept())
+      byId("list", HTMLAnchorElement).replaceWith(el("a", { href: "/recordings" }, say("dashboard.recordings")));
     this.showFacts();
     this.offerFile();
     this.showEvents();

@@ -92,6 +92,7 @@ class InputCheck {
       el("span", { class: "row" }, this.#pill, this.again),
     );
     const panels = el("div", { class: "check-panels" }, ...this.panels.map(({ root }) => root));
+    panels.addEventListener("pointerdown", () => this.#read(performance.now())); // a tap may be shorter than a frame
     return card(
       heading(say("study.check.title")),
       el("p", { class: "lead" }, lead),
