@@ -28,6 +28,26 @@ def estimate(values: Sequence[float]) -> Estimate | None:
     return Estimate(mean, math.sqrt(variance / n), n)
 
 
+def estimate_of_copies(values: Sequence[tuple[str, float]]) -> Estimate | None:
+    """`estimate` of (episode, value) where values of the same episode are copies: it counts each episode once.
+
+    Copies, as agents without chance play them with every seed, weigh in the mean as often as they were played, so
+    that every map weighs alike. The standard error takes them together: sqrt(G / (G - 1) sum over the G different
+    episodes of (sum of deviations)^2) / n, which is s / sqrt(n) where none is a copy.
+    """
+    found = estimate([value for _, value in values])
+    count = len({episode for episode, _ in values})
+    if found is None or count == found.n:
+        return found
+    if count == 1:
+        return found._replace(stderr=None)
+    deviations: dict[str, list[float]] = {}
+    for episode, value in values:
+        deviations.setdefault(episode, []).append(value - found.mean)
+    squares = math.fsum(math.fsum(alike) ** 2 for alike in deviations.values())
+    return found._replace(stderr=math.sqrt(squares * count / (count - 1)) / found.n)
+
+
 def estimate_text(found: Estimate | None) -> str:
     """0.512 ± 0.031, without the error where there is none, and a dash where nothing was measured."""
     if found is None:

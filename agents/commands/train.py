@@ -13,7 +13,6 @@ from movingout.agents.errors import CheckpointError, DataError
 from movingout.agents.kinds.kind import AgentKind
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.training import run_folder
-from movingout.agents.training.optimisation import PRESETS
 from movingout.agents.training.options import add_fields, overridden
 from movingout.agents.training.run import TrainingRun
 from movingout.maps.extras import MissingExtraError
@@ -34,7 +33,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         )
         _recordings(sub, kind)
         _common(sub, kind, default_id=f"{kind.name}@mine")
-        sub.add_argument("--preset", choices=PRESETS, default="fast", help="the paper's numbers or ours (default fast)")
+        numbers = "the paper's numbers or ours" if "paper" in kind.presets else "our numbers; the paper has none"
+        sub.add_argument("--preset", choices=[*kind.presets], default="fast", help=f"{numbers} (default fast)")
         kind.add_options(sub)
         add_fields(sub, type(kind.presets["fast"]))
 

@@ -25,7 +25,7 @@ class AgentKind(Generic[ConfigT]):
 
     name: str  # `movingout train NAME`, and `kind` on the card unless `saved_as` says another
     summary: str  # one phrase for --help
-    presets: Mapping[str, ConfigT]  # by the word of --preset; fields of the class become options
+    presets: Mapping[str, ConfigT]  # by the word of --preset, `paper` where it gives numbers; fields become options
     add_options: Callable[[argparse.ArgumentParser], None]  # those that are not fields of the configuration
     option_names: tuple[str, ...]  # of these, the ones that a run folder keeps
     train: Callable[[TrainingRun[ConfigT]], Trained]  # trains, exports, writes the checkpoint folder; may import torch

@@ -70,8 +70,8 @@ _OURS = LatentConfig(
 
 LATENT = AgentKind(
     name="latent",
-    summary="a generative model of partners, who differ by a latent vector; both presets are equal, the paper has none",
-    presets={"fast": _OURS, "paper": _OURS},
+    summary="a generative model of partners, who differ by a latent vector",
+    presets={"fast": _OURS},
     add_options=_add_options,
     option_names=("seats",),
     train=_train,

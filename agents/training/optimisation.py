@@ -13,7 +13,6 @@ from pydantic import BaseModel, Field, FiniteFloat, TypeAdapter, ValidationError
 
 from movingout.agents.errors import DataError
 
-PRESETS = ("fast", "paper")
 Precision = Literal["auto", "bf16", "fp32"]
 Compile = Literal["auto", "yes", "no"]
 ModelT = TypeVar("ModelT", bound=BaseModel)

@@ -12,9 +12,9 @@ from movingout.maps import map_names
 from movingout.matches.match import Challenge, Match, MatchResult
 from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.methods import with_seed
-from movingout.matches.paper.pooling import between, fields, of_matches, pooled
+from movingout.matches.paper.pooling import between, fields, pooled
 from movingout.matches.paper.workspace import Measured, Workspace
-from movingout.matches.results.table import MEASURES, WAITING
+from movingout.matches.results.table import MEASURES, WAITING, of_matches
 from movingout.world.estimates import Estimate
 
 PLAYED = {measure.key: measure for measure in (*MEASURES, WAITING)}

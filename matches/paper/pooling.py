@@ -3,31 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from movingout.matches.match import MatchResult
-from movingout.matches.results.table import Measure
 from movingout.world.estimates import Estimate, estimate
-
-
-def of_matches(results: Iterable[MatchResult], measure: Measure) -> tuple[Estimate | None, int | None]:
-    """The mean over the matches that have the measure, and how many different episodes those are; None if unknown.
-
-    Copies of an episode, as an agent without chance plays them with every seed, weigh in the mean as often as they
-    were played, so that every map weighs alike. The standard error takes them together: sqrt(G / (G - 1) sum over the
-    G different episodes of (sum of deviations)^2) / n, which is s / sqrt(n) where none is a copy.
-    """
-    valued = [(result, value) for result in results if (value := measure.value(result)) is not None]
-    if not valued:
-        return None, None
-    n = len(valued)
-    mean = math.fsum(value for _, value in valued) / n
-    episodes: dict[str, list[float]] = {}
-    for result, value in valued:
-        episodes.setdefault(result.play_hash or result.match.id, []).append(value - mean)
-    count = len(episodes)
-    squares = math.fsum(math.fsum(deviations) ** 2 for deviations in episodes.values())
-    error = math.sqrt(squares * count / (count - 1)) / n if count > 1 else None
-    known = all(result.play_hash or result.ending == "failed" for result, _ in valued)
-    return Estimate(mean, error, n), count if known else None
 
 
 def pooled(parts: Sequence[Estimate]) -> Estimate:

@@ -4,8 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from movingout.matches.match import MatchResult
-from movingout.matches.paper.pooling import of_matches
-from movingout.matches.results.table import Measure
+from movingout.matches.results.table import Measure, of_matches
 from movingout.world.estimates import Estimate
 
 

@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 
 from movingout.matches.experiment.plan import PlannedMatch
 from movingout.matches.match import Match, MatchResult
-from movingout.world.estimates import Estimate, estimate, estimate_text
+from movingout.world.estimates import Estimate, estimate_of_copies, estimate_text
 from movingout.world.metrics import METRICS
 from movingout.world.own_metrics import own_metrics
 
 ALL_MAPS = "all maps"
 COPIES = (
     "Episodes that are not distinct are copies of others, action by action: nothing in them depends on the seed. "
-    "Their ± is too small; more seeds add nothing."
+    "± counts each episode once; more seeds add nothing."
 )
 
 
@@ -120,12 +120,9 @@ def distinct(results: Iterable[MatchResult]) -> int | None:
 
     A match that failed before it began counts as one of its own.
     """
-    hashes: list[str] = []
-    for result in results:
-        if not result.play_hash and result.ending != "failed":
-            return None
-        hashes.append(result.play_hash or result.match.id)
-    return len(set(hashes))
+    episodes = {_episode(result): result for result in results}
+    known = all(one.play_hash or one.ending == "failed" for one in episodes.values())
+    return len(episodes) if known else None
 
 
 def count_text(results: Sequence[MatchResult]) -> str:
@@ -139,15 +136,26 @@ def copies_note(rows: Iterable[ResultRow]) -> list[str]:
     return [COPIES] if any(row.distinct not in (None, len(row.results)) for row in rows) else []
 
 
+def of_matches(results: Iterable[MatchResult], measure: Measure) -> tuple[Estimate | None, int | None]:
+    """A measure over the results that have it, and how many different episodes those are; None if unknown."""
+    valued = [(result, value) for result in results if (value := measure.value(result)) is not None]
+    found = estimate_of_copies([(_episode(result), value) for result, value in valued])
+    return found, distinct(result for result, _ in valued) if valued else None
+
+
 def estimate_of(results: Iterable[MatchResult], measure: Measure) -> Estimate | None:
-    """A measure over the results that have it."""
-    values = (measure.value(result) for result in results)
-    return estimate([value for value in values if value is not None])
+    """A measure over the results that have it; copies of an episode do not make its error smaller."""
+    return of_matches(results, measure)[0]
 
 
 def estimate_json(found: Estimate | None) -> dict[str, Any]:
     """The fields mean, stderr and n; n is 0 where nothing was measured."""
     return {"mean": None, "stderr": None, "n": 0} if found is None else found._asdict()
+
+
+def _episode(result: MatchResult) -> str:
+    """What copies of an episode share."""
+    return result.play_hash or result.match.id
 
 
 def _line(cells: Sequence[str]) -> str:

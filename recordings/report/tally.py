@@ -14,13 +14,17 @@ from movingout.recordings.report.track import Ints
 from movingout.recordings.report.waiting import Wait
 from movingout.recordings.storage.listing import Unreadable
 from movingout.world.constants import TICK_SECONDS
-from movingout.world.estimates import Estimate, estimate
+from movingout.world.estimates import Estimate, estimate_of_copies
 from movingout.world.metrics import METRICS
 from movingout.world.own_metrics import own_metrics
 from movingout.world.state import Floats
 
 _COMPUTED = tuple(metric.key for metric in (*METRICS, *own_metrics()))
 MEASURES = ("success", "seconds", *_COMPUTED)
+
+
+Valued = tuple[str, float]
+"""An episode, by what its copies share, and a value of it."""
 
 
 class Strip(NamedTuple):
@@ -37,7 +41,7 @@ class Group:
 
     map: MapSpec
     population: Pair
-    values: dict[str, list[float]] = field(default_factory=lambda: {name: [] for name in MEASURES})
+    values: dict[str, list[Valued]] = field(default_factory=lambda: {name: [] for name in MEASURES})
     presence: Floats = field(default_factory=lambda: np.zeros((2, CELLS, CELLS)))  # seconds
     consistency: Floats = field(default_factory=lambda: np.zeros((0, 2)))  # per second: sum, count
     waiting: Floats = field(default_factory=lambda: np.zeros((0, 2)))  # per second and seat: episodes' ticks waited
@@ -48,18 +52,19 @@ class Group:
 
     def add(self, facts: EpisodeFacts) -> None:
         """Add a finished episode."""
-        self.values["success"].append(float(facts.outcome == "delivered"))
-        self.values["seconds"].append(facts.ticks * TICK_SECONDS)
+        played = _played(facts)
+        self.values["success"].append((played, float(facts.outcome == "delivered")))
+        self.values["seconds"].append((played, facts.ticks * TICK_SECONDS))
         for key in _COMPUTED:
             if (value := facts.metrics[key]) is not None:
-                self.values[key].append(value)
+                self.values[key].append((played, value))
         self.presence += facts.presence
         self.consistency = _sum(self.consistency, facts.consistency)
         self.waiting = _sum(self.waiting, _per_second([_ticks_waited(facts, seat) for seat in (0, 1)], facts.ticks))
         self.running = _sum(self.running, _per_second([np.arange(facts.ticks)], facts.ticks))
         self.strips.append(Strip(facts.id, facts.ticks, facts.waits))
         self.variants.add(facts.map.variant)
-        self.played.add(facts.played or facts.id)
+        self.played.add(played)
 
     @property
     def n(self) -> int:
@@ -71,7 +76,7 @@ class Group:
         return len(self.played)
 
     def estimate(self, measure: str) -> Estimate | None:
-        return estimate(self.values[measure])
+        return estimate_of_copies(self.values[measure])
 
     def consistency_over_time(self) -> Floats:
         """(S,) mean action consistency in each second, NaN where nothing was carried together."""
@@ -115,7 +120,7 @@ class ReportTally:
     first: str = ""  # start of the earliest and of the latest recording
     last: str = ""
     appearances: dict[str, int] = field(default_factory=dict)  # seats taken in finished episodes
-    _affected: dict[tuple[str, Case], int] = field(default_factory=dict)
+    _affected: dict[tuple[str, Case], list[Valued]] = field(default_factory=dict)  # 1.0 or 0.0 for each of them
 
     @classmethod
     def of(cls, all_facts: Iterable[EpisodeFacts | Unreadable], uncounted: int = 0, copies: int = 0) -> "ReportTally":
@@ -154,7 +159,7 @@ class ReportTally:
         ]
 
     def overall(self, measure: str) -> Estimate | None:
-        return estimate([value for group in self.groups.values() for value in group.values[measure]])
+        return estimate_of_copies([one for group in self.groups.values() for one in group.values[measure]])
 
     def failures_of(self, case: Case) -> list[FailureFinding]:
         """The findings of a case, the longest first."""
@@ -167,8 +172,7 @@ class ReportTally:
 
     def rate(self, who: str, case: Case) -> Estimate | None:
         """The share of its appearances (an episode and a seat) with such a failure."""
-        affected = self._affected.get((who, case), 0)
-        return estimate([1.0] * affected + [0.0] * (self.appearances[who] - affected))
+        return estimate_of_copies(self._affected[who, case])
 
     def _add(self, facts: EpisodeFacts) -> None:
         self.first = min(self.first or facts.started, facts.started)
@@ -186,8 +190,14 @@ class ReportTally:
         for seat, who in enumerate(facts.population):
             self.appearances[who] = self.appearances.get(who, 0) + 1
             for case in CASES:
-                if any(failure.case == case and failure.seat == seat for failure in facts.failures):
-                    self._affected[who, case] = self._affected.get((who, case), 0) + 1
+                affected = any(failure.case == case and failure.seat == seat for failure in facts.failures)
+                appearance = f"{_played(facts)} {seat}", float(affected)
+                self._affected.setdefault((who, case), []).append(appearance)
+
+
+def _played(facts: EpisodeFacts) -> str:
+    """What copies of an episode share."""
+    return facts.played or facts.id
 
 
 def _ticks_waited(facts: EpisodeFacts, seat: int) -> Ints:

@@ -7,8 +7,8 @@ from typing import Any
 
 from movingout.maps.extras import needs_extra
 from movingout.server.cluster.errors import ClusterError, DatabaseAway
+from movingout.server.settings import LEASE_S
 
-LEASE_S = 5.0
 CALL_SHARE = 0.3  # of a lease, for an answer of the database: three calls fit into one
 CONNECT_S = 2
 NOW = "clock_timestamp()"

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator
 
-from movingout.server.cluster.database import LEASE_S
+from movingout.server.settings import LEASE_S
 
 MARGIN_S = 0.5  # a node stops so long before others may take its rooms: their clocks may run a little faster
 

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from typing import Any
 
-from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.lease_store import FORGET_S, ClusterView, LeaseRow
 from movingout.server.cluster.node import ClusterNode
 
@@ -17,7 +16,7 @@ def cluster_report(node: ClusterNode) -> dict[str, Any]:
         "node": node.who.name,
         "home": node.home,
         "problem": node.problem,
-        "waiting": list(waiting_rooms(node.view)),
+        "waiting": list(waiting_rooms(node.view, node.store.lease_s)),
         "nodes": [
             {
                 "name": row.name,
@@ -32,11 +31,11 @@ def cluster_report(node: ClusterNode) -> dict[str, Any]:
     }
 
 
-def waiting_rooms(view: ClusterView) -> Iterator[str]:
-    """A sentence for each node that is away and whose rooms nobody else can go on with."""
+def waiting_rooms(view: ClusterView, lease_s: float) -> Iterator[str]:
+    """A sentence for each node that is away for a lease and more, and whose rooms nobody else can go on with."""
     silent: dict[str, list[LeaseRow]] = {}
     for lease in view.leases:
-        if lease.node is not None and lease.rooms and LEASE_S < lease.expired_s < FORGET_S:
+        if lease.node is not None and lease.rooms and lease_s < lease.expired_s < FORGET_S:
             silent.setdefault(lease.node, []).append(lease)
     for node, leases in silent.items():
         count = sum(lease.rooms for lease in leases)

@@ -12,6 +12,7 @@ from movingout.matches.paper.presentation.given_note import given_notes
 from movingout.matches.paper.presentation.group_note import group_notes
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
+from movingout.matches.results.table import COPIES
 
 HEADINGS = {
     "tcr": "TCR (↑)", "nfd": "NFD (↑)", "waiting_share": "WT (↓)", "ac": "AC (↑)",
@@ -33,10 +34,6 @@ HEADINGS = {
 NOT_REPRODUCED = (
     "The paper's agents learned from people, on other hardware. Equal numbers do not mean that a result was "
     "reproduced, and different ones do not mean that it was not."
-)
-COPIES = (
-    "Episodes that are not distinct are copies of others, action by action: nothing in them depends on the seed. "
-    "± counts each episode once; more seeds add nothing."
 )
 BETWEEN = (
     "Every agent was trained {0} times. The first ± takes all matches or samples for independent; behind it stands the "

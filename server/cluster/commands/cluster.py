@@ -15,7 +15,7 @@ from movingout.server.cluster.lease_store import ClusterView, LeaseStore
 from movingout.server.cluster.proxy_config import TEMPLATES, ProxyConfig, ProxyLimits, command_line, nodes_of
 from movingout.server.cluster.report import waiting_rooms
 from movingout.server.cluster.shards import SHARDS, STUDY
-from movingout.server.settings import at_once
+from movingout.server.settings import LEASE_S, at_once, lease
 
 MOST_PRICE = 1e6
 
@@ -34,6 +34,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         example="movingout cluster status --cluster postgresql://movingout@db/movingout",
     )
     status.add_argument("--cluster", required=True, metavar="URL", help="the PostgreSQL database of the cluster")
+    status.add_argument(
+        "--lease", type=lease, default=LEASE_S, metavar="S", help="what the nodes were started with (%(default)s)"
+    )
     status.add_argument("--json", action="store_true", help="print one JSON document")
     status.set_defaults(work=_status)
     reckon = commands.add_parser(
@@ -150,7 +153,7 @@ def _status(args: argparse.Namespace) -> int:
     """Exit code 1 when rooms wait for a node that is away."""
 
     async def look() -> ClusterView:
-        store = LeaseStore(args.cluster)
+        store = LeaseStore(args.cluster, lease_s=args.lease)
         try:
             await store.refuse_without_nodes()
             return await store.view()
@@ -158,7 +161,7 @@ def _status(args: argparse.Namespace) -> int:
             await store.close()
 
     view = asyncio.run(look())
-    waiting, study = list(waiting_rooms(view)), view.lease(STUDY)
+    waiting, study = list(waiting_rooms(view, args.lease)), view.lease(STUDY)
     rows = [
         {
             "name": node.name,

@@ -7,7 +7,6 @@ import pytest
 
 from movingout.agents.checkpoint.card import MAX_NAME, MAX_POPULATION
 from movingout.agents.kinds.registry import KINDS
-from movingout.agents.training.optimisation import PRESETS
 from movingout.agents.training.options import add_fields, overridden
 from movingout.server.cli import main
 
@@ -91,12 +90,19 @@ def test_a_given_number_of_updates_is_in_place_of_the_presets_epochs() -> None:
 
 
 def test_every_preset_can_be() -> None:
-    for preset in PRESETS:
-        for kind in ("mlp", "gru", "dp"):
-            config = KINDS[kind].presets[preset]
+    for kind in KINDS.values():
+        for config in kind.presets.values():
             config.check()
-            assert config.spec(kind).kind == kind
-        KINDS["bass"].presets[preset].check()
+            if kind.name in ("mlp", "gru", "dp"):
+                assert config.spec(kind.name).kind == kind.name
+
+
+def test_only_kinds_for_which_the_paper_has_numbers_offer_its_preset(capsys: pytest.CaptureFixture[str]) -> None:
+    assert {name for name, kind in KINDS.items() if "paper" not in kind.presets} == {"response", "self-play", "latent"}
+    assert all(len(set(map(repr, kind.presets.values()))) == len(kind.presets) for kind in KINDS.values())
+    with pytest.raises(SystemExit):
+        main(["train", "self-play", "--preset", "paper", "--map", "HandOff"])
+    assert "--preset: unknown value 'paper'; known: fast" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", ["mappo", "comedi", "response"])

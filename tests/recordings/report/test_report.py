@@ -69,8 +69,21 @@ def test_episodes_that_are_equal_are_told_apart_from_those_that_are_not() -> Non
     """`scripted` with `scripted` plays the same episode for every seed: four of it were four, with an error of 0."""
     alike = [facts(name, played="a" * 16) for name in ("one", "two", "three")]
     assert html(*alike, facts("four")).count("<td>4 (2 distinct)</td>") == 1
-    assert "Their ± is too small" in html(*alike) and "Ihr ± ist zu klein" in html(*alike, language="de")
-    assert "Their ± is too small" not in html(facts(), facts("two"))
+    once, einmal = "± counts each episode once", "± zählt jede Episode einmal"
+    assert once in html(*alike) and einmal in html(*alike, language="de")
+    assert once not in html(facts(), facts("two"))
+
+
+def test_copies_of_an_episode_make_no_error_smaller() -> None:
+    won = {**facts().metrics, "tcr": 1.0}
+    failed = facts("a", played="a", failures=(Failure("no_grasp", 0, 1, 2, 9, STOOD),))
+    copies = [replace(failed, id=f"a{k}") for k in range(4)] + [
+        facts(f"b{k}", played="b", metrics=won) for k in range(4)
+    ]
+    tally = ReportTally.of(copies)
+    expected = pytest.approx((0.625, 0.375, 8))
+    assert tally.overall("tcr") == expected == tally.groups["FourCorners", ("people", "scripted")].estimate("tcr")
+    assert tally.rate("people", "no_grasp") == pytest.approx((0.5, 0.5, 8))
 
 
 def test_what_was_broken_off_is_counted_but_enters_no_mean() -> None:

@@ -1,7 +1,7 @@
 """What a node may believe of its leases while the database is silent."""
 
-from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.held_leases import MARGIN_S, HeldLeases
+from movingout.server.settings import LEASE_S
 
 
 def held(shared: bool) -> HeldLeases:

@@ -1,6 +1,7 @@
 """Leases in a real PostgreSQL: who gets which, and that no two nodes ever believe to have the same one."""
 
 import asyncio
+import json
 import os
 import signal
 import socket
@@ -8,16 +9,17 @@ import threading
 from collections.abc import Coroutine, Iterator
 from typing import Any, TypeVar
 
+import psycopg
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_state_machine_as_test
 
 from movingout.server.cli import main
-from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.errors import ClusterError, DatabaseAway
 from movingout.server.cluster.held_leases import HeldLeases
 from movingout.server.cluster.lease_store import FORGET_S, LeaseRow, LeaseStore
+from movingout.server.settings import LEASE_S
 from tests.database import PostgresServer
 from tests.server.cluster.clock import TestClock, identity
 
@@ -148,6 +150,25 @@ def test_who_looks_at_a_database_without_nodes_is_told_so_and_makes_no_tables(
 
     asyncio.run(prepare())
     assert main(["cluster", "status", "--cluster", database]) == 0
+
+
+def test_status_counts_silence_by_the_lease_that_nodes_were_started_with(
+    database: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async def join() -> None:
+        store = LeaseStore(database, lease_s=30.0)
+        await store.prepare()
+        await store.join(identity("a"))
+        await store.close()
+
+    def state(*words: str) -> str:
+        assert main(["cluster", "status", "--cluster", database, "--json", *words]) == 0
+        return str(json.loads(capsys.readouterr().out)["nodes"][0]["state"])
+
+    asyncio.run(join())
+    with psycopg.connect(database, autocommit=True) as connection:
+        connection.execute("UPDATE movingout_cluster.node SET seen = seen - interval '10 seconds'")
+    assert (state("--lease", "30"), state()) == ("serving", "away")
 
 
 def test_a_database_that_is_away_is_a_sentence() -> None:

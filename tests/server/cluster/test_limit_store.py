@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.limit_store import RECORDED, Rate
 from movingout.server.connection.other_nodes import RoomCount
+from movingout.server.settings import LEASE_S
 from tests.server.cluster.clock import TestClock, identity
 
 A, B = identity("a"), identity("b")

@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.errors import DatabaseAway, NodeRefused
 from movingout.server.cluster.lease_store import FORGET_S, NodeIdentity
 from movingout.server.cluster.node import ROUTED_S, ClusterNode
 from movingout.server.cluster.report import waiting_rooms
 from movingout.server.cluster.shards import STUDY
+from movingout.server.settings import LEASE_S
 from tests.server.cluster.clock import TestClock, identity
 from tests.server.cluster.nodes import FakeRooms
 
@@ -106,7 +106,7 @@ def test_without_a_shared_folder_rooms_wait_for_their_node_and_it_is_said_which(
         clock.advance(30)
         await b.step()
         assert home not in b.node.leases and b.node.comes_back_soon(home) is False
-        assert list(waiting_rooms(b.node.view)) == [
+        assert list(waiting_rooms(b.node.view, b.node.store.lease_s)) == [
             f"node a has been away for 25 s: 1 room waits for it (ids beginning with {home})"
         ]
         assert a.node.serves(home)  # it may go on without the database: nobody else can

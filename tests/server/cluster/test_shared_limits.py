@@ -12,12 +12,11 @@ from typing import Any
 import psycopg
 import pytest
 
-from movingout.server.cluster.database import LEASE_S
 from movingout.server.cluster.errors import DatabaseAway
 from movingout.server.cluster.limit_store import LimitStore
 from movingout.server.cluster.shared_limits import PRUNE_S, SharedLimits
 from movingout.server.connection.other_nodes import RoomCount
-from movingout.server.settings import Limits
+from movingout.server.settings import LEASE_S, Limits
 from tests.database import PostgresServer
 from tests.server.cluster.clock import SQL, TestClock, identity
 from tests.server.cluster.nodes import host, node
