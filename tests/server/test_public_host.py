@@ -11,7 +11,7 @@ import pytest
 from movingout.maps import MapSpec
 from movingout.server.host import Host
 from movingout.server.notices import Notice
-from movingout.server.persistence.work_process import ReadersBusy
+from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import LEFT_BEHIND_S, Away, NoRoom
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
@@ -77,20 +77,22 @@ def test_an_opening_that_fails_while_rooms_are_asked_counts_no_longer(tmp_path: 
     assert host.admission.being_opened(ADDRESS) == 0
 
 
-def test_maps_that_are_made_ahead_may_find_the_readers_busy(tmp_path: Path) -> None:
+def test_maps_that_are_made_ahead_may_find_the_process_busy_which_is_logged(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     made: list[int] = []
     unheard: list[Any] = []
 
-    async def first_alone(designed: MapSpec, seed: int, split: str) -> MapSpec:
+    async def first_alone(designed: MapSpec, seed: int, split: str, address: str) -> MapSpec:
         if made:
-            raise ReadersBusy("too many recordings are being read")
+            raise Busy("too many maps")
         made.append(seed)
         return designed
 
     async def prepare() -> None:
         asyncio.get_running_loop().set_exception_handler(lambda _, context: unheard.append(context))
         host = Host(Settings(data=tmp_path))
-        host._recording_service = SimpleNamespace(variant=first_alone)  # type: ignore[assignment]
+        host.map_workers = SimpleNamespace(variant=first_alone)  # type: ignore[assignment]
         await host.prepare_maps(RoomConfig(maps=("HandOff", "Simple"), challenge2_seed=5))
         for _ in range(3):
             await asyncio.sleep(0)
@@ -98,3 +100,4 @@ def test_maps_that_are_made_ahead_may_find_the_readers_busy(tmp_path: Path) -> N
 
     asyncio.run(prepare())
     assert (made, unheard) == ([5], [])
+    assert "not varied ahead: too many maps" in caplog.text
