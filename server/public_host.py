@@ -282,17 +282,15 @@ class PublicHost(ABC):
         return True
 
     async def _left_state(self, room_id: str) -> tuple[float, bool, str] | None:
-        """For how long a room has been empty, whether anybody ever came, and its id; None when it is gone."""
+        """For how long a room is empty, whether it was joined or is watched now, and its id; None when it is gone."""
         try:
             return await self.ask(room_id, _left_state)
         except NoRoom:
             return None
 
     def refusal(self, for_operator: bool = False) -> Notice:
-        """Why no room can be opened now, NOTHING when one can. Some rooms are kept for the operator."""
-        limits = self.settings.limits
-        reserve = 0 if for_operator or not self.settings.lobby else min(limits.rooms_for_operator, limits.rooms // 10)
-        most = self.most_rooms - reserve
+        """Why no room can be opened now, NOTHING when one can. Some are kept for the operator; `make_place` before."""
+        most = self._most_rooms_for(for_operator)
         if self.stopping or self.draining:
             return Notice("restarting", "The server is being restarted; try again in a minute.")
         if self.room_count >= most:
@@ -301,6 +299,22 @@ class PublicHost(ABC):
         if self.health().busy:
             return Notice("busy", "The server is busy, and running games come first; try again later.")
         return self.full_disk()
+
+    def _most_rooms_for(self, operator: bool) -> int:
+        limits = self.settings.limits
+        reserve = 0 if operator or not self.settings.lobby else min(limits.rooms_for_operator, limits.rooms // 10)
+        return self.most_rooms - reserve
+
+    async def make_place(self, for_operator: bool = False) -> None:
+        """Where all rooms are in use, close the one that was left behind longest, whichever visitor opened it."""
+        if self.room_count < self._most_rooms_for(for_operator):
+            return
+        opened = [room for _, rooms in self.admission.rooms_by_owner().values() for room in rooms]
+        found = [state for room in opened if (state := await self._left_state(room))]
+        empty_s, _, room_id = max(found, default=(0.0, False, ""))
+        if empty_s >= LEFT_BEHIND_S:
+            with contextlib.suppress(NoRoom):
+                await self.close_room(room_id, m.CLOSE_ROOM_OVER, NOBODY_HERE)
 
     def faults(self) -> list[str]:
         """What does not work and will not by itself, in English."""
@@ -359,4 +373,5 @@ class PublicHost(ABC):
 
 
 def _left_state(room: Room) -> tuple[float, bool, str]:
-    return room.empty_s(time.monotonic()), room.was_joined, room.id
+    joined = room.was_joined or bool(room.seating.clients)
+    return room.empty_s(time.monotonic()), joined, room.id

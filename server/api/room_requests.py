@@ -60,6 +60,7 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
 
     Raises ApiError with what would be possible; `full` names the refusal and its values.
     """
+    await host.make_place(for_operator=not address)
     refusal = host.refusal(for_operator=not address)
     if refusal:
         raise ApiError(503, "full", refusal.message, refusal=refusal.code, **refusal.values)  # the page says which

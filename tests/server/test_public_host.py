@@ -41,6 +41,10 @@ class FarHost(Host):
             raise NoRoom
         self.admission.closed_room(room_id)
 
+    @property
+    def room_count(self) -> int:
+        return len(self.states)
+
     async def openings(self, count: int) -> list[bool]:
         """What so many requests at once are answered."""
         return await asyncio.gather(*(self.may_open_room(ADDRESS) for _ in range(count)))
@@ -61,6 +65,19 @@ def test_each_of_them_takes_the_place_of_a_room_that_was_left_behind(tmp_path: P
     host = FarHost(tmp_path, {**host.states, "left long ago": (2 * LEFT_BEHIND_S, True)}, open_rooms_per_address=3)
     assert asyncio.run(host.openings(5)) == [True, True, False, False, False]
     assert set(host.states) == {"played"}
+
+
+def test_where_all_rooms_are_in_use_the_one_left_longest_gives_way(tmp_path: Path) -> None:
+    states = {"played": (0.0, True), "left": (LEFT_BEHIND_S + 1, True), "left long ago": (2 * LEFT_BEHIND_S, True)}
+    host = FarHost(tmp_path, states, rooms=3, rooms_for_operator=0)
+    for expected in ({"played", "left"}, {"played", "left"}):
+        asyncio.run(host.make_place())
+        assert set(host.states) == expected, "a place is made only where there is none"
+    host.states["new"] = 0.0, False
+    asyncio.run(host.make_place())
+    host.states |= {"another": (LEFT_BEHIND_S - 1, True), "a third": (0.0, True)}
+    asyncio.run(host.make_place())
+    assert set(host.states) == {"played", "new", "another", "a third"}, "whoever has just left may come back"
 
 
 @pytest.mark.parametrize("error", [Away("restarting"), asyncio.CancelledError()], ids=["away", "cancelled"])
