@@ -219,6 +219,7 @@ class ClusterHost(Host):
 
     async def _bring(self, file: RoomFile, shard: str) -> None:
         interrupted = await asyncio.to_thread(interrupted_round, file, self.settings.recordings)
+        await self.prepare_map(file)
         if not self.node.leases.valid(shard, self.node.now()):
             if interrupted is not None:
                 interrupted.writer.abandon()

@@ -213,13 +213,12 @@ class Room:
         """Prepare the map that follows, or the same one when somebody asked for it; False to wait."""
         people = [seat for seat in self.seats if seat.taken_by_client]
         again = any(seat.wants_again for seat in people)
-        if self.phase == "series_over" and not again:
-            return False
-        if not people and now - self._over_since < limits.SHOW_RESULT_S:
-            return False
+        shown = not people and now - self._over_since < limits.SHOW_RESULT_S
         try:
+            if shown or (self.phase == "series_over" and not again) or not self.series.map_is_ready(again):
+                return False
             self.round = self.series.follow(again)
-        except MovingOutError as error:  # no worker has time for the agent any more
+        except MovingOutError as error:  # the map has no variant, or no worker has time for the agent any more
             self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
             return False
         for message in (*self.series.messages(self.round), self.full_state()):
