@@ -3,7 +3,8 @@
 FROM python:3.11-slim-bookworm AS build
 WORKDIR /build
 COPY . .
-RUN python -m pip wheel --no-cache-dir --wheel-dir /wheels --constraint constraints.txt '.[postgres]'
+RUN python -m pip wheel --no-cache-dir --wheel-dir /wheels --require-hashes --requirement constraints/serving.txt \
+    && python -m pip wheel --no-cache-dir --wheel-dir /wheels --no-deps .
 
 FROM python:3.11-slim-bookworm
 # The versions are those of the wheels, of which there is one each.

@@ -12,8 +12,10 @@ import numpy as np
 from movingout.maps.shapes import corner_radius, outline
 from movingout.maps.solid import WALL_MARGIN
 from movingout.maps.spec import ARENA_HALF, ItemSpec, MapSpec, Rect, Shape
+from movingout.maps.surface import Floats
 
 GOAL_MARGIN = 0.05  # an item counts as delivered this far beyond the drawn goal
+_TOLERANCE = 1e-9
 _TURNS = np.radians(np.arange(0, 180, 3))
 
 
@@ -83,29 +85,36 @@ def _usable(goal: Rect) -> Rect:
 
 
 def _first_place(places: Iterable[Rect], taken: list[Rect], width: float, height: float) -> Rect | None:
-    """The lowest, then leftmost free place for a box, its sides against others' or the region's."""
+    """The lowest, then leftmost free place for a box, its sides against others' or the region's.
+
+    All candidates of a region at once: of those that a drawn map can have, one by one would take seconds.
+    """
+    others = np.array([(other.left, other.bottom, other.right, other.top) for other in taken]).reshape(-1, 4)
     for place in places:
-        lefts = sorted({place.left, *(other.right for other in taken)})
-        bottoms = sorted({place.bottom, *(other.top for other in taken)})
-        for bottom in bottoms:
-            for left in lefts:
-                box = Rect(left, bottom, left + width, bottom + height)
-                if _within(box, place) and not any(_overlap(box, other) for other in taken):
-                    return box
+        lefts = _starts(place.left, place.right, width, others[:, 2])
+        bottoms = _starts(place.bottom, place.top, height, others[:, 3])
+        if not len(lefts) or not len(bottoms):
+            continue
+        across = _overlaps(lefts, width, others[:, [0, 2]])
+        up = _overlaps(bottoms, height, others[:, [1, 3]])
+        free = (up @ across.T).ravel() == 0.0  # (bottoms * lefts)
+        if free.any():
+            row, column = divmod(int(np.argmax(free)), len(lefts))
+            left, bottom = float(lefts[column]), float(bottoms[row])
+            return Rect(left, bottom, left + width, bottom + height)
     return None
 
 
-def _within(box: Rect, place: Rect) -> bool:
-    tolerance = 1e-9
-    return (
-        box.left >= place.left - tolerance
-        and box.bottom >= place.bottom - tolerance
-        and box.right <= place.right + tolerance
-        and box.top <= place.top + tolerance
-    )
+def _starts(first: float, last: float, length: float, ends: Floats) -> Floats:
+    """Where a side of this length may begin between two bounds: at the first of them, or where something ends."""
+    if length > last - first + 3 * _TOLERANCE:
+        return np.empty(0)
+    starts = np.unique(np.append(ends, first))
+    return starts[(starts >= first - _TOLERANCE) & (starts + length <= last + _TOLERANCE)]
 
 
-def _overlap(one: Rect, other: Rect) -> bool:
-    return min(one.right, other.right) - max(one.left, other.left) > math.ulp(2.0) and min(one.top, other.top) - max(
-        one.bottom, other.bottom
-    ) > math.ulp(2.0)
+def _overlaps(starts: Floats, length: float, others: Floats) -> Floats:
+    """1 where a side (S,) overlaps another one (N, 2), else 0: (S, N)."""
+    begin = starts[:, None]
+    shared = np.minimum(begin + length, others[:, 1]) - np.maximum(begin, others[:, 0])
+    return (shared > math.ulp(2.0)).astype(np.float64)

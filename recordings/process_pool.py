@@ -17,6 +17,19 @@ class StoppablePool(ProcessPoolExecutor):
     ) -> None:
         self.shutdown(cancel_futures=kind is not None)
 
+    def end(self, within_s: float) -> None:
+        """Drop work that has not begun, wait so long for what has, and break it off then."""
+        manager: threading.Thread | None = getattr(self, "_executor_manager_thread", None)
+        processes = [*(self._processes or {}).values()]
+        self.shutdown(wait=False, cancel_futures=True)
+        if manager is None:
+            return
+        manager.join(within_s)
+        if manager.is_alive():
+            for process in processes:
+                process.kill()
+            manager.join()
+
 
 def process_pool(workers: int, nice: int = 0) -> StoppablePool:
     """A pool of processes with this `nice` value that leave Ctrl-C to their parent and do not outlive it.

@@ -33,7 +33,7 @@ class Host(PublicHost, RoomHost):
         await self.agents.start()
         warm_up()
         for file in list(self.store.load()):
-            self.restore(file)
+            await self.restore(file)
         self._recover_journals({*self.episodes()})
         await self.start_rooms()
 

@@ -18,7 +18,7 @@ ErrorCode = Literal[
     "unknown_agent", "damaged_agent", "agent_map", "agent_options", "no_agent", "ghost", "blinded", "tutorial",
     "agents_only", "too_many_agents",
     # maps of one's own
-    "map_faulty", "map_name", "map_busy", "map_slow", "map_unsolved",
+    "map_faulty", "map_name", "map_busy", "map_slow", "map_unsolved", "map_variant",
     # seats
     "room_full", "seat_taken", "watchers_full", "not_your_seat", "wrong_phase", "joined", "no_tutorial",
     "pings_off", "ping_rate", "ping_item", "ready_rate", "pauses_used",

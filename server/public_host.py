@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import logging
 import shutil
 import time
 from abc import ABC, abstractmethod
@@ -16,7 +17,7 @@ from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.background import BackgroundWork
-from movingout.server.connection.admission import AdmissionControl
+from movingout.server.connection.admission import AdmissionControl, address_group
 from movingout.server.connection.other_nodes import RoomCount
 from movingout.server.notices import NOTHING, ErrorCode, Notice
 from movingout.server.overload import ProcessHealth
@@ -34,6 +35,8 @@ from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import hash_token, new_token, token_matches
 from movingout.server.settings import Settings
+
+log = logging.getLogger(__name__)
 
 DRAIN_LOOK_S = 0.2
 LEFT_BEHIND_S = 60.0  # a room that was empty for so long may give way to another one of the same address
@@ -84,7 +87,7 @@ class PublicHost(ABC):
         self.answer_log = AnswerLog(settings.answers)
         self.own_maps = MapFolder(settings.maps)
         self.own_maps.read()
-        self.map_workers = MapWorkers()
+        self.map_workers = MapWorkers(lambda address, seconds: self.admission.worked_on_map(address, seconds))
         self.started_at = time.monotonic()
         self._admin_hash = hash_token(self.admin_token)
         self.checks: list[Callable[[], Iterator[str]]] = []  # each names what else does not work
@@ -279,17 +282,15 @@ class PublicHost(ABC):
         return True
 
     async def _left_state(self, room_id: str) -> tuple[float, bool, str] | None:
-        """For how long a room has been empty, whether anybody ever came, and its id; None when it is gone."""
+        """For how long a room is empty, whether it was joined or is watched now, and its id; None when it is gone."""
         try:
             return await self.ask(room_id, _left_state)
         except NoRoom:
             return None
 
     def refusal(self, for_operator: bool = False) -> Notice:
-        """Why no room can be opened now, NOTHING when one can. Some rooms are kept for the operator."""
-        limits = self.settings.limits
-        reserve = 0 if for_operator or not self.settings.lobby else min(limits.rooms_for_operator, limits.rooms // 10)
-        most = self.most_rooms - reserve
+        """Why no room can be opened now, NOTHING when one can. Some are kept for the operator; `make_place` before."""
+        most = self._most_rooms_for(for_operator)
         if self.stopping or self.draining:
             return Notice("restarting", "The server is being restarted; try again in a minute.")
         if self.room_count >= most:
@@ -298,6 +299,22 @@ class PublicHost(ABC):
         if self.health().busy:
             return Notice("busy", "The server is busy, and running games come first; try again later.")
         return self.full_disk()
+
+    def _most_rooms_for(self, operator: bool) -> int:
+        limits = self.settings.limits
+        reserve = 0 if operator or not self.settings.lobby else min(limits.rooms_for_operator, limits.rooms // 10)
+        return self.most_rooms - reserve
+
+    async def make_place(self, for_operator: bool = False) -> None:
+        """Where all rooms are in use, close the one that was left behind longest, whichever visitor opened it."""
+        if self.room_count < self._most_rooms_for(for_operator):
+            return
+        opened = [room for _, rooms in self.admission.rooms_by_owner().values() for room in rooms]
+        found = [state for room in opened if (state := await self._left_state(room))]
+        empty_s, _, room_id = max(found, default=(0.0, False, ""))
+        if empty_s >= LEFT_BEHIND_S:
+            with contextlib.suppress(NoRoom):
+                await self.close_room(room_id, m.CLOSE_ROOM_OVER, NOBODY_HERE)
 
     def faults(self) -> list[str]:
         """What does not work and will not by itself, in English."""
@@ -324,17 +341,18 @@ class PublicHost(ABC):
 
     # ---- randomised maps ------------------------------------------------------------------------------------
 
-    async def prepare_maps(self, config: RoomConfig) -> None:
+    async def prepare_maps(self, config: RoomConfig, address: str = "") -> None:
         """Make the randomised maps of a series in another process: wait for the first, the others follow.
 
-        Raises MapError, RecordingError for the first one.
+        `address` is whose turn it is to wait; empty for a study and the operator. Raises MapError and Busy for the
+        first one.
         """
         if config.challenge2_seed is None:
             return
-        seed, rounds = config.challenge2_seed, range(len(config.maps))
+        seed, rounds, group = config.challenge2_seed, range(len(config.maps)), address_group(address)
         wanted = [(config.designed(index), seed + index, config.split) for index in rounds]
-        await self._prepare(wanted[:1])
-        background = asyncio.create_task(self._prepare_ahead(wanted[1:]))
+        await self._prepare(wanted[:1], group)
+        background = asyncio.create_task(self._prepare_ahead(wanted[1:], group))
         self._preparing.add(background)
         background.add_done_callback(self._preparing.discard)
 
@@ -342,15 +360,18 @@ class PublicHost(ABC):
         """Keep a randomised map where rooms will look for it."""
         self.prepared_maps.keep(variant, made)
 
-    async def _prepare(self, wanted: list[Variant]) -> None:
+    async def _prepare(self, wanted: list[Variant], address: str) -> None:
         for each in wanted:
             if each not in self.prepared_maps:
-                self.keep_map(each, await self.recording_service.variant(*each))
+                self.keep_map(each, await self.map_workers.variant(*each, address))
 
-    async def _prepare_ahead(self, wanted: list[Variant]) -> None:
-        with contextlib.suppress(MovingOutError):  # what is missing, its round makes for itself
-            await self._prepare(wanted)
+    async def _prepare_ahead(self, wanted: list[Variant], address: str) -> None:
+        try:
+            await self._prepare(wanted, address)
+        except MovingOutError as error:  # the room asks for what it misses when its round comes
+            log.warning("a map of a series was not varied ahead: %s", error)
 
 
 def _left_state(room: Room) -> tuple[float, bool, str]:
-    return room.empty_s(time.monotonic()), room.was_joined, room.id
+    joined = room.was_joined or bool(room.seating.clients)
+    return room.empty_s(time.monotonic()), joined, room.id

@@ -21,6 +21,7 @@ from movingout.server.connection.endpoint import SocketEndpoint
 from movingout.server.memory import GarbageCollection
 from movingout.server.open_files import within_open_files
 from movingout.server.overload import Overload, ProcessHealth
+from movingout.server.own_maps.workers import MapWorkers
 from movingout.server.persistence.fsync import sync_recordings
 from movingout.server.persistence.room_snapshot import restore_room, room_file
 from movingout.server.persistence.room_store import RoomFile, RoomStore
@@ -62,6 +63,7 @@ class RoomHost:
         self.background = BackgroundWork()
         self._garbage = GarbageCollection()
         self._process = psutil.Process()
+        self._missing_maps = MapWorkers()  # starts no process before a round misses its map
         self.registry = RoomRegistry(
             recordings=settings.recordings,
             agents=self.agents,
@@ -72,6 +74,7 @@ class RoomHost:
             on_journal=self._round_recorded,
             new_room_id=new_room_id,
             owns=self.owns,
+            make_map=self._missing_maps.variant,
         )
         self.registry.watch_rounds(self._study_round_over)
         self.endpoint = SocketEndpoint(settings, self.registry, self.admission, self._kept)
@@ -116,6 +119,7 @@ class RoomHost:
     async def stop_rooms(self) -> None:
         """End the agents, and wait until every room is written; after `suspend`."""
         await self.agents.close()
+        await self._missing_maps.close()
         self.agents.costs.save()
         await asyncio.to_thread(self.store.close)
         self._garbage.stop()
@@ -181,8 +185,16 @@ class RoomHost:
 
     # ---- restart --------------------------------------------------------------------------------------------
 
-    def restore(self, file: RoomFile) -> None:
+    async def prepare_map(self, file: RoomFile) -> None:
+        """Make the randomised map of a room that comes back where it delays no tick."""
+        config, index = file.config, file.index
+        with contextlib.suppress(MovingOutError):  # the room says it
+            wanted = config.designed(index), config.variant_seed(index), config.split
+            await self.registry.prepared_maps.prepare(*wanted)
+
+    async def restore(self, file: RoomFile) -> None:
         """Open a room of the last run again."""
+        await self.prepare_map(file)
         try:
             room = restore_room(file, self.settings.recordings, self.registry, time.monotonic())
         except MovingOutError as error:

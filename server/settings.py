@@ -150,6 +150,7 @@ class Limits:
     # Two seats at one screen: 2 x 20 inputs, acknowledgements with them, a ping and control messages now and then.
     messages_per_s: float = 60.0
     message_burst: float = 60.0
+    watcher_messages_per_s: float = 10.0  # of somebody without a seat, whose page says little
     wrong_tokens_per_minute: int = 10  # by one address, then it is locked for a while
 
 

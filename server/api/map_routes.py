@@ -66,7 +66,7 @@ def map_routes(host: PublicHost) -> APIRouter:
         """A map that no list has, as HandOff:mirror or a generated one."""
         if not host.admission.may_check_map(address_of(request)):
             raise ApiError(429, "map_busy", "Too many maps were checked from your address; wait a few seconds.")
-        return map_to_json(await named_map(host, name))
+        return map_to_json(await named_map(host, name, address_of(request)))
 
     if host.settings.lobby:
         router.include_router(_editor_routes(host))
@@ -86,7 +86,7 @@ def _editor_routes(host: PublicHost) -> APIRouter:
         if not host.admission.may_check_map(address_of(request)):
             raise ApiError(429, "map_busy", "Too many maps were checked from your address; wait a few seconds.")
         document = (await body_of(request, DrawnMap)).map
-        spec, faults, hints = await _checked(host, document)
+        spec, faults, hints = await _checked(host, document, address_of(request))
         if spec is not None and is_reserved(spec.name):
             faults = (*faults, _taken_name(spec.name))
             hints = tuple(hint for hint in hints if hint.path != "name")
@@ -98,7 +98,8 @@ def _editor_routes(host: PublicHost) -> APIRouter:
         address = address_of(request)
         if not host.admission.may_solve_map(address):
             raise ApiError(429, "map_busy", "Too many maps were solved from your address; wait a minute.")
-        spec = await playable(host, (await body_of(request, DrawnMap)).map, own_name=False)
+        document = (await body_of(request, DrawnMap)).map
+        spec = await playable(host, document, address, own_name=False)
         try:
             return await host.map_workers.solve(spec, address_group(address))
         except Busy as error:
@@ -111,9 +112,9 @@ def _editor_routes(host: PublicHost) -> APIRouter:
     return router
 
 
-async def playable(host: PublicHost, document: object, own_name: bool = True) -> MapSpec:
+async def playable(host: PublicHost, document: object, address: str, own_name: bool = True) -> MapSpec:
     """The map of a drawn document. Raises ApiError with its first fault; with `own_name`, also for a shipped name."""
-    spec, faults, _ = await _checked(host, document)
+    spec, faults, _ = await _checked(host, document, address)
     if spec is None or faults:
         raise ApiError(422, "map_faulty", f"This map cannot be played: {faults[0]}.", path=faults[0].path)
     if own_name and is_reserved(spec.name):
@@ -121,9 +122,9 @@ async def playable(host: PublicHost, document: object, own_name: bool = True) ->
     return spec
 
 
-async def _checked(host: PublicHost, document: object) -> Checked:
+async def _checked(host: PublicHost, document: object, address: str) -> Checked:
     try:
-        return await host.map_workers.check(document)
+        return await host.map_workers.check(document, address_group(address))
     except Busy as error:
         raise ApiError(503, "map_busy", str(error)) from None
     except TooSlow as error:

@@ -5,26 +5,27 @@ from movingout.maps.generated.names import is_generated
 from movingout.maps.suggestion import known_names, shortened
 from movingout.maps.symmetry import SEPARATOR, SYMMETRY_NAMES
 from movingout.server.api.errors import ApiError
+from movingout.server.connection.admission import address_group
 from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import PublicHost
 
 
-async def named_map(host: PublicHost, name: str) -> MapSpec:
+async def named_map(host: PublicHost, name: str, address: str) -> MapSpec:
     """Any map that a room can be opened on by its name. Raises ApiError for a name that is no map."""
     if is_shipped(name):
         return load_map(name)
-    spec = await own_map(host, name)
+    spec = await own_map(host, name, address)
     if spec is None:
         raise unknown_map(host, name)
     return spec
 
 
-async def own_map(host: PublicHost, name: str) -> MapSpec | None:
+async def own_map(host: PublicHost, name: str, address: str) -> MapSpec | None:
     """A map of the operator's folder, or a generated one, which is made where it delays no tick."""
     if not is_generated(name):
         return host.own_maps.find(name)
     try:
-        return await host.map_workers.generate(name)
+        return await host.map_workers.generate(name, address_group(address))
     except Busy as error:
         raise ApiError(503, "map_busy", str(error)) from None
     except MovingOutError as error:

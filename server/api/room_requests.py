@@ -8,7 +8,7 @@ from movingout.agents.catalogue import agent_card, agent_cards, open_to_all
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.live_options import check_live_agent
 from movingout.agents.map_limits import check_map_seen
-from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json
+from movingout.maps import TUTORIAL, MapError, MapSpec, MovingOutError, is_shipped, map_to_json
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import RecordingError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
@@ -18,6 +18,8 @@ from movingout.server.api.errors import ApiError, unreadable
 from movingout.server.api.map_routes import playable
 from movingout.server.api.named_maps import own_map, unknown_map
 from movingout.server.api.proposed_partner import proposed_partners
+from movingout.server.connection.admission import address_group
+from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import Away, PublicHost
 from movingout.server.rooms.ghost_partner import GhostError, GhostSeat, ghost_config
 from movingout.server.rooms.seat import Seat
@@ -58,6 +60,7 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
 
     Raises ApiError with what would be possible; `full` names the refusal and its values.
     """
+    await host.make_place(for_operator=not address)
     refusal = host.refusal(for_operator=not address)
     if refusal:
         raise ApiError(503, "full", refusal.message, refusal=refusal.code, **refusal.values)  # the page says which
@@ -124,12 +127,22 @@ async def _open_seated(host: PublicHost, wanted: RoomRequest, address: str) -> d
         if seat.kind == "agent":
             _check_maps_seen(seat.agent_id, own_maps)
     try:
-        await host.prepare_maps(config)
+        await _prepare_maps(host, config, address)
         return await _opened(host, config, seats, tokens, address)
     except Away:
         raise
     except MovingOutError as error:
         raise unreadable(error, 503, "no_agent") from None
+
+
+async def _prepare_maps(host: PublicHost, config: RoomConfig, address: str) -> None:
+    """Raises ApiError where the map of the first round has no variant, which another partner would not change."""
+    try:
+        await host.prepare_maps(config, address)
+    except Busy as error:
+        raise ApiError(503, "map_busy", str(error)) from None
+    except MapError as error:
+        raise ApiError(422, "map_variant", f"This map cannot be varied: {error}.", map=config.maps[0]) from None
 
 
 async def _opened(
@@ -179,16 +192,16 @@ async def _open_tutorial(host: PublicHost, wanted: RoomRequest, address: str) ->
 
 async def _ghosts(host: PublicHost, seats: list[SeatRequest], address: str) -> dict[int, GhostSeat]:
     """The recorded seats among `seats`: from this server's recordings, or the partner that the operator named."""
-    found = {}
+    found, group = {}, address_group(address)
     try:
         for index, seat in enumerate(seats[:2]):
             if seat.kind == "ghost":
                 if address:
                     limit_replays(host, address)
-                path = await host.recording_service.path(seat.recording)
-                found[index] = await host.recording_service.ghost_seat(f"{path}#{SEAT_COLOURS[index]}")
+                path = await host.recording_service.path(seat.recording, address=group)
+                found[index] = await host.recording_service.ghost_seat(f"{path}#{SEAT_COLOURS[index]}", group)
             elif seat.kind == "agent" and seat.agent == host.settings.partner and is_ghost(seat.agent):
-                found[index] = await host.recording_service.ghost_seat(seat.agent.removeprefix(f"{GHOST}:"))
+                found[index] = await host.recording_service.ghost_seat(seat.agent.removeprefix(f"{GHOST}:"), group)
     except RecordingError as error:
         text = f"This recording cannot be played against: {error}."
         raise unreadable(error, 422, "ghost", text) from None
@@ -203,7 +216,9 @@ async def _own_maps(
     To generate one takes time, so the address has as many as it may check. Raises ApiError.
     """
     if wanted.map is not None:
-        drawn = await playable(host, wanted.map)
+        if address and not host.admission.may_check_map(address):
+            raise ApiError(429, "map_busy", "Too many maps were checked for your address; wait a few seconds.")
+        drawn = await playable(host, wanted.map, address)
         if wanted.maps:
             raise ApiError(422, "maps", "a drawn map is played alone; leave `maps` empty", most=MAX_ROUNDS)
         wanted.maps = [drawn.name]
@@ -213,7 +228,7 @@ async def _own_maps(
         if not is_shipped(name):
             if address and not host.admission.may_check_map(address):
                 raise ApiError(429, "map_busy", "Too many maps were made for your address; wait a few seconds.")
-            found[name] = await own_map(host, name)
+            found[name] = await own_map(host, name, address)
     recorded = {ghost.map: ghost.own for ghost in ghosts.values()}
     return {name: spec for name, spec in {**found, **recorded}.items() if spec is not None}
 

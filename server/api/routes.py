@@ -32,6 +32,7 @@ from movingout.server.api.health import health_routes
 from movingout.server.api.map_routes import map_routes
 from movingout.server.api.offered_agents import OfferedAgents
 from movingout.server.api.room_requests import RoomRequest, open_room
+from movingout.server.connection.admission import address_group
 from movingout.server.notices import Notice
 from movingout.server.persistence.answer_log import TooManyAnswers
 from movingout.server.persistence.recording_service import ReplayFiles
@@ -223,7 +224,7 @@ def _recording_routes(host: PublicHost) -> APIRouter:
         if not (host.recording_service.has_replay(episode_id) or host.is_admin(bearer(request))):
             limit_replays(host, address_of(request))
         try:
-            return await host.recording_service.replay(episode_id)
+            return await host.recording_service.replay(episode_id, address_group(address_of(request)))
         except RecordingError as error:
             raise unreadable(error, 404, "no_recording") from None
 
@@ -244,7 +245,7 @@ def _recording_routes(host: PublicHost) -> APIRouter:
         if not host.is_admin(bearer(request)):
             limit_replays(host, address_of(request))
         try:
-            path = await host.recording_service.path(episode_id)
+            path = await host.recording_service.path(episode_id, address=address_group(address_of(request)))
         except RecordingError as error:
             raise unreadable(error, 404, "no_recording") from None
         return FileResponse(path, media_type="application/octet-stream", filename=path.name)

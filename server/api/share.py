@@ -11,6 +11,7 @@ from movingout.recordings.exports.share import SHARE_KINDS, ShareKind, share_byt
 from movingout.recordings.report.words import Words
 from movingout.server.api.authentication import address_of, seat_of_token
 from movingout.server.api.errors import ApiError, unreadable
+from movingout.server.connection.admission import address_group
 from movingout.server.public_host import PublicHost
 
 KEPT = 32  # pictures, each well below a megabyte
@@ -28,7 +29,7 @@ def routes(host: PublicHost) -> APIRouter:
             raise ApiError(403, "blinded", "This is not shown in a round of a study.")
         if episode_id not in holder.recordings or kind not in SHARE_KINDS:
             raise ApiError(404, "no_recording", "There is no such round in this room.")
-        await check_there(episode_id)  # who played may have asked for the deletion
+        await check_there(episode_id, request)  # who played may have asked for the deletion
         spoken = Words(language).language
         if (key := (episode_id, kind, spoken)) not in kept:
             kept[key] = await drawn(episode_id, kind, spoken, request)
@@ -37,9 +38,9 @@ def routes(host: PublicHost) -> APIRouter:
         headers = {"cache-control": "private, max-age=3600"}
         return Response(kept[key], media_type=f"image/{kind}", headers=headers)
 
-    async def check_there(episode_id: str) -> None:
+    async def check_there(episode_id: str, request: Request) -> None:
         try:
-            await host.recording_service.path(episode_id)
+            await host.recording_service.path(episode_id, address=address_group(address_of(request)))
         except RecordingError as error:
             raise unreadable(error, 404, "no_recording") from None
 
@@ -47,7 +48,8 @@ def routes(host: PublicHost) -> APIRouter:
         if not host.admission.may_draw(address_of(request)):
             raise ApiError(429, "too_many_pictures", "Many pictures were asked for; wait a minute.")
         try:
-            return await host.recording_service.read(episode_id, partial(share_bytes, kind=kind, language=language))
+            work, address = partial(share_bytes, kind=kind, language=language), address_group(address_of(request))
+            return await host.recording_service.read(episode_id, work, address=address)
         except RecordingError as error:
             raise unreadable(error, 404, "no_recording") from None
 

@@ -219,6 +219,7 @@ class ClusterHost(Host):
 
     async def _bring(self, file: RoomFile, shard: str) -> None:
         interrupted = await asyncio.to_thread(interrupted_round, file, self.settings.recordings)
+        await self.prepare_map(file)
         if not self.node.leases.valid(shard, self.node.now()):
             if interrupted is not None:
                 interrupted.writer.abandon()
@@ -266,7 +267,7 @@ class ClusterHost(Host):
         found = {}
         for owner, (new, ids) in self.admission.rooms_by_owner().items():
             rooms = [room for each in ids if (room := self.registry.rooms.get(each)) is not None]
-            unjoined = sum(not room.was_joined for room in rooms)
+            unjoined = sum(not (room.was_joined or room.seating.clients) for room in rooms)
             found[owner] = RoomCount(open=new + len(rooms), unjoined=new + unjoined)
         return found
 

@@ -16,6 +16,7 @@ LOCK_S = 60.0
 FLOODS_PER_MINUTE = 10
 BAN_S = 10.0
 PICTURES_PER_MINUTE = 12
+MAP_WORK_S = 20.0  # of a process in a minute
 REPLAYS_PER_MINUTE = 60
 DAY_S = 86_400.0
 ROUND_BYTES = 100_000  # a short one
@@ -257,6 +258,13 @@ class AdmissionControl:
         return self._bucket(self._checks, address_group(address), self._limits.map_checks_per_minute).take(
             self._clock()
         )
+
+    def worked_on_map(self, address: str, seconds: float) -> None:
+        """A process has worked so long on a map for this address: MAP_WORK_S of that are all the checks of a minute."""
+        per_minute, now = self._limits.map_checks_per_minute, self._clock()
+        checks = self._bucket(self._checks, address_group(address), per_minute)
+        if not checks.take(now, seconds / MAP_WORK_S * per_minute):
+            checks.empty(now)
 
     def may_solve_map(self, address: str) -> bool:
         return self._bucket(self._solves, address_group(address), self._limits.map_solves_per_minute).take(

@@ -148,8 +148,8 @@ class ClientConnection:
         except Refused as refusal:
             raise CloseConnection(refusal.code, await self._refused(room, request) or refusal.notice) from None
         self._room = room
-        per_s = self._limits.messages_per_s * max(1, len(welcome.seats))
-        self._bucket = TokenBucket(per_s, per_s, time.monotonic())
+        per_s = self._limits.messages_per_s * len(welcome.seats) or self._limits.watcher_messages_per_s
+        self._bucket = TokenBucket(per_s, max(per_s, self._limits.message_burst), time.monotonic())
         if welcome.seats:  # a server that dies now knows the new tokens when it is back
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._kept(), KEPT_S)

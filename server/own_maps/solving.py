@@ -1,4 +1,7 @@
-"""Work on a drawn map that takes a while: checking it and playing a scripted pair on it. Called in a worker process."""
+"""Work on a map that takes a while: checking, varying and making it, and playing a scripted pair on it.
+
+Called in a worker process.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +18,7 @@ from movingout.maps.commands.map_cautions import hints_on
 from movingout.maps.document_check import check_document, fault_of
 from movingout.maps.errors import MapDocumentError, MapError
 from movingout.maps.official import is_official, map_from_official
+from movingout.maps.randomize import Split, randomize
 from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
 from movingout.server.own_maps.folder import Outcome, read_map_file
 from movingout.world import World
@@ -24,6 +28,8 @@ from movingout.world.state import WorldState
 
 CHECK_S = 5.0
 SOLVE_S = 20.0
+VARIANT_S = 10.0  # of a visitor; one of a shipped map takes a third of a second
+OWN_VARIANT_S = 60.0  # of a study, or of the operator: their maps may be tight
 _DECIMALS = 4
 
 
@@ -56,6 +62,12 @@ def generate(name: str) -> MapSpec:
     """The generated map of a name. Raises TooSlow, and MapError for a name of none."""
     with _time_limit(CHECK_S):
         return load_map(name)
+
+
+def variant(designed: MapSpec, seed: int, split: Split, within_s: float) -> MapSpec:
+    """`randomize` within a time limit. Raises TooSlow, and MapError where there is no variant."""
+    with _time_limit(within_s):
+        return randomize(designed, seed, split)
 
 
 def read_file(path: Path) -> Outcome:

@@ -1,23 +1,30 @@
-"""The processes that check and solve drawn maps and make generated ones, at lower priority, so that no tick is late."""
+"""The processes that check, vary and solve maps and make generated ones, at lower priority, so that no tick is late."""
 
 import asyncio
 import logging
-from concurrent.futures import ProcessPoolExecutor
+import time
+from collections.abc import Callable
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from movingout.maps import MapSpec
+from movingout.maps import MapSpec, is_reserved
 from movingout.maps.errors import MovingOutError
-from movingout.recordings.process_pool import process_pool
+from movingout.maps.randomize import Split
+from movingout.recordings.process_pool import StoppablePool, process_pool
+from movingout.server.connection.turns import Turns
 from movingout.server.own_maps import solving
 from movingout.server.own_maps.folder import Outcome
 
 log = logging.getLogger(__name__)
 
+Kind = Literal["checks", "variants", "solves"]
+
 NICE = 10  # ticks come first
-MOST_WAITING = 24  # checks that have not been answered
+MOST_WAITING = 120  # of a kind that have not been answered
+MOST_OF_ONE = 40  # of these for one address, behind which a class may sit
 MOST_SOLVES = 4  # solves that have not been answered, one of which is being played
+CLOSE_S = 3.0  # for what is being worked on when the server ends
 
 
 class Busy(MovingOutError):
@@ -25,39 +32,44 @@ class Busy(MovingOutError):
 
 
 class MapWorkers:
-    """One process for checks and one for solves, each started when it is first needed. Use inside an event loop."""
+    """A process for each kind of work, started when it is first needed. Use inside an event loop.
 
-    def __init__(self) -> None:
-        self._pools: dict[str, ProcessPoolExecutor] = {}
-        self._waiting = 0
+    Addresses are given as limits know them, empty for the server itself: they take turns, and nobody waits long for
+    what another one asks. `on_work` hears for whom a process has worked on a map that is not shipped, and how long.
+    """
+
+    def __init__(self, on_work: Callable[[str, float], None] = lambda address, seconds: None) -> None:
+        self._pools: dict[Kind, StoppablePool] = {}
+        self._turns = {kind: Turns() for kind in ("checks", "variants")}
+        self._on_work = on_work
         self._solving: set[str] = set()  # addresses
 
-    async def check(self, document: object) -> solving.Checked:
+    async def check(self, document: object, address: str) -> solving.Checked:
         """The map of a document, its faults and hints. Raises Busy and solving.TooSlow."""
-        if self._waiting >= MOST_WAITING:
-            raise Busy("The server is checking many maps at the moment; try again in a few seconds.")
-        self._waiting += 1
-        try:
-            checked: solving.Checked = await self._run("checks", solving.check, document)
-        finally:
-            self._waiting -= 1
+        checked: solving.Checked = await self._in_turn("checks", address, address, solving.check, document)
         return checked
 
-    async def generate(self, name: str) -> MapSpec:
+    async def generate(self, name: str, address: str) -> MapSpec:
         """The generated map of a name. Raises Busy, solving.TooSlow, and MapError for a name of none."""
-        if self._waiting >= MOST_WAITING:
-            raise Busy("The server is checking many maps at the moment; try again in a few seconds.")
-        self._waiting += 1
-        try:
-            spec: MapSpec = await self._run("checks", solving.generate, name)
-        finally:
-            self._waiting -= 1
+        spec: MapSpec = await self._in_turn("checks", address, address, solving.generate, name)
+        return spec
+
+    async def variant(self, designed: MapSpec, seed: int, split: Split, address: str = "") -> MapSpec:
+        """A randomised map. Raises Busy, solving.TooSlow, and MapError where it has none.
+
+        Shipped maps, of which a class plays many at once, are at nobody's expense.
+        """
+        charged = "" if is_reserved(designed.name) else address
+        within_s = solving.VARIANT_S if address else solving.OWN_VARIANT_S
+        work = solving.variant, designed, seed, split, within_s
+        spec: MapSpec = await self._in_turn("variants", address, charged, *work)
         return spec
 
     async def read_file(self, path: Path) -> Outcome:
         """The map of a file of the operator's folder, or what is wrong with it."""
         try:
-            outcome: Outcome = await self._run("checks", solving.read_file, path)
+            async with self._turns["checks"].turn():
+                outcome: Outcome = await self._run("checks", solving.read_file, path)
         except Busy:
             return f"{path.name} cannot be looked at: the process that reads it ends; change the file to try again"
         return outcome
@@ -76,12 +88,23 @@ class MapWorkers:
         return solution
 
     async def close(self) -> None:
-        """End the processes; what is still being worked on ends by its own time limit."""
+        """End the processes; what is still being worked on after CLOSE_S is broken off."""
         pools, self._pools = list(self._pools.values()), {}
-        for pool in pools:
-            await asyncio.to_thread(pool.shutdown, cancel_futures=True)
+        await asyncio.gather(*(asyncio.to_thread(pool.end, CLOSE_S) for pool in pools))
 
-    async def _run(self, kind: str, work: Any, *arguments: Any) -> Any:
+    async def _in_turn(self, kind: Kind, address: str, charged: str, work: Any, *arguments: Any) -> Any:
+        """Run when it is the turn of an address, at the expense of `charged`. Raises Busy."""
+        if address and not self._turns[kind].has_place(address, MOST_WAITING, MOST_OF_ONE):
+            raise Busy("The server is checking many maps at the moment; try again in a few seconds.")
+        async with self._turns[kind].turn(address):
+            started = time.monotonic()
+            try:
+                return await self._run(kind, work, *arguments)
+            finally:
+                if charged:
+                    self._on_work(charged, time.monotonic() - started)
+
+    async def _run(self, kind: Kind, work: Any, *arguments: Any) -> Any:
         """Run in the process of a kind; once more in a new one if it died. Raises Busy when it dies again."""
         for _ in range(2):
             if kind not in self._pools:

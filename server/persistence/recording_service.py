@@ -1,5 +1,5 @@
 """The recordings of a server, in two other processes, so that no tick is late: one finishes journals, the other lists
-and replays recordings and randomises maps, so that whoever asks for replays delays nobody's recording.
+and replays recordings, so that whoever asks for replays delays nobody's recording.
 
 Knows no room. Ids are unguessable, so one recording needs no token; a path is that of an id, never of a name or link.
 """
@@ -14,8 +14,6 @@ from typing import Any, NamedTuple, TypeVar
 
 import orjson
 
-from movingout.maps import MapSpec
-from movingout.maps.randomize import Split, randomize
 from movingout.recordings import RecordingError, browser_replay, finalise
 from movingout.recordings.storage.finished import Recovery, recover_journal
 from movingout.recordings.storage.index import list_recordings, renamed_file
@@ -51,7 +49,10 @@ class KeptReplay(NamedTuple):
 
 
 class RecordingService:
-    """The recordings of one folder. Use inside a running event loop."""
+    """The recordings of one folder. Use inside a running event loop.
+
+    `address` says, as limits know it, for whom something is read: addresses take turns.
+    """
 
     def __init__(self, folder: Path, on_finished: Callable[[Path], None] = lambda recording: None) -> None:
         self.folder = folder
@@ -90,21 +91,21 @@ class RecordingService:
         """Whether a replay costs nothing more."""
         return self._kept(episode_id) is not None or episode_id in self._being_read
 
-    async def replay(self, episode_id: str) -> ReplayFiles:
+    async def replay(self, episode_id: str, address: str = "") -> ReplayFiles:
         """Raises RecordingError when there is no such recording or it cannot be read."""
         if kept := self._kept(episode_id):
             self._replays.move_to_end(episode_id)
             return kept
         if episode_id not in self._being_read:  # whoever asks meanwhile waits for the same
-            task = asyncio.create_task(self._read_replay(episode_id))
+            task = asyncio.create_task(self._read_replay(episode_id, address))
             self._being_read[episode_id] = task
             task.add_done_callback(lambda _: self._being_read.pop(episode_id, None))
         return await asyncio.shield(self._being_read[episode_id])
 
-    async def _read_replay(self, episode_id: str) -> ReplayFiles:
-        path = await self.path(episode_id)
+    async def _read_replay(self, episode_id: str, address: str) -> ReplayFiles:
+        path = await self.path(episode_id, address=address)
         stamp = _stamp(path)
-        files = ReplayFiles(*await self._reading.run(_replay, path))
+        files = ReplayFiles(*await self._reading.run(_replay, path, address=address))
         self._replays[episode_id] = KeptReplay(files, path, stamp)
         while len(self._replays) > CACHED_REPLAYS:
             self._replays.popitem(last=False)
@@ -118,7 +119,7 @@ class RecordingService:
             return None
         return kept.files if kept is not None else None
 
-    async def path(self, episode_id: str, urgent: bool = False) -> Path:
+    async def path(self, episode_id: str, urgent: bool = False, address: str = "") -> Path:
         """The file of a recording, waiting for it to be finalised. Raises RecordingError when there is none.
 
         ReadersBusy, unless it is `urgent`, where it has to be looked for and too many are waiting for that.
@@ -130,14 +131,18 @@ class RecordingService:
             await asyncio.shield(pending)
         path = self.folder / f"{episode_id}{SUFFIX}"
         if not path.is_file():
-            path = await self._reading.run(_renamed, self.folder, episode_id, urgent=urgent) or path
+            renamed = self._reading.run(_renamed, self.folder, episode_id, urgent=urgent, address=address)
+            path = await renamed or path
         if path.is_symlink() or not path.is_file():
             raise RecordingError("there is no such recording; it may still be running or may have been deleted")
         return path
 
-    async def read(self, episode_id: str, work: Callable[[Path], Result], urgent: bool = False) -> Result:
+    async def read(
+        self, episode_id: str, work: Callable[[Path], Result], urgent: bool = False, address: str = ""
+    ) -> Result:
         """What `work` finds in a recording, in the other process. Raises RecordingError, ReadersBusy as `path` does."""
-        found: Result = await self._reading.run(work, await self.path(episode_id, urgent), urgent=urgent)
+        path = await self.path(episode_id, urgent, address)
+        found: Result = await self._reading.run(work, path, urgent=urgent, address=address)
         return found
 
     async def compute(self, work: Callable[[], Result]) -> Result:
@@ -145,14 +150,9 @@ class RecordingService:
         found: Result = await self._reading.run(work)
         return found
 
-    async def variant(self, designed: MapSpec, seed: int, split: Split) -> MapSpec:
-        """A randomised map, made in the other process. Raises MapError."""
-        the_map: MapSpec = await self._reading.run(randomize, designed, seed, split)
-        return the_map
-
-    async def ghost_seat(self, ghost: str) -> GhostSeat:
+    async def ghost_seat(self, ghost: str, address: str = "") -> GhostSeat:
         """What a room for the ghost `FILE#red` has to play. Raises RecordingError."""
-        found: GhostSeat = await self._reading.run(ghost_seat, ghost)
+        found: GhostSeat = await self._reading.run(ghost_seat, ghost, address=address)
         return found
 
     async def settled(self) -> None:

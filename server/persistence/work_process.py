@@ -7,11 +7,14 @@ from typing import Any
 
 from movingout.recordings import RecordingError
 from movingout.recordings.process_pool import process_pool
+from movingout.server.connection.turns import Turns
 
 log = logging.getLogger(__name__)
 
 NICE = 10  # ticks come first
-MOST_WAITING = 40  # calls; more are refused, so that nobody waits for minutes
+MOST_WAITING = 80  # calls; more are refused, so that nobody waits for minutes
+MOST_OF_ONE = 30  # of these for one address, behind which a class may sit
+CLOSE_S = 3.0  # for what runs when it is closed
 
 
 class ReadersBusy(RecordingError):
@@ -24,29 +27,25 @@ class WorkProcess:
     def __init__(self, what: str) -> None:
         self._what = what
         self._executor = process_pool(1, NICE)
-        self._turn = asyncio.Lock()  # a process that dies concerns one call, not all that wait for it
-        self._waiting = 0
+        self._turns = Turns()  # a process that dies concerns one call, not all that wait for it
         self._closed = False
 
-    async def run(self, work: Any, *arguments: Any, urgent: bool = False) -> Any:
+    async def run(self, work: Any, *arguments: Any, urgent: bool = False, address: str = "") -> Any:
         """The result of `work(*arguments)`; both must be picklable. Whatever it raises is raised here.
 
+        Addresses, as limits know them, take turns: nobody waits long for what another one asks.
         Once more in a new process if it died. RecordingError when it dies again, or after `close`; ReadersBusy, unless
         it is `urgent`, when too many are waiting.
         """
-        if self._waiting >= MOST_WAITING and not urgent:
+        if not urgent and not self._turns.has_place(address, MOST_WAITING, MOST_OF_ONE):
             raise ReadersBusy("too many recordings are being read at the moment; try again in a minute")
-        self._waiting += 1
-        try:
-            async with self._turn:
-                return await self._attempt_twice(work, arguments)
-        finally:
-            self._waiting -= 1
+        async with self._turns.turn(address):
+            return await self._attempt_twice(work, arguments)
 
     async def close(self) -> None:
-        """Wait for what runs, not for what waits, and end the process."""
+        """Wait CLOSE_S for what runs, not for what waits, and end the process."""
         self._closed = True
-        await asyncio.to_thread(self._executor.shutdown, cancel_futures=True)
+        await asyncio.to_thread(self._executor.end, CLOSE_S)
 
     async def _attempt_twice(self, work: Any, arguments: tuple[Any, ...]) -> Any:
         for _ in range(2):

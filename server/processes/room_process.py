@@ -72,7 +72,7 @@ class RoomProcess(RoomHost):
     async def start(self) -> None:
         await self.shared_agents.joined(AGENTS_S)
         for file in list(self.store.load(self.lives_here)):
-            self.restore(file)
+            await self.restore(file)
         await self.start_rooms()
         self.background.repeat("telling the front", self.tell_news, NEWS_S)
 

@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Awaitable, Callable, Collection
 from pathlib import Path
 
 from movingout.agents.recording_metadata import cards
@@ -30,7 +30,8 @@ RoundWatcher = Callable[[str, str, m.Result], None]  # room, episode
 class RoomRegistry:
     """The rooms by id. `on_change(room)` reports what a restart needs, `on_journal` a journal to finalise.
 
-    A room that this process does not own for the moment, as `owns` says, does not tick.
+    A room that this process does not own for the moment, as `owns` says, does not tick. `make_map` makes a randomised
+    map that a later round misses.
     """
 
     def __init__(
@@ -44,9 +45,10 @@ class RoomRegistry:
         on_journal: Callable[[Path], None],
         new_room_id: Callable[[], str] = new_id,
         owns: Callable[[str], bool] = lambda room_id: True,
+        make_map: Callable[[MapSpec, int, Split], Awaitable[MapSpec]] | None = None,
     ) -> None:
         self.rooms: dict[str, Room] = {}
-        self.prepared_maps = PreparedMaps()
+        self.prepared_maps = PreparedMaps(make_map)
         self._recordings = recordings
         self._agents = agents
         self._scheduler = scheduler
@@ -111,6 +113,9 @@ class RoomRegistry:
 
     def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
         return self.prepared_maps.world_map(designed, seed, split)
+
+    def map_is_ready(self, designed: MapSpec, seed: int | None, split: Split) -> bool:
+        return self.prepared_maps.is_ready(designed, seed, split)
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> EpisodeWriter:
         return EpisodeWriter.create(self._recordings, header, initial, cards(header.seats))

@@ -45,7 +45,7 @@ class Room:
         self.notice = progress.notice  # why the room is in its phase
         self.until = 0.0  # when the countdown or the pause ends
         self.missed_ticks = 0
-        self.was_joined = progress.joined  # whether anybody ever came
+        self.was_joined = progress.joined  # whether anybody ever took a seat, or came where agents have both
         self.held = NOTHING  # why the person who runs a study has stopped the clock
         self._held_next = NOTHING  # why no further round begins
         self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id)
@@ -60,7 +60,7 @@ class Room:
     def join(self, client: ClientHandle, request: m.Join, now: float) -> m.Welcome:
         """Admit a client, to seats or as a spectator, and send it the state. Raises Refused."""
         taken, replaced = self.seating.join(client, request)
-        self.was_joined = True
+        self.was_joined |= bool(taken) or not any(seat.taken_by_client for seat in self.seats)
         if self.phase == "lobby":
             self._call_agents()
         for old in replaced:
@@ -159,8 +159,8 @@ class Room:
             return
         if self.phase == "lobby" and now - self._empty_since >= limits.AGENTS_WAIT_S:
             self.series.free_agents()  # others may need them; they come back with the first client
-        awaited = self.was_joined or self.config.study or any(seat.shared for seat in self.seats)
-        if now - self._empty_since >= (limits.EMPTY_S if awaited else limits.UNJOINED_S):
+        unjoined_s = limits.INVITED_S if any(seat.shared for seat in self.seats) else limits.UNJOINED_S
+        if now - self._empty_since >= (limits.EMPTY_S if self.was_joined or self.config.study else unjoined_s):
             self.close(m.CLOSE_ROOM_OVER, notices.NOBODY_HERE)
 
     def _give_seat_up(self, seat: Seat) -> None:
@@ -213,13 +213,12 @@ class Room:
         """Prepare the map that follows, or the same one when somebody asked for it; False to wait."""
         people = [seat for seat in self.seats if seat.taken_by_client]
         again = any(seat.wants_again for seat in people)
-        if self.phase == "series_over" and not again:
-            return False
-        if not people and now - self._over_since < limits.SHOW_RESULT_S:
-            return False
+        shown = not people and now - self._over_since < limits.SHOW_RESULT_S
         try:
+            if shown or (self.phase == "series_over" and not again) or not self.series.map_is_ready(again):
+                return False
             self.round = self.series.follow(again)
-        except MovingOutError as error:  # no worker has time for the agent any more
+        except MovingOutError as error:  # the map has no variant, or no worker has time for the agent any more
             self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
             return False
         for message in (*self.series.messages(self.round), self.full_state()):

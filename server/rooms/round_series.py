@@ -5,7 +5,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from movingout.agents.built_in import TUTORIAL_PARTNER
-from movingout.maps import MapSpec
+from movingout.maps import MapError, MapSpec
 from movingout.recordings import RecordingError
 from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
@@ -60,6 +60,17 @@ class RoundSeries:
         """Whether another map follows."""
         return self.index + 1 < len(self._config.maps)
 
+    def map_is_ready(self, again: bool) -> bool:
+        """Whether `follow` has a map at once; otherwise it is being made. Raises MapError where it cannot be."""
+        index = self.index + (not again)
+        try:
+            seed = self._config.variant_seed(index)
+            return self._services.map_is_ready(self._config.designed(index), seed, self._config.split)
+        except MapError:
+            for seat in self._seats:
+                seat.wants_again = False  # otherwise the room would try it at each tick
+            raise
+
     def follow(self, again: bool) -> LiveRound:
         """The round of the map that follows, or of the same one again. Raises MapError and AgentError."""
         self.index += not again
@@ -70,8 +81,7 @@ class RoundSeries:
     def prepare(self) -> LiveRound:
         """The next round, with its agents loading. Raises MapError and AgentError."""
         self.epoch += 1
-        seed = self._config.challenge2_seed
-        seed = None if seed is None else seed + self.index
+        seed = self._config.variant_seed(self.index)
         the_map, tutorial = self._map(seed), None
         if self._config.tutorial:
             tutorial = TutorialProgress(the_map, self._players)

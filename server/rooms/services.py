@@ -39,6 +39,10 @@ class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
         own = self.own_maps.get(self.maps[index])
         return load_map(self.maps[index]) if own is None else map_from_json(own)
 
+    def variant_seed(self, index: int) -> int | None:
+        """Of the variant of the map of a round, None for the map as designed."""
+        return None if self.challenge2_seed is None else self.challenge2_seed + index
+
     @property
     def round_ticks(self) -> int:
         """The limit of a round, 0 for none."""
@@ -56,6 +60,9 @@ class Services(Protocol):
     def agents(self) -> AgentSource: ...
 
     def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec: ...
+
+    def map_is_ready(self, designed: MapSpec, seed: int | None, split: Split) -> bool:
+        """Whether `world_map` answers at once; otherwise it will. Raises MapError where there is no such map."""
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> EpisodeWriter:
         """Begin the recording of a round. Raises RecordingError when the disk refuses."""

@@ -7,6 +7,7 @@ AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent to load
 AGENTS_WAIT_S = 60.0  # agents are released if no client comes for so long
 SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
 EMPTY_S = 900.0  # a room without clients closes after this
+INVITED_S = 300.0  # so does one where nobody has taken a seat yet, though it has a link for somebody
 UNJOINED_S = 60.0  # so does one that waits for nobody but the page that opened it
 CHANGES_PER_S = 4.0  # of one seat: ready, no longer ready, once more
 CHANGES_BURST = 8.0

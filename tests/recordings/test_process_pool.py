@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
@@ -41,3 +42,16 @@ def test_after_kill_9_no_worker_is_left_behind() -> None:
         worker = int(killed.stdout.readline())
         said, _ = killed.communicate(timeout=60)  # up to the end of the pipe, which a living worker would keep open
         assert (said, killed.returncode) == ("", -signal.SIGKILL) and worker != killed.pid
+
+
+def test_what_does_not_end_in_time_is_broken_off() -> None:
+    processes = process_pool(1)
+    assert processes.submit(abs, -1).result() == 1
+    endless = processes.submit(time.sleep, 60)
+    while not endless.running():
+        time.sleep(0.01)
+    began = time.monotonic()
+    processes.end(0.2)
+    assert time.monotonic() - began < 10
+    with pytest.raises(BrokenProcessPool):
+        endless.result()

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from movingout.maps import MapSpec
+from movingout.maps import MapError, MapSpec
 from movingout.maps.randomize import Split
 from movingout.recordings import EpisodeHeader, EpisodeWriter, RecordingError
 from movingout.server import messages as m
@@ -132,10 +132,16 @@ class FakeServices:
     archived: list[Path] = field(default_factory=list)
     results: list[tuple[str, m.Result]] = field(default_factory=list)
     changes: int = 0
+    maps_ready: bool | MapError = True
     numbers: "itertools.count[int]" = field(default_factory=itertools.count)
 
     def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
         return designed
+
+    def map_is_ready(self, designed: MapSpec, seed: int | None, split: Split) -> bool:
+        if isinstance(self.maps_ready, MapError):
+            raise self.maps_ready
+        return self.maps_ready
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> EpisodeWriter:
         if self.folder is None:

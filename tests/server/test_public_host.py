@@ -11,7 +11,7 @@ import pytest
 from movingout.maps import MapSpec
 from movingout.server.host import Host
 from movingout.server.notices import Notice
-from movingout.server.persistence.work_process import ReadersBusy
+from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import LEFT_BEHIND_S, Away, NoRoom
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
@@ -41,6 +41,10 @@ class FarHost(Host):
             raise NoRoom
         self.admission.closed_room(room_id)
 
+    @property
+    def room_count(self) -> int:
+        return len(self.states)
+
     async def openings(self, count: int) -> list[bool]:
         """What so many requests at once are answered."""
         return await asyncio.gather(*(self.may_open_room(ADDRESS) for _ in range(count)))
@@ -63,6 +67,19 @@ def test_each_of_them_takes_the_place_of_a_room_that_was_left_behind(tmp_path: P
     assert set(host.states) == {"played"}
 
 
+def test_where_all_rooms_are_in_use_the_one_left_longest_gives_way(tmp_path: Path) -> None:
+    states = {"played": (0.0, True), "left": (LEFT_BEHIND_S + 1, True), "left long ago": (2 * LEFT_BEHIND_S, True)}
+    host = FarHost(tmp_path, states, rooms=3, rooms_for_operator=0)
+    for expected in ({"played", "left"}, {"played", "left"}):
+        asyncio.run(host.make_place())
+        assert set(host.states) == expected, "a place is made only where there is none"
+    host.states["new"] = 0.0, False
+    asyncio.run(host.make_place())
+    host.states |= {"another": (LEFT_BEHIND_S - 1, True), "a third": (0.0, True)}
+    asyncio.run(host.make_place())
+    assert set(host.states) == {"played", "new", "another", "a third"}, "whoever has just left may come back"
+
+
 @pytest.mark.parametrize("error", [Away("restarting"), asyncio.CancelledError()], ids=["away", "cancelled"])
 def test_an_opening_that_fails_while_rooms_are_asked_counts_no_longer(tmp_path: Path, error: BaseException) -> None:
     host = FarHost(tmp_path, {"room": (0.0, True)})
@@ -77,20 +94,22 @@ def test_an_opening_that_fails_while_rooms_are_asked_counts_no_longer(tmp_path: 
     assert host.admission.being_opened(ADDRESS) == 0
 
 
-def test_maps_that_are_made_ahead_may_find_the_readers_busy(tmp_path: Path) -> None:
+def test_maps_that_are_made_ahead_may_find_the_process_busy_which_is_logged(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     made: list[int] = []
     unheard: list[Any] = []
 
-    async def first_alone(designed: MapSpec, seed: int, split: str) -> MapSpec:
+    async def first_alone(designed: MapSpec, seed: int, split: str, address: str) -> MapSpec:
         if made:
-            raise ReadersBusy("too many recordings are being read")
+            raise Busy("too many maps")
         made.append(seed)
         return designed
 
     async def prepare() -> None:
         asyncio.get_running_loop().set_exception_handler(lambda _, context: unheard.append(context))
         host = Host(Settings(data=tmp_path))
-        host._recording_service = SimpleNamespace(variant=first_alone)  # type: ignore[assignment]
+        host.map_workers = SimpleNamespace(variant=first_alone)  # type: ignore[assignment]
         await host.prepare_maps(RoomConfig(maps=("HandOff", "Simple"), challenge2_seed=5))
         for _ in range(3):
             await asyncio.sleep(0)
@@ -98,3 +117,4 @@ def test_maps_that_are_made_ahead_may_find_the_readers_busy(tmp_path: Path) -> N
 
     asyncio.run(prepare())
     assert (made, unheard) == ([5], [])
+    assert "not varied ahead: too many maps" in caplog.text

@@ -19,7 +19,7 @@ from movingout.server import messages as m
 from movingout.server.frame_layout import FrameError
 from movingout.server.frames import Bundle, decode_client_frame
 from movingout.server.rooms.seat_assignment import SeatAssignment
-from tests.server.live import Live, raw_socket, serve
+from tests.server.live import WAIT_S, Live, limits, raw_socket, serve
 from tests.server.support import make_input
 from tests.server.threats import close_code, player
 
@@ -122,6 +122,20 @@ def test_5_a_flood_is_cut_off_without_a_close_frame(live: Live) -> None:
     assert time.monotonic() - started < 10
     assert person.connection.close_code == 1006
     assert live.call("/healthz")[0] == 200
+
+
+def test_5_who_has_no_seat_may_say_less(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(watcher_messages_per_s=0.01, message_burst=5)) as live:
+        room = live.open_room("here", "idle")
+        blue, watcher = live.person(room["room"], tokens=room["tokens"][:1]), live.person(room["room"], mode="watch")
+        for person in (blue, watcher):
+            for _ in range(12):
+                person.say(type="focus", visible=True)
+        with pytest.raises(ConnectionClosed):
+            for _ in range(15):
+                watcher.connection.recv(WAIT_S)
+        blue.say(type="ready", seat=0, ready=True)
+        assert blue.wait_for("room", phase="countdown")
 
 
 def test_5_a_flood_that_goes_on_after_a_close_is_cut_off_too(live: Live) -> None:

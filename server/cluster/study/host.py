@@ -232,8 +232,8 @@ class StudyNodeHost(ClusterHost):
 
     # ---- what rooms need, and tell ----------------------------------------------------------------------------
 
-    async def _prepare(self, wanted: list[Variant]) -> None:
-        await super()._prepare(wanted)
+    async def _prepare(self, wanted: list[Variant], address: str) -> None:
+        await super()._prepare(wanted, address)
         for designed, seed, split in wanted:
             others = [node for node in self._nodes() if node.run != self.node.who.run]
             for node in [node for node in others if (designed, seed, split, node.run) not in self._sent]:

@@ -36,7 +36,7 @@ class RoomSetup:
     def map_of(self, step: Step) -> MapSpec:
         """The map of a round or of the practice, after `prepare`."""
         config = self.config(step)
-        return self._host.prepared_maps.world_map(config.designed(0), config.challenge2_seed, config.split)
+        return self._host.prepared_maps.world_map(config.designed(0), config.variant_seed(0), config.split)
 
     def shown_map(self, name: str) -> tuple[str, str]:
         """Name and title of a map as its rooms show it; of one that the study file names no more, only the name."""

@@ -118,3 +118,11 @@ def test_connecting_again_and_again_has_to_wait() -> None:
     assert gate.enter("192.0.2.2") == ""
     clock.now = 2.0
     assert gate.enter("192.0.2.1") == ""
+
+
+def test_work_on_maps_of_an_address_uses_up_its_checks() -> None:
+    gate = control(map_checks_per_minute=120)
+    gate.worked_on_map("192.0.2.1", admission.MAP_WORK_S / 2)
+    assert [gate.may_check_map("192.0.2.1") for _ in range(61)] == [True] * 60 + [False]
+    gate.worked_on_map("192.0.2.2", 10 * admission.MAP_WORK_S)
+    assert not gate.may_check_map("192.0.2.2") and gate.may_check_map("192.0.2.3")

@@ -66,9 +66,9 @@ def test_a_replay_that_many_ask_for_is_made_once(tmp_path: Path, monkeypatch: py
     async def work(service: RecordingService) -> int:
         read = service._reading.run
 
-        async def counting(*arguments: Any) -> Any:
+        async def counting(*arguments: Any, **options: Any) -> Any:
             made.append(episode)
-            return await read(*arguments)
+            return await read(*arguments, **options)
 
         monkeypatch.setattr(service._reading, "run", counting)
         found = await asyncio.gather(*[service.replay(episode) for _ in range(12)])

@@ -20,6 +20,9 @@ class MortalPool(ThreadPoolExecutor):
     def submit(self, work: Any, /, *arguments: Any, **options: Any) -> "Future[Any]":
         return super().submit(self._attempt, work, *arguments)
 
+    def end(self, within_s: float) -> None:
+        self.shutdown(cancel_futures=True)
+
     def _attempt(self, work: Any, *arguments: Any) -> Any:
         self.dead = self.dead or work is die
         if self.dead:

@@ -6,6 +6,7 @@ from movingout.server import messages as m
 from movingout.server.notices import Notice
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import Refused, WrongRequest
+from movingout.server.rooms.time_limits import INVITED_S
 from tests.server.support import TICK, Table
 
 CLOSED = Notice("closed_by_operator", "closed")
@@ -127,10 +128,29 @@ def test_wrong_order_is_refused_with_what_is_possible_and_what_is() -> None:
 
 def test_an_empty_room_closes_after_a_quarter_of_an_hour() -> None:
     table = Table()
+    table.room.depart(table.join(claim=1), table.now)
     table.seconds(890)
     assert table.phase == "lobby"
     table.seconds(20)
     assert table.phase == "closed"
+
+
+def test_a_link_that_nobody_has_used_is_kept_for_minutes_and_who_only_watched_does_not_count() -> None:
+    table = Table()
+    watcher = table.join(mode="watch")
+    table.seconds(INVITED_S + 10)
+    assert table.phase == "lobby", "somebody is there"
+    table.room.depart(watcher, table.now)
+    table.seconds(INVITED_S - 10)
+    assert table.phase == "lobby" and not table.room.was_joined
+    table.seconds(20)
+    assert table.phase == "closed"
+
+
+def test_where_agents_have_both_seats_who_watches_has_joined() -> None:
+    table = Table(seats=[Seat(0, "idle"), Seat(1, "idle")])
+    table.join(mode="watch")
+    assert table.room.was_joined
 
 
 def test_a_closed_room_stays_closed_when_its_clients_go() -> None:
