@@ -26,6 +26,7 @@ check: .venv/dev .venv/node ## format, lint, types, import rules, JavaScript, th
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/mypy examples/remote_agent.py examples/evaluate_my_policy.py
 	$(BIN)/lint-imports
 	$(BIN)/pytest --quiet tests/bench/source
 	node_modules/.bin/prettier --check --log-level warn 'web/**/*.{js,css}' 'tests/browser/*.js'
@@ -67,8 +68,8 @@ lock: .venv/bin/python ## write constraints/serving.txt: what serving needs, by 
 wheel: .venv/bin/python ## build the wheel into dist/
 	$(BIN)/pip --disable-pip-version-check wheel --no-deps --wheel-dir dist .
 
-clean: ## remove the environment and caches (never data/)
-	rm -rf .venv node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis
+clean: ## remove the environment, caches and what was built (never data/)
+	rm -rf .venv node_modules .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis test-results build dist ./*.egg-info
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or newer is needed; try: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 2; }

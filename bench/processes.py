@@ -5,6 +5,7 @@ The runs alternate, so that other load on the machine meets both. Bots play from
 
 import json
 import statistics
+from collections.abc import Callable
 from typing import Any
 
 from bench.server import canary
@@ -30,7 +31,7 @@ def main() -> None:
         print(f"| {name} | {medians[0]:.2f} | {medians[1]:.2f} |")
 
 
-ROWS = {
+ROWS: dict[str, Callable[[dict[str, Any]], float]] = {
     "late p50 [ms]": lambda result: result["late_ms"]["p50"],
     "late p99 [ms]": lambda result: result["late_ms"]["p99"],
     "ticks missed [%]": lambda result: 100 * result["missed_ticks"] / (result["ticks"] + result["missed_ticks"]),

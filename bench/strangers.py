@@ -32,7 +32,7 @@ class Near:
     def reset(self, episode: EpisodeInfo) -> None:
         self._map, self._seat = episode.map, episode.seat
         self._random = np.random.default_rng([7, episode.seed, episode.seat])
-        self._goal, self._avoid = -1, {}
+        self._goal, self._avoid = -1, dict[int, int]()
         self._held_since, self._spot = -1, (9.0, 9.0)
         self._still, self._before, self._escape = 0, (9.0, 9.0), 0
         self._way = 0.0

@@ -11,7 +11,7 @@ from bench.source.files import ROOT, SourceTree
 
 PAGES = ["README.md", "CONTRIBUTING.md", "Makefile", *(f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md"))]
 SOURCES = [*SourceTree().line_counts, *(path.relative_to(ROOT) for path in (ROOT / "bench").rglob("*.py"))]
-FOLDERS = "maps|world|recordings|agents|matches|study|server|web|tests|bench|docs|examples"
+FOLDERS = "maps|world|recordings|agents|matches|study|server|web|tests|bench|docs|examples|src"
 FILE = re.compile(rf"(?<![\w/.:<>{{}}-])((?:{FOLDERS})/[\w./-]*\w\.(?:py|js|css|json|md|svg|html|toml))\b")
 MODULE = re.compile(r"(?<![\w./-])((?:movingout|bench|tests)(?:\.[A-Za-z_]\w*)+)")
 BENCHMARK = re.compile(r"python -m bench ([a-z_]+)")

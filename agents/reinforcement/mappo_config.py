@@ -21,6 +21,7 @@ from movingout.agents.training.optimisation import (
     described,
     documented,
 )
+from movingout.world.constants import LIMIT_TICKS
 
 Reward = Literal["paper-dense", "paper-agent-distance", "paper-sparse", "official-dense"]
 ArenaLayout = Literal["official-v1", "map-v1", "aware-v1"]
@@ -49,7 +50,7 @@ class MappoConfig(Optimisation):
     rate: Annotated[FiniteFloat, Field(gt=0.0)] = documented(3e-4, "learning rate of Adam")
     clip: NotNegativeFloat = documented(5.0, "largest norm of the gradient of each network; 0: not clipped")
     evaluate_every: AtLeastOne = documented(5, "rounds between resume files", "free")
-    ticks: AtLeastOne = documented(500, "limit of an episode that is learned from")
+    ticks: AtLeastOne = documented(LIMIT_TICKS, "limit of an episode that is learned from")
     reward: Reward = documented(
         "paper-dense", "what is rewarded: paper-dense, paper-agent-distance, paper-sparse or official-dense"
     )

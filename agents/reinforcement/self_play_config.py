@@ -7,6 +7,7 @@ from pydantic import Field, FiniteFloat
 
 from movingout.agents.errors import DataError
 from movingout.agents.training.optimisation import AtLeastOne, NotNegativeFloat, Optimisation, documented
+from movingout.world.constants import LIMIT_TICKS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +28,7 @@ class SelfPlayConfig(Optimisation):
     batch: AtLeastOne = documented(256, "decisions per gradient step")
     rate: Annotated[FiniteFloat, Field(gt=0.0)] = documented(1e-3, "learning rate of Adam")
     clip: NotNegativeFloat = documented(0.5, "largest norm of the gradient; 0: not clipped")
-    ticks: AtLeastOne = documented(500, "limit of an episode that is learned from")
+    ticks: AtLeastOne = documented(LIMIT_TICKS, "limit of an episode that is learned from")
     discount: Annotated[FiniteFloat, Field(ge=0.0, lt=1.0)] = documented(0.99, "discount per tick")
     trace: Annotated[FiniteFloat, Field(ge=0.0, le=1.0)] = documented(
         0.95, "lambda of the generalised advantages, per decision"

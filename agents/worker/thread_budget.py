@@ -14,6 +14,7 @@ from typing import NamedTuple
 MOST_CORES = 0.4  # a thread that never waits gets half of a core, even beside decisions without end
 WINDOW_S = 5.0  # that the limit is an average over
 LOOK_S = 0.5
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}  # for what a process starts
 _TASKS = Path("/proc/self/task")  # of Linux; elsewhere only threads that end within a decision find their agent
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PYTHON_PACKAGES = ("maps", "world", "recordings", "agents", "matches", "study", "server")
-FOLDERS = (*PYTHON_PACKAGES, "web")
+FOLDERS = (*PYTHON_PACKAGES, "src/movingout", "web")  # what `src/movingout` links to counts once
 GENERATED = (Path("web/messages.js"),)
 LONGEST_JS_LINE = 120
 _BROAD = ("Exception", "BaseException")

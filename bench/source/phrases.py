@@ -12,7 +12,7 @@ from bench.source.files import ROOT
 
 PAGE = ROOT / "docs" / "architecture.md"
 START = "<!-- files: written by python -m bench.source.phrases -->"
-FOLDERS = ("maps", "world", "recordings", "agents", "matches", "study", "server", "web", "bench")
+FOLDERS = ("maps", "world", "recordings", "agents", "matches", "study", "server", "src/movingout", "web", "bench")
 _SKIPPED = {"tests", "migrations", "__pycache__"}
 
 

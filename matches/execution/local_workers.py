@@ -11,13 +11,13 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from movingout.agents.worker.thread_budget import ONE_THREAD
 from movingout.matches.execution.dispatch import WorkerMessage
 from movingout.matches.match import Match, match_to_json, result_from_json
 
 _GRACE_S = 30.0  # how long after the agents' own limit a worker without a heartbeat is killed
 _START_S = 900.0  # the same until it is ready: imports take minutes on a busy machine, which is no agent's fault
 _AWAY_S = 5.0  # a second's wait that takes longer: everything stood still, as by Ctrl-Z or where a cluster suspends it
-_ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 
 
 class _WorkerProcess:
@@ -25,7 +25,7 @@ class _WorkerProcess:
 
     def __init__(self, number: int, settings: str, inbox: "queue.Queue[tuple[int, _WorkerProcess, str]]") -> None:
         paths = [path or str(Path.cwd()) for path in sys.path]
-        environment = {**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(paths)}
+        environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(paths)}
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "movingout.matches.execution.worker"], env=environment, encoding="utf-8",
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,

@@ -18,9 +18,8 @@ from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.replay import replay_poses
 from movingout.recordings.report.words import Words
-from movingout.world.constants import POSES_PER_TICK, TICK_SECONDS
+from movingout.world.constants import POSE_SECONDS, POSES_PER_TICK, TICK_SECONDS
 
-POSE_SECONDS = TICK_SECONDS / POSES_PER_TICK
 _CAPTION = 0.075  # height of the caption, in sides of the picture
 _LETTERS = 14  # of a name on the caption
 

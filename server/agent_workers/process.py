@@ -19,7 +19,7 @@ import msgspec
 from movingout.agents.trial import LOADING_LIMIT_S
 from movingout.agents.worker.heartbeat import Activity, WorkerHeartbeat
 from movingout.agents.worker.messages import FrameBuffer, FromWorker, ToWorker, frame, read_from_worker
-from movingout.agents.worker.thread_budget import MOST_CORES
+from movingout.agents.worker.thread_budget import MOST_CORES, ONE_THREAD
 from movingout.server.agent_workers.process_restarts import ProcessRestarts
 
 log = logging.getLogger(__name__)
@@ -37,7 +37,6 @@ PROGRAM = (  # Ctrl-C is the server's affair, also while the worker still import
 WATCH_EVERY_S = 0.25
 STILL_S = 1.0  # a sleep of WATCH_EVERY_S that takes longer
 QUICK_DEATH_S = 1.0  # a worker that died younger than this is not replaced at once
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
 class Worker(Protocol):

@@ -2,20 +2,14 @@
 
 import logging
 import re
-from collections.abc import Awaitable, Callable, MutableMapping
-from typing import Any
 
 import orjson
 
 from movingout.server.api.errors import error_json
+from movingout.server.connection.asgi import App, Message, Receive, Send
 from movingout.server.connection.hosts import host_refusal
 from movingout.server.connection.origin import header
 from movingout.server.settings import Settings
-
-Message = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[Message]]
-Send = Callable[[Message], Awaitable[None]]
-App = Callable[[Message, Receive, Send], Awaitable[None]]
 
 log = logging.getLogger(__name__)
 _HOST = re.compile(r"[A-Za-z0-9.\-]+(:\d+)?|\[[0-9A-Fa-f:]+\](:\d+)?")

@@ -3,8 +3,8 @@
 import orjson
 
 from movingout.server.api.errors import error_json
-from movingout.server.api.middleware import App, Message, Receive, Send
 from movingout.server.connection.admission import AdmissionControl
+from movingout.server.connection.asgi import App, Message, Receive, Send
 
 FILE_COST = 0.25  # of a request: files come from memory
 TEXT = "Too many requests come from your address; wait a few seconds."

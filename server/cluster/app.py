@@ -6,11 +6,11 @@ from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
 
-from movingout.server.api.middleware import App, Message, Receive, Send
 from movingout.server.app import assemble
 from movingout.server.cluster.host import WORKS, ClusterHost
 from movingout.server.cluster.node import ClusterNode
 from movingout.server.cluster.node_calls import NodeCalls
+from movingout.server.connection.asgi import App, Message, Receive, Send
 from movingout.server.settings import Settings
 
 CHECK = "/cluster/rooms/"  # + shard: whether its rooms are here, for health checks of a proxy

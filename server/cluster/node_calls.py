@@ -22,7 +22,7 @@ import msgspec
 
 from movingout.agents.errors import AgentsBusyError
 from movingout.maps.errors import MovingOutError
-from movingout.server.api.middleware import App, Message, Receive, Send
+from movingout.server.connection.asgi import App, Message, Receive, Send
 from movingout.server.public_host import Away, NoRoom
 
 log = logging.getLogger(__name__)

@@ -14,7 +14,7 @@ from movingout.server.connection import control_messages
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.asgi import DirectSocket, Receive, Send, send_frame
 from movingout.server.connection.closing import CloseConnection, closing_of, not_understood, say_goodbye
-from movingout.server.connection.send_queue import Client
+from movingout.server.connection.send_queue import SendQueue
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.frame_layout import FrameError
 from movingout.server.frames import Ping, Pong, decode_client_frame
@@ -66,7 +66,7 @@ class ClientConnection:
         self._confirmed = False
         self._bucket = TokenBucket(self._limits.messages_per_s, self._limits.message_burst, time.monotonic())
         self._closing: CloseConnection | None = None  # raised in a callback, where nothing catches it
-        self.client = Client(wire.write, self._wake.set)
+        self.client = SendQueue(wire.write, self._wake.set)
 
     async def send_all(self, send: Send) -> None:
         """Send what the queue holds until the connection is to be closed."""
@@ -191,7 +191,7 @@ class ClientConnection:
         message = _parse(_decode_control, text)
         self._attempt(control_messages.handle, message, now)
 
-    def _attempt(self, request: Callable[[Room, Client, Said, float], None], said: Said, now: float) -> None:
+    def _attempt(self, request: Callable[[Room, SendQueue, Said, float], None], said: Said, now: float) -> None:
         if self._room is None:
             return
         try:

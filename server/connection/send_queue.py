@@ -22,8 +22,8 @@ RTT_SAMPLES = 16
 TOO_SLOW = Notice("too_slow", "This connection is too slow for the game; check the network.")
 
 
-class Client:
-    """The send queue of one browser or program.
+class SendQueue:
+    """What waits to be sent to one browser or program.
 
     `write` sends a frame at once or returns False; `wake` is called when something is queued.
     """

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 import orjson
 
 from movingout.recordings import RecordingError, browser_replay, finalise
-from movingout.recordings.storage.finished import Recovery, recover_journal
+from movingout.recordings.storage.finished import SUFFIX, Recovery, recover_journal
 from movingout.recordings.storage.index import list_recordings, renamed_file
 from movingout.recordings.storage.listing import Summary
 from movingout.server import messages as m
@@ -26,7 +26,6 @@ Result = TypeVar("Result")
 log = logging.getLogger(__name__)
 
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
-SUFFIX = ".mcap"
 CACHED_REPLAYS = 8
 RETRY_S = (2.0, 10.0, 60.0, 600.0)  # after a journal could not be finished; the last one again and again
 CLOSE_S = 10.0  # for journals that wait when the server ends; service managers kill it after 30 s

@@ -57,7 +57,7 @@ class StartAgents:
     thread_cores: float
 
 
-class RemoteSeat:
+class ServedSeat:
     """A seat of a room in another process."""
 
     def __init__(self, pool: "ServicePool", worker: Worker, opening: Open, rooms: "RoomsLink") -> None:
@@ -107,14 +107,14 @@ class ServicePool(AgentPool):
         if why := self._stopped.why(opening.agent_id):
             raise AgentError(why)
         worker = self._admitted(opening.agent_id)
-        seat = RemoteSeat(self, worker, opening, rooms)
+        seat = ServedSeat(self, worker, opening, rooms)
         self._seats[opening.key], self._home[opening.key] = seat, worker
         if worker.connected:
             seat.begin()
 
-    def seat(self, key: int) -> RemoteSeat | None:
+    def seat(self, key: int) -> ServedSeat | None:
         found = self._seats.get(key)
-        return found if isinstance(found, RemoteSeat) else None
+        return found if isinstance(found, ServedSeat) else None
 
     def free(self) -> float:
         """What the worker with most time left can take."""

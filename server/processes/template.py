@@ -13,7 +13,8 @@ import socket
 import subprocess
 import sys
 
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+from movingout.agents.worker.thread_budget import ONE_THREAD
+
 COPIES_S = 60.0  # that the first copy may take: everything is loaded before
 
 

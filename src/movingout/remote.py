@@ -4,8 +4,8 @@
         async for observation in client.observations():     # ten a second, the newest where some were missed
             client.act(my_policy(observation.encode("map-v1")))
 
-Answers may be late: the last chunk is played on meanwhile, row by row, and then the robot stands still. docs/protocol.md
-explains the messages underneath.
+Answers may be late: the last chunk is played on meanwhile, row by row, and then the robot stands still.
+docs/protocol.md explains the messages underneath.
 """
 
 import asyncio
@@ -177,7 +177,7 @@ class Client:
             self._closed = self._closed or _LEFT
         except ConnectionClosed:
             self._closed = self._closed or _LEFT
-        except Exception as error:  # a message of another version, or none: nobody would be told, and wait for ever
+        except Exception as error:  # noqa: BLE001 - a message of another version, or none: a program would wait for ever
             self._closed = f"cannot read what the server says: {type(error).__name__}: {error}"
         finally:
             self._arrived.set()
@@ -217,4 +217,5 @@ def _websocket(server: str, room: str) -> str:
     parts = urlsplit(server)
     if parts.scheme not in schemes or not parts.netloc:
         raise RemoteError(f"{server!r} is no address of a server; write http://127.0.0.1:8000")
-    return f"{schemes[parts.scheme]}://{parts.netloc}{parts.path.removesuffix('/ws').rstrip('/')}/ws/{quote(room, safe='')}"
+    before = parts.path.removesuffix("/ws").rstrip("/")
+    return f"{schemes[parts.scheme]}://{parts.netloc}{before}/ws/{quote(room, safe='')}"

@@ -12,10 +12,10 @@ from movingout.agents.action_chunk import checked_chunk, world_action
 from movingout.agents.base import EpisodeInfo, Observation
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import MapSpec, map_from_json
+from movingout.world.constants import POSE_SECONDS
 from movingout.world.state import Floats, WorldState
 
 POSITION, ANGLE, LEVEL = 20000, 32768 / math.pi, 32767  # scales of the binary frames
-POSE_SECONDS = 0.02
 PROGRAM = 3  # the device of an input frame
 INPUT = 3  # type of a frame
 

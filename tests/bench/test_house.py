@@ -1,5 +1,7 @@
 """The source code keeps to the limits of the house."""
 
+import ast
+
 import pytest
 
 from bench.house import LARGEST_FOLDER, LONGEST_FILE, main, report
@@ -7,6 +9,8 @@ from bench.source.files import SourceTree
 from bench.source.import_graph import import_circles, import_graph
 
 TREE = SourceTree()
+WRITTEN_ONCE = ("ONE_THREAD", "KL_WEIGHT", "LATENT_WEIGHT", "RECONSTRUCTION_WEIGHT", "POSE_SECONDS", "Receive", "Send")
+"""Names that used to be defined again, with the same value, where they were needed next."""
 
 
 def test_no_modules_import_one_another_in_a_circle() -> None:
@@ -23,6 +27,17 @@ def test_no_file_is_too_long() -> None:
 
 def test_no_class_name_has_two_meanings() -> None:
     assert TREE.recurring_classes == {}
+
+
+@pytest.mark.parametrize("name", WRITTEN_ONCE)
+def test_a_fact_is_written_once(name: str) -> None:
+    homes = [
+        str(path)
+        for path, tree in TREE.python.items()
+        for node in tree.body
+        if isinstance(node, ast.Assign) and [ast.unparse(one).lstrip("_") for one in node.targets] == [name]
+    ]
+    assert len(homes) == 1, homes
 
 
 def test_every_function_is_annotated_and_no_javascript_line_is_too_long() -> None:

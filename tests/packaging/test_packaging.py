@@ -3,9 +3,11 @@
 import importlib
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
 
 import movingout
 from tests.support import ROOT
@@ -27,6 +29,21 @@ def test_what_a_server_keeps_in_its_data_folder_stays_out_of_the_repository(name
     assert subprocess.run(["git", "check-ignore", "--quiet", "--no-index", name], cwd=ROOT).returncode == 0
     tracked = subprocess.run(["git", "ls-files", name], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     assert tracked == ""
+
+
+def test_the_package_says_of_itself_what_its_citation_says() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    for field in ("version", "license", "keywords", "authors"):
+        assert project[field] == citation[field], field
+
+
+def test_make_clean_removes_caches_and_what_was_built() -> None:
+    """All folders that the repository ignores, but for data and what lies beside each module."""
+    ignored = (ROOT / ".gitignore").read_text(encoding="utf-8").split()
+    folders = {line.rstrip("/") for line in ignored if line.endswith("/")} - {"/data", "__pycache__"}
+    recipe = (ROOT / "Makefile").read_text(encoding="utf-8").partition("\nclean:")[2].split("\n\n")[0]
+    assert {folder for folder in folders if folder not in recipe} == set()
 
 
 def test_the_public_names_exist_and_are_documented() -> None:

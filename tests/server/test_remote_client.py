@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 from websockets.asyncio.server import ServerConnection, serve
 
+from movingout import remote, remote_seat
 from movingout.agents.catalogue import load_agent
 from movingout.remote import Client, RemoteError
+from movingout.server import messages as m
 from movingout.world.metrics import METRICS
 from tests.server.live import Live
 
@@ -21,6 +23,14 @@ def test_importing_the_client_loads_no_numbers_and_no_world() -> None:
     code = "import sys, movingout.remote; print(sorted({'numpy', 'pymunk', 'movingout.world'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+def test_the_client_writes_the_numbers_of_the_server() -> None:
+    """It does not import them: a program that only plays would load the server."""
+    assert (remote.SUBPROTOCOL, remote.BUNDLE, remote_seat.INPUT) == (m.SUBPROTOCOL, m.BUNDLE, m.INPUT)
+    scales = (remote_seat.POSITION, remote_seat.ANGLE, remote_seat.LEVEL)
+    assert scales == (m.POSITION_SCALE, m.ANGLE_SCALE, m.AXIS_SCALE)
+    assert m.DEVICES[remote_seat.PROGRAM] == "program"
 
 
 def test_a_client_that_is_not_connected_says_so() -> None:

@@ -14,9 +14,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-KL_WEIGHT = 1e-5
-LATENT_WEIGHT = 0.1
-RECONSTRUCTION_WEIGHT = 0.1
+from movingout.agents.bass.dynamics import KL_WEIGHT, LATENT_WEIGHT, RECONSTRUCTION_WEIGHT
 
 MakeEncoder = Callable[[int], nn.Module]
 """A network from observations (B, D) to as many numbers as it is asked for."""

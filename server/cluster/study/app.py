@@ -11,7 +11,6 @@ from starlette.responses import JSONResponse
 from starlette.routing import Route
 
 from movingout.server.api.errors import error_json
-from movingout.server.api.middleware import Message, Receive, Send
 from movingout.server.api.routes import shape_errors
 from movingout.server.app import assemble
 from movingout.server.cluster.app import ShardCheck
@@ -20,6 +19,7 @@ from movingout.server.cluster.node_calls import NodeCalls
 from movingout.server.cluster.shards import STUDY
 from movingout.server.cluster.study.host import StudyNodeHost
 from movingout.server.cluster.study.room_works import WORKS as ROOM_CALLS
+from movingout.server.connection.asgi import Message, Receive, Send
 from movingout.server.settings import Settings
 from movingout.server.study.api.app import add_study_errors, study_pages
 from movingout.server.study.api.served_study import Admission, ServedStudy

@@ -5,7 +5,8 @@ import logging
 
 import pytest
 
-from movingout.server.api.middleware import FORGOTTEN_PROXY, KnownHosts, Message, Receive, Send
+from movingout.server.api.middleware import FORGOTTEN_PROXY, KnownHosts
+from movingout.server.connection.asgi import Message, Receive, Send
 from movingout.server.settings import Settings
 
 

@@ -30,7 +30,7 @@ class LeaseWatch:
 
     @property
     def after_s(self) -> float:
-        """How long after the end of the owner's lease the other node took it: negative if it was still valid."""
+        """How long after the last end of the owner's lease another node took it: negative if it was given back."""
         assert self._taken, "nobody took it"
         return self._taken - self._expires
 
@@ -46,6 +46,6 @@ class LeaseWatch:
         assert row is not None
         now, expires, node = row
         if node == self._owner:
-            self._expires = expires
+            self._expires = max(self._expires, expires)  # giving back sets it to now
         elif node is not None:
             self._taken = now

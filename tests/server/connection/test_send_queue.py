@@ -1,7 +1,7 @@
 """What is sent to one client: order, backpressure, rate."""
 
 from movingout.server import messages as m
-from movingout.server.connection.send_queue import CONTROL_LIMIT, WINDOW, Client
+from movingout.server.connection.send_queue import CONTROL_LIMIT, WINDOW, SendQueue
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.rooms.input_buffer import MAX_PRESSES, InputBuffer
 from tests.server.support import make_input
@@ -13,7 +13,7 @@ class Line:
     def __init__(self) -> None:
         self.blocked = False
         self.written: list[str | bytes] = []
-        self.client = Client(self.write, lambda: None)
+        self.client = SendQueue(self.write, lambda: None)
 
     def write(self, frame: str | bytes) -> bool:
         if not self.blocked:
