@@ -44,6 +44,24 @@ def test_help_has_a_description_and_an_example_that_can_be_typed(prog: str) -> N
 
 
 @pytest.mark.parametrize("prog", PARSERS)
+def test_every_option_says_what_it_is_and_what_it_is_without_being_given(prog: str) -> None:
+    for action in PARSERS[prog]._actions:
+        if action.help == argparse.SUPPRESS or isinstance(action, argparse._SubParsersAction):
+            continue
+        assert action.help, f"{prog} {action.option_strings or action.dest} has no help"
+        given = action.required or action.nargs == 0 or action.default == argparse.SUPPRESS or not action.default
+        text = PARSERS[prog]._get_formatter()._expand_help(action)
+        said = "default" in text or f"({_shown(action.default)}" in text
+        assert given or said, f"{prog} {action.option_strings or action.dest} does not say its default: {text}"
+
+
+def _shown(default: object) -> str:
+    if isinstance(default, list | tuple):
+        return ", ".join(map(_shown, default))
+    return f"{default:g}" if isinstance(default, float) else str(default)
+
+
+@pytest.mark.parametrize("prog", PARSERS)
 def test_what_is_written_goes_to_out(prog: str) -> None:
     shown = [
         option for action in PARSERS[prog]._actions for option in action.option_strings if action.help != "==SUPPRESS=="
