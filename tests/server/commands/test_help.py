@@ -13,7 +13,9 @@ from pathlib import Path
 import pytest
 
 from movingout.maps.commands.parser import parsers_below
+from movingout.maps.randomize import SPLITS
 from movingout.server.cli import COMMANDS, configured, main
+from tests.support import ROOT
 
 
 def every_parser() -> Iterator[argparse.ArgumentParser]:
@@ -147,6 +149,15 @@ def test_completion_is_a_script_that_knows_commands_and_options(
         path = tmp_path / "completion"
         path.write_text(script)
         assert subprocess.run([program, "-n", str(path)], capture_output=True).returncode == 0
+
+
+def test_readme_and_help_name_what_there_is() -> None:
+    [shells] = [action.choices for action in PARSERS["movingout completion"]._actions if action.dest == "shell"]
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert shells and all(f"`{shell}`" in readme or f"completion {shell}`" in readme for shell in shells)
+    assert "tutorial" in (PARSERS["movingout maps list"].description or "")
+    [split] = [action.help for action in PARSERS["movingout maps randomize"]._actions if action.dest == "split"]
+    assert all(name in (split or "") for name in SPLITS)
 
 
 def test_help_imports_no_command() -> None:
