@@ -49,7 +49,7 @@ COMMANDS = {
     ),
     "train": Command(
         "movingout.agents.commands.train",
-        "train a policy from recordings",
+        "train an agent from recordings, or from its own play",
         "movingout train dp --help",
     ),
     "agents": Command(

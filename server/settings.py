@@ -216,7 +216,7 @@ class Settings:
         "", "also send finished recordings to this bucket, s3://BUCKET/FOLDER (docs/deploy.md)", metavar="URL",
         parse=filled,
     )  # fmt: skip
-    log_format: str = option("text", "form of the log: text or json", metavar="FORM", parse=log_form)
+    log_format: str = option("text", "form of the log: text or json (%(default)s)", metavar="FORM", parse=log_form)
     admin_token: str = ""  # made at start when empty
     lobby: bool = True  # whether anybody may open a room; a study opens its own
     tick_s: float = TICK_SECONDS  # real seconds per tick; less only to rehearse a study faster than people play

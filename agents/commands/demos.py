@@ -67,11 +67,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--population",
         metavar="WHO",
         default="A",
-        help=f"who plays: A, B, C (for tests), {_GROUPS_HELP}",
+        help=f"who plays (default %(default)s): A, B, C (for tests), {_GROUPS_HELP}",
     )
     generate.add_argument("--people", type=int, default=0, help="how many of them, an even number; default: all")
-    generate.add_argument("--map", default="all", help=MAPS_HELP)
-    generate.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
+    generate.add_argument("--map", default="all", help=f"{MAPS_HELP}; default: all")
+    generate.add_argument(
+        "--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map (default %(default)s)"
+    )
     generate.add_argument(
         "--variants", type=int, default=0, metavar="N",
         help="challenge 2: N episodes per map instead, each on a variant of its own; pairs take turns (paper: 60)",
@@ -81,12 +83,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="challenge 2: variants without the combinations of size and shape of the evaluation (%(default)s), or "
         "without those of the map as designed (official)",
     )  # fmt: skip
-    generate.add_argument("--episodes", type=int, default=2, help="per pair and map; the pair changes seats after half")
-    generate.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode")
-    generate.add_argument("--seed", type=int, default=0)
+    generate.add_argument(
+        "--episodes", type=int, default=2, help="per pair and map; the pair changes seats after half (%(default)s)"
+    )
+    generate.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode (%(default)s)")
+    generate.add_argument("--seed", type=int, default=0, help="seed of the first episode (%(default)s)")
     _add_workers(generate)
     add_out(generate, "DIR", "folder for the recordings (%(default)s)", default=Path("data/demos"))
-    generate.add_argument("--json", action="store_true")
+    generate.add_argument("--json", action="store_true", help="print one JSON document")
     label = actions.add_parser(
         "label",
         help="let an expert label what a learner does (DAgger)",
@@ -98,16 +102,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--population",
         metavar="WHO",
         default="AB",
-        help=f"the partners: A, B, AB, {_GROUPS_HELP}",
+        help=f"the partners (default %(default)s): A, B, AB, {_GROUPS_HELP}",
     )
-    label.add_argument("--map", default="all", help=MAPS_HELP)
-    label.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
-    label.add_argument("--episodes", type=int, default=8, help="per map")
-    label.add_argument("--ticks", type=int, default=LIMIT_TICKS)
-    label.add_argument("--seed", type=int, default=0)
+    label.add_argument("--map", default="all", help=f"{MAPS_HELP}; default: all")
+    label.add_argument(
+        "--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map (default %(default)s)"
+    )
+    label.add_argument("--episodes", type=int, default=8, help="per map (%(default)s)")
+    label.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode (%(default)s)")
+    label.add_argument("--seed", type=int, default=0, help="seed of the first episode (%(default)s)")
     _add_workers(label)
     add_out(label, "DIR", "folder for the recordings (%(default)s)", default=Path("data/corrections"))
-    label.add_argument("--json", action="store_true")
+    label.add_argument("--json", action="store_true", help="print one JSON document")
     proving = actions.add_parser(
         "prove",
         help="list generated maps on which a pair of experts delivers everything",
@@ -117,7 +123,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     proving.add_argument("--count", type=int, default=100, help="maps of each mode in the whole file (%(default)s)")
     _add_workers(proving)
     add_out(proving, "FILE", "the list, continued if it exists (%(default)s)", default=Path("data/maps.txt"))
-    proving.add_argument("--json", action="store_true")
+    proving.add_argument("--json", action="store_true", help="print one JSON document")
     official = actions.add_parser(
         "import",
         help="import official trajectories (same as `recordings import`)",
@@ -127,11 +133,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     people = actions.add_parser(
         "people", help="list the scripted people and the families of partners", example="movingout demos people"
     )
-    people.add_argument("--json", action="store_true")
+    people.add_argument("--json", action="store_true", help="print one JSON document")
 
 
 def _add_workers(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes of this machine")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
     parser.add_argument("--ray", default="", metavar="auto|ADDRESS", help="play on a Ray cluster (extra `cluster`)")
 
 

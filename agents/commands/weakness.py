@@ -50,7 +50,7 @@ class Measured:
 def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("agent", metavar="ID", help="the agent whose weakness is looked for")
     parser.add_argument("--partner", default=LATENT_MODEL, metavar="ID", help="the model of partners (%(default)s)")
-    parser.add_argument("--map", default="all", help=MAPS_HELP)
+    parser.add_argument("--map", default="all", help=f"{MAPS_HELP}; default: all")
     parser.add_argument(
         "--minimise", choices=("gain", "tcr"), default="gain",
         help="gain (default): the agent's TCR less that of an idle one beside the same partner; tcr: the TCR itself, "
@@ -62,8 +62,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--radius", type=float, default=3.0, help="longest latent (%(default)s)")
     parser.add_argument("--worst", type=int, default=5, help="how many are measured again and named (%(default)s)")
     parser.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode (%(default)s)")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--seed", type=int, default=0, help="seed of the search and of its episodes (%(default)s)")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
     add_out(parser, "FILE", "write the ids of the worst partners, one a line")
     parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
 

@@ -44,7 +44,7 @@ def check_sampling(card: Card, noise: float = 1.0) -> None:
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--map", default="HandOff", help=f"what is played: {HELP}")
+    parser.add_argument("--map", default="HandOff", help=f"what is played (default %(default)s): {HELP}")
     parser.add_argument(
         "--split", choices=get_args(Split), default=None, help="play another Challenge 2 variant in every episode"
     )

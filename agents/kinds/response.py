@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--base", required=True, help="id of the imitated policy that is steered")
-    parser.add_argument("--map", default="generated:training", help=f"what is played: {HELP}")
+    parser.add_argument("--map", default="generated:training", help=f"what is played (default %(default)s): {HELP}")
     parser.add_argument(
         "--partners",
         nargs="+",
         default=["families"],
-        help="whom it plays with, each as often: ids, people:A, families, @FILE, …",
+        help="whom it plays with, each as often: ids, people:A, families, @FILE, … (default: families)",
     )
-    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode")
+    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode (%(default)s)")
 
 
 def _train(run: TrainingRun[ResponseConfig]) -> Trained:

@@ -47,7 +47,7 @@ def check_self_play(card: Card, seed: int = 0, age: str = "old", temperature: fl
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--map", default="generated:training:300", help=f"what is played: {HELP}")
+    parser.add_argument("--map", default="generated:training:300", help=f"what is played (default %(default)s): {HELP}")
 
 
 def _train(run: TrainingRun[SelfPlayConfig]) -> Trained:

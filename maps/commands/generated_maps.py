@@ -45,7 +45,7 @@ def configure(commands: Any) -> None:
         help="the map of a seed: walls, goals and items drawn for one of the paper's modes",
         example="movingout maps generate --mode awareness --seed 12 -o mine.json",
     )
-    one.add_argument("--mode", choices=MODE_WORDS.values(), required=True)
+    one.add_argument("--mode", choices=MODE_WORDS.values(), required=True, help="what the map demands of the two")
     one.add_argument("--seed", type=int, required=True, help="from 0; the same seed gives the same map everywhere")
     one.add_argument("--difficulty", choices=DIFFICULTIES, help="default: easy, medium and hard by turns of the seed")
     one.add_argument("--name", default="", help="name of the map in the document; default: that of the seed")
@@ -58,7 +58,9 @@ def configure(commands: Any) -> None:
         help="a page with pictures of many maps",
         example="movingout maps gallery generated:test:60 -o gallery.html",
     )
-    sheet.add_argument("map", metavar="MAPS", nargs="?", default="generated:test:60", help=HELP)
+    sheet.add_argument(
+        "map", metavar="MAPS", nargs="?", default="generated:test:60", help=f"{HELP}; default: %(default)s"
+    )
     add_out(sheet, "FILE", "a page, .html; default: gallery.html", default=Path("gallery.html"))
     sheet.add_argument("--json", action="store_true", help="one JSON document on standard output")
     sheet.set_defaults(perform=_gallery)

@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
 
     listing = commands.add_parser(
-        "list", help="the paper's twelve maps and the practice room", example="movingout maps list"
+        "list", help="the paper's twelve maps, the practice room and the tutorial", example="movingout maps list"
     )
     _add_json(listing)
     listing.set_defaults(perform=_list)
@@ -71,7 +71,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_map(variant)
     variant.add_argument("--seed", type=int, required=True, help="from 0; the same seed gives the same variant")
     variant.add_argument(
-        "--split", choices=SPLITS, default="train", help="no (size, shape) pair is in both; default: train"
+        "--split",
+        choices=SPLITS,
+        default="train",
+        help="which (size, shape) pairs items have: train and evaluation "
+        "share none, official has those that the map as designed lacks; default: train",
     )
     add_out(variant, "FILE", ".json, .png or .svg; default: JSON here")
     _add_json(variant)

@@ -36,7 +36,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("grid", type=Path, metavar="GRID.yaml", help=f"a file, or one of {', '.join(shipped_grids())}")
     add_out(parser, "DIR", "results folder; default: data/matches/<grid>")
     add_workers(parser)
-    parser.add_argument("--shard", default="0/1", metavar="I/N", help="every N-th match from the I-th on (0 to N-1)")
+    parser.add_argument(
+        "--shard", default="0/1", metavar="I/N", help="every N-th match from the I-th on, 0 to N-1 (%(default)s)"
+    )
     parser.add_argument("--record", action="store_true", help="write each match as a recording into DIR/recordings")
     parser.add_argument("--html", action="store_true", help="also write DIR/results.html with the cross-play matrices")
     parser.add_argument("--language", choices=LANGUAGES, default=DEFAULT, help=f"language of the page ({DEFAULT})")

@@ -32,13 +32,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--red", metavar="AGENT", help="agent id, package.module:Factory, people:C, family:greedy or @FILE"
     )
-    parser.add_argument("--blue", metavar="AGENT")
+    parser.add_argument("--blue", metavar="AGENT", help="who plays blue, as --red")
     parser.add_argument("--map", default="all", metavar="NAME|all", help=f"{MAPS_HELP}; default: all")
     parser.add_argument("--episodes", type=int, default=1, help="per map; default 1")
     parser.add_argument("--seed", type=int, default=0, help="seed of the first episode; the others count up from it")
-    parser.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: items not seen in training")
     parser.add_argument(
-        "--ticks", type=int, default=LIMIT_TICKS, help=f"limit of an episode, {TICKS_PER_SECOND} per second"
+        "--challenge", type=int, choices=(1, 2), default=1, help="2: items not seen in training (default %(default)s)"
+    )
+    parser.add_argument(
+        "--ticks",
+        type=int,
+        default=LIMIT_TICKS,
+        help=f"limit of an episode, {TICKS_PER_SECOND} per second (%(default)s)",
     )
     add_workers(parser)
     parser.add_argument("--record", type=Path, metavar="DIR", help="write each match as a recording")

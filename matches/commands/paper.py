@@ -87,14 +87,14 @@ def _making_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--data", type=Path, nargs="+", metavar="RECORDINGS", help="episodes of your people; default: scripted people"
     )
-    parser.add_argument("--budget", choices=BUDGETS, default="small", help=_budgets())
+    parser.add_argument("--budget", choices=BUDGETS, default="small", help=f"{_budgets()} (default: %(default)s)")
     parser.add_argument(
         "--evaluation", choices=get_args(Evaluation), default="official",
-        help="Challenge 2: evaluated on the maps as designed, as in the paper, or on held-out combinations",
+        help="Challenge 2: evaluated on the maps as designed, as in the paper (default), or on held-out combinations",
     )  # fmt: skip
     parser.add_argument(
         "--groups", choices=get_args(Grouping), default="random",
-        help="what the two groups of people are: drawn at random, as in the paper, or two styles of play",
+        help="what the two groups of people are: drawn at random, as in the paper (default), or two styles of play",
     )  # fmt: skip
     parser.add_argument(
         "--styles", type=Path, metavar="FILE.csv",

@@ -63,8 +63,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=_seed, default=0, help="seed of the subsamples, from 0 (0)")
     parser.add_argument("--points", type=_points, default=DEFAULT.points, help=f"per path (default: {DEFAULT.points})")
     parser.add_argument("--grid", type=_grid, default=DEFAULT.grid, help=f"cells per side ({DEFAULT.grid})")
-    parser.add_argument("--bandwidth", type=_width, default=DEFAULT.bandwidth, help=f"({DEFAULT.bandwidth:g})")
-    parser.add_argument("--rbf-width", type=_width, default=DEFAULT.rbf_width, help=f"({DEFAULT.rbf_width:g})")
+    parser.add_argument(
+        "--bandwidth",
+        type=_width,
+        default=DEFAULT.bandwidth,
+        help=f"kernel of the entropy's density, in arena units ({DEFAULT.bandwidth:g})",
+    )
+    parser.add_argument(
+        "--rbf-width",
+        type=_width,
+        default=DEFAULT.rbf_width,
+        help=f"kernel of the coverage, in arena units ({DEFAULT.rbf_width:g})",
+    )
     parser.add_argument(
         "--plot",
         choices=STYLES,

@@ -31,16 +31,22 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         help="share of episodes for testing",
     )
-    parser.add_argument("--split-by", choices=SPLIT_BY, default="participant", help="what is on one side as a whole")
+    parser.add_argument(
+        "--split-by", choices=SPLIT_BY, default="participant", help="what is on one side as a whole (%(default)s)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="seed of the split")
-    parser.add_argument("--layout", choices=LAYOUTS, default="official-v1", help="layout of observations")
-    parser.add_argument("--view", choices=VIEWS, default="ego", help="an episode per seat, or both seats in one")
+    parser.add_argument("--layout", choices=LAYOUTS, default="official-v1", help="layout of observations (%(default)s)")
+    parser.add_argument(
+        "--view", choices=VIEWS, default="ego", help="an episode per seat, or both seats in one (%(default)s)"
+    )
     parser.add_argument(
         "--images", type=int, default=0, metavar="PIXELS", help="lerobot: also what each seat sees, as video"
     )
-    parser.add_argument("--side", type=int, default=512, help="pixels of a picture")
-    parser.add_argument("--speed", type=float, default=1.0, help="speed of a video, times real time")
-    parser.add_argument("--every", type=float, default=5.0, metavar="S", help="seconds between pictures of a strip")
+    parser.add_argument("--side", type=int, default=512, help="pixels of a picture (%(default)s)")
+    parser.add_argument("--speed", type=float, default=1.0, help="speed of a video, times real time (%(default)s)")
+    parser.add_argument(
+        "--every", type=float, default=5.0, metavar="S", help="seconds between pictures of a strip (%(default)s)"
+    )
     parser.add_argument("--no-overlay", action="store_true", help="pictures without names and time")
     parser.add_argument(
         "--ray", default="", metavar="auto|ADDRESS", help="tables, training data: convert on a Ray cluster"

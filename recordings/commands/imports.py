@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import get_args
 from movingout.maps.commands.parser import add_out
 from movingout.recordings.commands.arguments import add_data, add_json, positive, print_json
 from movingout.recordings.errors import RecordingError, cannot
-from movingout.recordings.imports.convert import AGREE, ImportReport, PlayerKind, import_source
+from movingout.recordings.imports.convert import AGREE, ImportReport, PlayerKind, import_source, names_people
 from movingout.recordings.imports.known_plays import known_plays
 from movingout.recordings.imports.map_match import maps_of
 from movingout.recordings.imports.participants import read_participants, with_participants
@@ -18,6 +19,8 @@ from movingout.recordings.imports.sources import find, read, without_copies
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.terminal import printable
 
+PUBLIC_SALT = "movingout"
+GUESSED = "whoever guesses a name can check it by its pseudonym; import with a secret --salt, into a new folder"
 NAMELESS = "no participant-disjoint split is possible; name them with --participants, into a new folder"
 
 
@@ -31,7 +34,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_data(parser)
     add_out(parser, "DIR", "where the recordings go (default: DATA/recordings)")
-    parser.add_argument("--salt", default="movingout", help="secret text for turning names into pseudonyms")
+    parser.add_argument(
+        "--salt",
+        default=PUBLIC_SALT,
+        metavar="SECRET",
+        help="your secret text for turning names into pseudonyms (default: a word that everybody knows, %(default)s)",
+    )
     parser.add_argument(
         "--kind",
         choices=get_args(PlayerKind),
@@ -57,6 +65,8 @@ def perform(args: argparse.Namespace) -> int:
     if args.participants is not None:
         found = with_participants(found, read_participants(args.participants))
     sources = without_copies(found)
+    if args.salt == PUBLIC_SALT and any(names_people(source, args.kind) for source in sources):
+        print(f"movingout: {GUESSED}", file=sys.stderr)
     known = known_plays(folder, maps_of(sources), args.workers)
     convert = partial(import_source, folder=folder, salt=args.salt, kind=args.kind, known=known)
     reports = list(map_in_processes(convert, sources, args.workers, "importing"))

@@ -72,8 +72,7 @@ def import_source(
     `kind` is who played, "human" or "agent"; without it what the file says, or its shape suggests. What is `known`
     (`known_plays`) is not written again.
     """
-    if kind:
-        source = replace(source, kinds=(kind, kind))
+    source = _played_by(source, kind)
     try:
         return _import(source, folder, salt, known or {})
     except RecordingError as error:
@@ -81,6 +80,12 @@ def import_source(
     except (ValueError, TypeError, OverflowError, KeyError, IndexError) as error:  # one trajectory of many
         problem = f"something in it is not as the official files have it ({type(error).__name__}: {error})"
     return ImportReport(*_origin(source), map=str(source.map_name), problem=problem)
+
+
+def names_people(source: TrajectoryFile, kind: str = "") -> bool:
+    """Whether it has people's names, of which our own exports have pseudonyms; `kind` as for `import_source`."""
+    seats = zip(_kinds(_played_by(source, kind)), (source.blue, source.red), strict=True)
+    return not any(source.kinds) and any(kind == "human" and name for kind, name in seats)
 
 
 def pseudonym(name: str, salt: str) -> str:
@@ -240,6 +245,10 @@ def _header(source: TrajectoryFile, salt: str, spec: MapSpec) -> EpisodeHeader:
         study={"imported_from": source.file.name, "shape": source.shape}
         | ({"simulated": "yes"} if source.simulated else {}),
     )
+
+
+def _played_by(source: TrajectoryFile, kind: str) -> TrajectoryFile:
+    return replace(source, kinds=(kind, kind)) if kind else source
 
 
 def _kinds(source: TrajectoryFile) -> tuple[SeatKind, SeatKind]:

@@ -44,7 +44,9 @@ class DoctorFinding(NamedTuple):
 
 def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--port", type=port, default=DEFAULTS.port, help="port to try (%(default)s)")
-    parser.add_argument("--data", type=folder, default=DEFAULTS.data, metavar="DIR", help="data folder to try")
+    parser.add_argument(
+        "--data", type=folder, default=DEFAULTS.data, metavar="DIR", help="data folder to try (%(default)s)"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
 
 

@@ -50,7 +50,9 @@ def configure(commands: Any) -> None:
     add_place(export)
     add_out(export, "DIR", "default: ID-export, or ID-simulated-export; never overwritten")
     export.add_argument("--formats", nargs="+", choices=FORMATS, default=FORMATS, help="of the tables; default: all")
-    export.add_argument("--test-share", type=share, default=0.2, help="of the training set, by participants")
+    export.add_argument(
+        "--test-share", type=share, default=0.2, help="of the training set, by participants (%(default)s)"
+    )
     export.add_argument("--no-training", action="store_true", help="tables only")
     export.set_defaults(perform=_export)
 

@@ -33,7 +33,12 @@ def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[ar
         help="write a commented study file to start from",
         example="movingout study new --template human_study -o study.yaml",
     )
-    new.add_argument("--template", default="human_study", metavar="NAME", help=f"one of {', '.join(template_names())}")
+    new.add_argument(
+        "--template",
+        default="human_study",
+        metavar="NAME",
+        help=f"one of {', '.join(template_names())} (default: %(default)s)",
+    )
     known = ", ".join(LANGUAGES)
     new.add_argument("--languages", nargs="+", default=["en"], metavar="LANGUAGE", help=f"of its texts: {known} (en)")
     add_out(new, "FILE", "default: NAME.yaml; never overwritten")
@@ -44,7 +49,7 @@ def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[ar
         help="timeline, duration, pay, orders, weaknesses; exit code 1 when something is missing or wrong",
         example="movingout study check study.yaml",
     )
-    check.add_argument("file", type=Path, metavar="FILE")
+    check.add_argument("file", type=Path, metavar="FILE", help="the study file")
     check.add_argument("--json", action="store_true", help="one JSON document on standard output")
     check.set_defaults(perform=_check)
     data.configure(commands)

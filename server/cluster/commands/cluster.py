@@ -86,7 +86,9 @@ def _add_config(parser: argparse.ArgumentParser) -> None:
 def _add_plan(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--participants", type=at_once, required=True, metavar="N", help="who play at the same time")
     parser.add_argument("--agent", default="", metavar="ID", help="the partner of each; without it they play in pairs")
-    parser.add_argument("--figures", type=Path, default=FIGURES, metavar="FILE", help="measured figures of your own")
+    parser.add_argument(
+        "--figures", type=Path, default=FIGURES, metavar="FILE", help="measured figures of your own (default: ours)"
+    )
     parser.add_argument("--core-hour-price", type=price, metavar="PRICE", help="also print what the cores cost an hour")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.set_defaults(work=_plan)

@@ -37,11 +37,24 @@ def test_people_of_the_list_are_divided_into_groups_that_never_met(
     who.write_text(f"trajectory_id,blue,red\nt0,Ada,Bo\n{second},Bo,Ada\nrows.jsonl row 2,Cy,Di\n", encoding="utf-8")
     command = ["recordings", "import", str(rows), "-o", str(tmp_path / "in"), "--workers", "1"]
     assert main([*command, "--participants", str(who)]) == 0
-    assert "name no participants" not in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert "name no participants" not in said.out and "import with a secret --salt" in said.err
     people = {row.people for row in grouped(sorted((tmp_path / "in").glob("*.mcap")), 2)}
     assert len({name for pair in people for name in pair}) == 4 and len(people) == 3
     with pytest.raises(RecordingError, match="3 groups need 3 participants or pairs"):
         grouped(sorted((tmp_path / "in").glob("*.mcap")), 3)
+
+
+def test_names_of_people_are_imported_without_a_warning_with_a_salt_or_where_agents_have_them(
+    rows: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    who = tmp_path / "who.csv"
+    who.write_text("trajectory_id,blue,red\nt0,Ada,Bo\n", encoding="utf-8")
+    command = ["recordings", "import", str(rows), "--workers", "1"]
+    assert main([*command, "-o", str(tmp_path / "nameless")]) == 0
+    for name, options in {"secret": ["--salt", "k3"], "agents": ["--kind", "agent"]}.items():
+        assert main([*command, "-o", str(tmp_path / name), "--participants", str(who), *options]) == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_a_list_that_a_german_spreadsheet_saved_is_read(tmp_path: Path) -> None:

@@ -13,7 +13,9 @@ from pathlib import Path
 import pytest
 
 from movingout.maps.commands.parser import parsers_below
+from movingout.maps.randomize import SPLITS
 from movingout.server.cli import COMMANDS, configured, main
+from tests.support import ROOT
 
 
 def every_parser() -> Iterator[argparse.ArgumentParser]:
@@ -41,6 +43,24 @@ def test_help_has_a_description_and_an_example_that_can_be_typed(prog: str) -> N
     assert program == "movingout" and f"{program} {command}" in prog + " "
     if "--help" not in arguments:
         configured(command)[1].parse_args(arguments)
+
+
+@pytest.mark.parametrize("prog", PARSERS)
+def test_every_option_says_what_it_is_and_what_it_is_without_being_given(prog: str) -> None:
+    for action in PARSERS[prog]._actions:
+        if action.help == argparse.SUPPRESS or isinstance(action, argparse._SubParsersAction):
+            continue
+        assert action.help, f"{prog} {action.option_strings or action.dest} has no help"
+        given = action.required or action.nargs == 0 or action.default == argparse.SUPPRESS or not action.default
+        text = PARSERS[prog]._get_formatter()._expand_help(action)
+        said = "default" in text or f"({_shown(action.default)}" in text
+        assert given or said, f"{prog} {action.option_strings or action.dest} does not say its default: {text}"
+
+
+def _shown(default: object) -> str:
+    if isinstance(default, list | tuple):
+        return ", ".join(map(_shown, default))
+    return f"{default:g}" if isinstance(default, float) else str(default)
 
 
 @pytest.mark.parametrize("prog", PARSERS)
@@ -129,6 +149,15 @@ def test_completion_is_a_script_that_knows_commands_and_options(
         path = tmp_path / "completion"
         path.write_text(script)
         assert subprocess.run([program, "-n", str(path)], capture_output=True).returncode == 0
+
+
+def test_readme_and_help_name_what_there_is() -> None:
+    [shells] = [action.choices for action in PARSERS["movingout completion"]._actions if action.dest == "shell"]
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert shells and all(f"`{shell}`" in readme or f"completion {shell}`" in readme for shell in shells)
+    assert "tutorial" in (PARSERS["movingout maps list"].description or "")
+    [split] = [action.help for action in PARSERS["movingout maps randomize"]._actions if action.dest == "split"]
+    assert all(name in (split or "") for name in SPLITS)
 
 
 def test_help_imports_no_command() -> None:
