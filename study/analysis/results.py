@@ -12,6 +12,7 @@ from movingout.study.analysis.sessions import Sessions, sessions_of
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
 from movingout.study.design.localized_text import DEFAULT
+from movingout.study.design.steps import AT_END
 from movingout.study.questionnaire import NO_ANSWER, QuestionnaireItem
 from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, counts, participants, players, rounds, tombstones, units
@@ -87,10 +88,11 @@ class Results:
         return {unit: sum(values) / len(values) for unit, values in found.items()}
 
     def ratings(self, questionnaire: str, item: str, partner: str) -> dict[str, float]:
-        """The mean rating of each participant, where there is one."""
+        """The mean rating of each participant, where there is one; `partner` is AT_END for questions after all blocks."""
         found: dict[str, list[float]] = defaultdict(list)
         for row in self.answers:
-            asked = (row["questionnaire"], row["item"], row["partner"]) == (questionnaire, item, partner)
+            about = AT_END if row["step"] == AT_END + questionnaire else row["partner"]
+            asked = (row["questionnaire"], row["item"], about) == (questionnaire, item, partner)
             if asked and row["value"] != NO_ANSWER:
                 found[row["pid"]].append(float(row["value"]))
         return {pid: sum(values) / len(values) for pid, values in found.items()}
