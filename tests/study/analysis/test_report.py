@@ -228,11 +228,13 @@ def test_who_played_with_an_agent_in_a_partners_place_is_apart_from_pairs(tmp_pa
     step = rounds_of(alone.slot, pairs)[0]
     Rounds(store).begin(alone, step, "alone", [PlayerOutcome("P3", 0, "keyboard")])
     Rounds(store).end("alone", RoundOutcome("time", 500, 0.0, 0.0, 0.0, None))
+    store.finish("P3", "done", "CODE-3")
     store.answer("P3", f"{step.block}/1/{FORM}", FORM, SUBSTITUTE, "teamwork", 2, "", 1.0)
     store.answer("P3", f"end/{FORM}", FORM, "", "teamwork", 7, "", 1.0)
     assert [row["partner"] for row in store.rows(rounds) if row["unit"] == alone.id] == [SUBSTITUTE]
     found = collect(pairs, store, tmp_path)
     assert found.partners == (SUBSTITUTE, "")
+    assert (dict(found.flow)["finished"], dict(found.flow)["complete"]) == (3, 1), "one of them is no pair"
     assert found.values("tcr", SUBSTITUTE) == [0.0] and len(found.values("tcr", "")) == len(found.rounds) - 1
     assert str(len(found.rounds) - 1) in [row[1] for row in performance(found, plain).rows]
     with store.database.write() as connection:  # as an earlier version wrote it
