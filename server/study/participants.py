@@ -13,7 +13,7 @@ from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Outcome, Study
 from movingout.study.design.steps import steps
 from movingout.study.store.removal import drop_undecided
-from movingout.study.store.store import Participant
+from movingout.study.store.store import DoneUnit, Participant
 
 CODE_LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 CODE_LENGTH = 10
@@ -31,7 +31,7 @@ class Participants:
         self._store = databases.store
         self._identities = databases.identities
         self._sessions: dict[str, ParticipantSession] = {}
-        self._done_units = frozenset[int]()
+        self._done_units: tuple[DoneUnit, ...] = ()
         self._declined = deque[ParticipantSession](maxlen=MOST_DECLINED)
         self._first_steps = steps(study, assign(study, 0))  # the same for every slot until the unit is formed
 
@@ -97,8 +97,16 @@ class Participants:
 
     @property
     def complete_units(self) -> int:
-        """How many units have finished with data that stay: where one has left or wants theirs deleted, it is none."""
-        return len(self._done_units - {one.record.unit for one in self if one.record.keep is False})
+        """How many of the planned slots are done: by whole units, of whom nobody has left or wants their data deleted.
+
+        Earlier versions gave such slots to those with an agent in a partner's place, too; a pair beyond the plan
+        counts for each of these.
+        """
+        unwanted = {one.record.unit for one in self if one.record.keep is False}
+        done = [one for one in self._done_units if one.id not in unwanted]
+        whole = [one.slot < self._study.units for one in done if one.size == self._study.group]
+        alone = [one.slot < self._study.units for one in done if one.size < self._study.group]
+        return sum(whole) + min(whole.count(False), sum(alone))
 
     async def note_absences(self, tx: Transaction) -> None:
         """Keep the absences that have ended since the last time."""

@@ -59,13 +59,18 @@ class Units:
             session.steps = steps(self._study, assign(self._study, record.slot))
 
     async def form(self, tx: Transaction, members: Sequence[ParticipantSession]) -> None:
-        """Give one or two participants a slot, and move them to its first step."""
-        record = await tx.run(self._databases.store.form_unit, [session.pid for session in members])
+        """Give one or two participants a slot, and move them to its first step.
+
+        Who has no partner where the study is of pairs gets a slot beyond the planned ones, which are for pairs.
+        """
+        planned, whole = self._study.units, len(members) == self._study.group
+        pids = [session.pid for session in members]
+        record = await tx.run(self._databases.store.form_unit, pids, 0 if whole else planned)
         self._add(record, members)
         for session in members:
             await self._participants.refresh(tx, session)
         await self.move_to_first_step(tx, self._units[record.id])
-        if record.slot >= self._study.units:
+        if whole and record.slot >= planned:
             slot = record.slot + 1
             self._alerts.add("full", f"More participants than planned: slot {slot} was given.", slot=slot)
         notify(members)

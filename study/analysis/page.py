@@ -13,6 +13,7 @@ from movingout.study.analysis import paper_tables, tables
 from movingout.study.analysis.likert import VALUES, likert_bars
 from movingout.study.analysis.results import STORED, Results
 from movingout.study.analysis.tables import ENGLISH, HEADS, Namer, ReportTable
+from movingout.study.design.steps import AT_END
 from movingout.world.estimates import estimate
 
 
@@ -103,13 +104,12 @@ def _dots(results: Results, metric: str, map_name: str, name: Namer, words: Word
 
 def _ratings(results: Results, name: Namer, words: Words) -> Iterator[RatingChart]:
     """A figure per Likert item: a bar per partner."""
-    partners = (*results.partners, *([""] if "" not in results.partners else []))
     for form, item, label in results.scales(words.language):
         rows: list[tuple[str, Sequence[int]]] = []
-        for partner in partners:
+        for partner in (*results.partners, AT_END):
             values = [round(value) for value in results.ratings(form, item.id, partner).values()]
             if values and item.kind == "likert7":
-                rows.append((name(partner) if partner else words.say("study.ratings.all"), values))
+                rows.append((words.say("study.ratings.at_end") if partner == AT_END else name(partner), values))
         if rows:
             title = words.say("study.ratings.figure", item=label)
             yield RatingChart(label, item.text, likert_bars(rows, title, words))

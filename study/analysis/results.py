@@ -1,6 +1,6 @@
 """The contents of a study's store, arranged for analysis: valid rounds, newest answers, participant flow."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +12,7 @@ from movingout.study.analysis.sessions import Sessions, sessions_of
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
 from movingout.study.design.localized_text import DEFAULT
+from movingout.study.design.steps import AT_END
 from movingout.study.questionnaire import NO_ANSWER, QuestionnaireItem
 from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, counts, participants, players, rounds, tombstones, units
@@ -87,10 +88,11 @@ class Results:
         return {unit: sum(values) / len(values) for unit, values in found.items()}
 
     def ratings(self, questionnaire: str, item: str, partner: str) -> dict[str, float]:
-        """The mean rating of each participant, where there is one."""
+        """The mean rating of each participant, where there is one; `partner` is AT_END for those after all blocks."""
         found: dict[str, list[float]] = defaultdict(list)
         for row in self.answers:
-            asked = (row["questionnaire"], row["item"], row["partner"]) == (questionnaire, item, partner)
+            about = AT_END if row["step"] == AT_END + questionnaire else row["partner"]
+            asked = (row["questionnaire"], row["item"], about) == (questionnaire, item, partner)
             if asked and row["value"] != NO_ANSWER:
                 found[row["pid"]].append(float(row["value"]))
         return {pid: sum(values) / len(values) for pid, values in found.items()}
@@ -135,7 +137,7 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
     counted = tuple(row for row in kept if row["valid"] and row["outcome"] in FINISHED)
     return Results(
         study=study,
-        flow=tuple(_flow(store, people, len(refused))),
+        flow=tuple(_flow(study, store, people, len(refused))),
         rounds=counted,
         people={unit: tuple(pids) for unit, pids in groups.items()},
         answers=tuple(_about_what_counts(newest.values(), kept, counted, groups)),
@@ -171,7 +173,7 @@ def _about_what_counts(
             yield row
 
 
-def _flow(store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, int]]:
+def _flow(study: Study, store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, int]]:
     """The flow of participants, as in a CONSORT diagram."""
     outcomes = [row["outcome"] for row in people]
     declined = next((row["number"] for row in store.rows(counts) if row["name"] == "declined"), 0)
@@ -185,7 +187,8 @@ def _flow(store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, 
     yield "open", outcomes.count(None)
     yield "finished", outcomes.count("done")
     yield "unwanted", refused
-    yield "complete", sum(row["state"] == "done" for row in store.rows(units))
+    size = Counter(row["unit"] for row in people)
+    yield "complete", sum(row["state"] == "done" and size[row["id"]] == study.group for row in store.rows(units))
 
 
 def _round_flags(study: Study, store: Store, kept: list[Row]) -> Iterable[Flag]:

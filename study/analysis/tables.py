@@ -12,6 +12,7 @@ from movingout.recordings.report.words import Words
 from movingout.study.analysis.comparisons import PartnerComparison, compare, corrected, trend
 from movingout.study.analysis.pings import PingRound
 from movingout.study.analysis.results import STORED, Results
+from movingout.study.design.steps import AT_END
 from movingout.world.estimates import estimate, estimate_text
 from movingout.world.ping import OWN_PLACE
 
@@ -76,18 +77,15 @@ def rating_comparisons(results: Results, name: Namer, words: Words = ENGLISH) ->
 
 def ratings(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     """Mean rating per item, a column per partner; questions at the end, about no partner, have one of their own."""
-    of_nobody = [] if "" in results.partners else [""]
-    at_the_end = [
-        one for one in of_nobody if any(results.ratings(form, item.id, one) for form, item, _ in results.scales())
-    ]
-    about = (*results.partners, *at_the_end)
+    at_the_end = any(results.ratings(form, item.id, AT_END) for form, item, _ in results.scales())
+    about = (*results.partners, *([AT_END] if at_the_end else []))
     rows = []
     for form, item, label in results.scales():
         cells = [estimate_text(estimate(list(results.ratings(form, item.id, partner).values()))) for partner in about]
         if any(cell != "–" for cell in cells):
             rows.append((label, *cells))
-    say, met = words.say, results.partners
-    heads = (say("study.ratings.item"), *(name(one) if one in met else say("study.ratings.at_end") for one in about))
+    say = words.say
+    heads = (say("study.ratings.item"), *(say("study.ratings.at_end") if one == AT_END else name(one) for one in about))
     note, empty = say("study.ratings.note"), say("study.ratings.empty")
     return ReportTable("ratings", say("study.ratings"), heads, tuple(rows), 1, note, empty)
 

@@ -1,13 +1,15 @@
 """Who plays what with whom, when and in which seat: a function of the study and a slot.
 
 Slots are numbered from 0. Each participant (or pair) has one; when they drop out, it goes to the next who comes
-(`next_slot`), so that a finished study has exactly the planned slots, and orders, roles and maps are balanced as
-designed. Everything is deterministic: the same study and slot always give the same assignment.
+(`next_slot`), so that a finished study has all the planned slots, and orders, roles and maps are balanced as
+designed. Who plays with an agent in a partner's place has one beyond them. Everything is deterministic: the same study
+and slot always give the same assignment.
 """
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from itertools import count
 from math import lcm
 from random import Random
 from string import ascii_uppercase
@@ -47,9 +49,9 @@ class Assignment:
     visits: tuple[Visit, ...]
 
 
-def next_slot(held: Collection[int]) -> int:
-    """The lowest free slot; participants who dropped out hold none."""
-    return next(slot for slot in range(len(held) + 1) if slot not in held)
+def next_slot(held: Collection[int], first: int = 0) -> int:
+    """The lowest free slot from `first` on; participants who dropped out hold none."""
+    return next(slot for slot in count(first) if slot not in held)
 
 
 def assign(study: Study, slot: int) -> Assignment:

@@ -21,6 +21,7 @@ TUTORIAL_S = 90.0
 CARD_S = 10.0  # map card, both ready, countdown
 SCALE_S, TEXT_S = 8.0, 45.0  # per question
 """Planned durations of steps that have no limit; assumed by `check`, not measured."""
+AT_END = "end/"  # begins the key of a questionnaire that is asked after all blocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +67,7 @@ def _steps(study: Study, assignment: Assignment) -> Iterator[Step]:
         block = blocks[visit.block]
         yield from _visit(study, block, f"{block.id}/{number + 1}", visit.partner, visit.turns, left[block.id])
     for name in study.at_end:
-        yield _questions(study, f"end/{name}", "questionnaire", name)
+        yield _questions(study, f"{AT_END}{name}", "questionnaire", name)
     if study.debrief:
         yield Step("debrief", "debrief", DEBRIEF_S)
     yield Step("code", "code", CODE_S)

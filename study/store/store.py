@@ -63,6 +63,14 @@ class Participant:
     last_seen_ms: int | None  # as of the last minute, None before the consent and in data of earlier versions
 
 
+class DoneUnit(NamedTuple):
+    """A unit all of whose members have finished."""
+
+    id: int
+    slot: int
+    size: int  # how many people
+
+
 class Store:
     """The database of one study."""
 
@@ -190,8 +198,8 @@ class Store:
 
     # ---- units ------------------------------------------------------------------------------------------------------
 
-    def form_unit(self, pids: Sequence[str]) -> Unit:
-        """Give a participant or a pair the lowest free slot; those who have one keep it."""
+    def form_unit(self, pids: Sequence[str], first_slot: int = 0) -> Unit:
+        """Give a participant or a pair the lowest free slot from `first_slot` on; those who have one keep it."""
         with self.database.write() as connection:
             known = [_participant(connection, pid) for pid in pids]
             if known[0].unit is not None and len({one.unit for one in known}) == 1:
@@ -202,7 +210,7 @@ class Store:
             if connection.dialect.name == "postgresql":
                 connection.exec_driver_sql("LOCK TABLE units IN EXCLUSIVE MODE")  # two servers, one lowest slot
             held = connection.execute(select(units.c.slot).where(units.c.state != "dropped")).scalars().all()
-            row = {"slot": next_slot(set(held)), "state": "active", "formed_ms": self.now()}
+            row = {"slot": next_slot(set(held), first_slot), "state": "active", "formed_ms": self.now()}
             number = connection.execute(insert(units).values(**row).returning(units.c.id)).scalar_one()
             for member, pid in enumerate(pids):
                 change = update(participants).where(participants.c.pid == pid)
@@ -217,10 +225,12 @@ class Store:
             numbers = connection.execute(select(participants.c.unit).where(on_their_way).distinct()).scalars().all()
             return tuple(_unit(connection, number) for number in sorted(numbers))
 
-    def done_units(self) -> frozenset[int]:
+    def done_units(self) -> tuple[DoneUnit, ...]:
         """Units all of whose members have finished, of whom nobody has left and nobody's data were removed."""
+        members = select(units.c.id, units.c.slot, func.count()).join(participants, participants.c.unit == units.c.id)
+        query = members.where(units.c.state == "done").group_by(units.c.id, units.c.slot)
         with self.database.read() as connection:
-            return frozenset(connection.execute(select(units.c.id).where(units.c.state == "done")).scalars())
+            return tuple(DoneUnit(*row) for row in connection.execute(query))
 
     # ---- answers and notes ---------------------------------------------------------------------------------------
 

@@ -3,7 +3,7 @@
 import asyncio
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from urllib.parse import parse_qsl
 
@@ -16,6 +16,7 @@ from movingout.server.study.api import participant_view
 from movingout.server.study.arrivals.arrival_link import LINK, Arrival, ArrivalRefused
 from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.arrivals.signed_links import LinkSigner
+from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.participants import UNDECIDED_S
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
@@ -216,13 +217,24 @@ def test_a_page_that_is_opened_long_after_the_end_may_be_of_the_next_person(
 # ---- a full study ----------------------------------------------------------------------------------------------------
 
 
-async def ended(study: RunningStudy, tx: Transaction, *outcomes: Outcome) -> None:
-    """A unit of so many people comes and goes."""
+async def begun(study: RunningStudy, tx: Transaction, people: int) -> list[ParticipantSession]:
+    """A unit of so many people comes."""
     number = len(list(study.participants))
-    members = [await study.participants.arrive(tx, f"P{number + one}", "en", LINK) for one in range(len(outcomes))]
+    members = [await study.participants.arrive(tx, f"P{number + one}", "en", LINK) for one in range(people)]
     await study.units.form(tx, members)
+    return members
+
+
+async def finished(
+    study: RunningStudy, tx: Transaction, members: Sequence[ParticipantSession], outcomes: Sequence[Outcome]
+) -> None:
     for session, outcome in zip(members, outcomes, strict=True):
         await study.participants.finish(tx, session, outcome)
+
+
+async def ended(study: RunningStudy, tx: Transaction, *outcomes: Outcome) -> None:
+    """A unit of so many people comes and goes."""
+    await finished(study, tx, await begun(study, tx, len(outcomes)), outcomes)
 
 
 async def is_full(study: RunningStudy) -> bool:
@@ -233,9 +245,13 @@ async def is_full(study: RunningStudy) -> bool:
     return False
 
 
-def test_pairs_that_lack_one_leave_their_place_to_others_and_an_agents_partner_takes_one(tmp_path: Path) -> None:
+def fresh(folder: Path) -> RunningStudy:
+    return RunningStudy(StudyFolder(parse_study(TWO_PAIRS), folder), TWO_PAIRS, Host(Settings(data=folder)))
+
+
+def test_pairs_that_lack_one_and_who_played_with_an_agent_instead_leave_their_place_to_others(tmp_path: Path) -> None:
     async def test() -> None:
-        study = RunningStudy(StudyFolder(parse_study(TWO_PAIRS), tmp_path), TWO_PAIRS, Host(Settings(data=tmp_path)))
+        study = fresh(tmp_path)
         try:
             async with study.transaction() as tx:
                 await ended(study, tx, "done", "withdrew")
@@ -244,15 +260,70 @@ def test_pairs_that_lack_one_leave_their_place_to_others_and_an_agents_partner_t
             assert (study.participants.complete_units, await is_full(study)) == (1, False)
             async with study.transaction() as tx:
                 await ended(study, tx, "done")
+                await ended(study, tx, "done")
+            assert (study.participants.complete_units, await is_full(study)) == (1, False), "they are no pair"
+            assert study.alerts.to_json() == []
+            async with study.transaction() as tx:
+                await ended(study, tx, "done", "done")
             assert (study.participants.complete_units, await is_full(study)) == (2, True)
+            assert slots_done(study) == [0, 1, 2, 3]
         finally:
             study.databases.close()
-        again = RunningStudy(StudyFolder(parse_study(TWO_PAIRS), tmp_path), TWO_PAIRS, Host(Settings(data=tmp_path)))
+        again = fresh(tmp_path)
         try:
             async with again.transaction() as tx:
                 await again.participants.restore(tx, {})
             assert await is_full(again), "after a restart, too"
         finally:
             again.databases.close()
+
+    asyncio.run(test())
+
+
+def slots_done(study: RunningStudy) -> list[int]:
+    return sorted(one.slot for one in study.databases.store.done_units())
+
+
+def test_a_study_is_full_only_when_every_planned_slot_is_done(tmp_path: Path) -> None:
+    """Three pairs came at once, for two slots; one of these two is left."""
+
+    async def test() -> None:
+        study = fresh(tmp_path)
+        try:
+            async with study.transaction() as tx:
+                pairs = [await begun(study, tx, 2) for _ in range(3)]
+                outcomes: tuple[Outcome, ...] = ("done", "withdrew", "done")
+                for members, outcome in zip(pairs, outcomes, strict=True):
+                    await finished(study, tx, members, (outcome, "done"))
+            assert (study.participants.complete_units, await is_full(study)) == (1, False), (
+                "slot 1 is to be given again"
+            )
+            async with study.transaction() as tx:
+                await ended(study, tx, "done", "done")
+            assert (study.participants.complete_units, await is_full(study), slots_done(study)) == (2, True, [0, 1, 2])
+        finally:
+            study.databases.close()
+
+    asyncio.run(test())
+
+
+def test_a_planned_slot_that_an_earlier_version_gave_to_one_with_an_agent_is_made_up_for_by_a_pair(
+    tmp_path: Path,
+) -> None:
+    async def test() -> None:
+        study = fresh(tmp_path)
+        try:
+            async with study.transaction() as tx:
+                session = await study.participants.arrive(tx, "P0", "en", LINK)
+                await tx.run(study.databases.store.form_unit, ["P0"])
+                await study.participants.refresh(tx, session)
+                await finished(study, tx, [session], ["done"])
+                await ended(study, tx, "done", "done")
+            assert (study.participants.complete_units, await is_full(study)) == (1, False)
+            async with study.transaction() as tx:
+                await ended(study, tx, "done", "done")
+            assert (study.participants.complete_units, await is_full(study), slots_done(study)) == (2, True, [0, 1, 2])
+        finally:
+            study.databases.close()
 
     asyncio.run(test())

@@ -27,6 +27,7 @@ from movingout.study.analysis.tables import (
 )
 from movingout.study.design.definition import SUBSTITUTE, Outcome
 from movingout.study.design.localized_text import LocalizedText
+from movingout.study.design.steps import AT_END
 from movingout.study.store import Unit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import answers, rounds
@@ -227,11 +228,13 @@ def test_who_played_with_an_agent_in_a_partners_place_is_apart_from_pairs(tmp_pa
     step = rounds_of(alone.slot, pairs)[0]
     Rounds(store).begin(alone, step, "alone", [PlayerOutcome("P3", 0, "keyboard")])
     Rounds(store).end("alone", RoundOutcome("time", 500, 0.0, 0.0, 0.0, None))
+    store.finish("P3", "done", "CODE-3")
     store.answer("P3", f"{step.block}/1/{FORM}", FORM, SUBSTITUTE, "teamwork", 2, "", 1.0)
     store.answer("P3", f"end/{FORM}", FORM, "", "teamwork", 7, "", 1.0)
     assert [row["partner"] for row in store.rows(rounds) if row["unit"] == alone.id] == [SUBSTITUTE]
     found = collect(pairs, store, tmp_path)
     assert found.partners == (SUBSTITUTE, "")
+    assert (dict(found.flow)["finished"], dict(found.flow)["complete"]) == (3, 1), "one of them is no pair"
     assert found.values("tcr", SUBSTITUTE) == [0.0] and len(found.values("tcr", "")) == len(found.rounds) - 1
     assert str(len(found.rounds) - 1) in [row[1] for row in performance(found, plain).rows]
     with store.database.write() as connection:  # as an earlier version wrote it
@@ -240,7 +243,21 @@ def test_who_played_with_an_agent_in_a_partners_place_is_apart_from_pairs(tmp_pa
     earlier = collect(pairs, store, tmp_path)
     assert earlier.partners == (SUBSTITUTE, "")
     assert earlier.ratings(FORM, "teamwork", SUBSTITUTE) == {"P3": 2.0}
-    assert earlier.ratings(FORM, "teamwork", "") == {"P3": 7.0}
+    assert earlier.ratings(FORM, "teamwork", AT_END) == {"P3": 7.0} and "P3" not in earlier.ratings(
+        FORM, "teamwork", ""
+    )
+
+
+def test_what_pairs_say_at_the_end_has_its_own_column_and_bar(tmp_path: Path) -> None:
+    short = {"    maps: all": "    maps: [HandOff]", "    rounds: 3": "    rounds: 1"}
+    pairs, text = template("collect", **short)
+    _, store, pids = fill(tmp_path, pairs, text, 2)
+    store.answer(pids[0], f"end/{FORM}", FORM, "", "teamwork", 7, "", 1.0)
+    found = collect(pairs.model_copy(update={"at_end": [FORM]}), store, tmp_path)
+    table = ratings(found, plain)
+    assert table.heads == ("Item", "", "at the end")
+    assert next(row[2] for row in table.rows if row[0] == "Teamwork").startswith("7.000")
+    assert "at the end: 7 by 100 %" in page(found, plain, "about")
 
 
 def test_pings_are_counted_by_partner_and_participant_where_they_are_on(tmp_path: Path) -> None:
