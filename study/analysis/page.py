@@ -11,9 +11,9 @@ from movingout.recordings.report import svg
 from movingout.recordings.report.words import Words
 from movingout.study.analysis import paper_tables, tables
 from movingout.study.analysis.likert import VALUES, likert_bars
+from movingout.study.analysis.questions import RatedItem, rated_items
 from movingout.study.analysis.results import STORED, Results
 from movingout.study.analysis.tables import ENGLISH, HEADS, Namer, ReportTable
-from movingout.study.design.steps import AT_END
 from movingout.world.estimates import estimate
 
 
@@ -83,19 +83,27 @@ def page(results: Results, name: Namer, about: str, words: Words = ENGLISH, simu
 
 
 def _charts(results: Results, name: Namer, words: Words) -> Iterator[MetricChart]:
-    """A chart per metric: maps down, partners as marks, with standard errors."""
+    """A chart per metric and blocks that may be pooled: maps down, partners as marks, with standard errors."""
     for metric in STORED:
-        rows = [(map_name, list(_dots(results, metric.key, map_name, name, words))) for map_name in results.maps]
-        ends = [value for _, row in rows for dot in row for value in (dot.mean - dot.half, dot.mean + dot.half)]
-        if ends:
-            low = min(0.0, *ends) if metric.low is None else metric.low
-            high = max(1.0, *ends) if metric.high is None else metric.high
-            title = words.say("study.chart", measure=HEADS[metric.key])
-            yield MetricChart(HEADS[metric.key], svg.dots(rows, low, high, title, words.decimal))
+        for label, part in results.by_condition():
+            rows = [(one, list(_dots(results.partners, part, metric.key, one, name, words))) for one in part.maps]
+            ends = [value for _, row in rows for dot in row for value in (dot.mean - dot.half, dot.mean + dot.half)]
+            if ends:
+                low = min(0.0, *ends) if metric.low is None else metric.low
+                high = max(1.0, *ends) if metric.high is None else metric.high
+                heading = _heading(HEADS[metric.key], label)
+                title = words.say("study.chart", measure=heading)
+                yield MetricChart(heading, svg.dots(rows, low, high, title, words.decimal))
 
 
-def _dots(results: Results, metric: str, map_name: str, name: Namer, words: Words) -> Iterator[svg.Dot]:
-    for at, partner in enumerate(results.partners):
+def _heading(measure: str, blocks: str) -> str:
+    return f"{measure} ({blocks})" if blocks else measure
+
+
+def _dots(
+    partners: Sequence[str], results: Results, metric: str, map_name: str, name: Namer, words: Words
+) -> Iterator[svg.Dot]:
+    for at, partner in enumerate(partners):
         if (found := estimate(results.values(metric, partner, map_name))) is not None:
             mean = words.decimal(f"{found.mean:.3f}")
             title = words.say("study.chart.dot", partner=name(partner), map=map_name, mean=mean, n=found.n)
@@ -103,13 +111,19 @@ def _dots(results: Results, metric: str, map_name: str, name: Namer, words: Word
 
 
 def _ratings(results: Results, name: Namer, words: Words) -> Iterator[RatingChart]:
-    """A figure per Likert item: a bar per partner."""
-    for form, item, label in results.scales(words.language):
-        rows: list[tuple[str, Sequence[int]]] = []
-        for partner in (*results.partners, AT_END):
-            values = [round(value) for value in results.ratings(form, item.id, partner).values()]
-            if values and item.kind == "likert7":
-                rows.append((words.say("study.ratings.at_end") if partner == AT_END else name(partner), values))
-        if rows:
-            title = words.say("study.ratings.figure", item=label)
-            yield RatingChart(label, item.text, likert_bars(rows, title, words))
+    """A figure per Likert item and blocks that may be pooled: a bar per partner."""
+    for rated in rated_items(results.study, words.language):
+        for label, part in results.by_condition_asked():
+            rows = list(_bars(part, rated, name, words)) if rated.item.kind == "likert7" else []
+            if rows:
+                heading = _heading(rated.label, label)
+                title = words.say("study.ratings.figure", item=heading)
+                yield RatingChart(heading, rated.item.text, likert_bars(rows, title, words))
+
+
+def _bars(results: Results, rated: RatedItem, name: Namer, words: Words) -> Iterator[tuple[str, Sequence[int]]]:
+    for partner in (*results.partners, None):
+        values = results.ratings(rated.questionnaire, rated.item.id, partner, rated.occasions).values()
+        if values:
+            label = words.say("study.ratings.at_end") if partner is None else name(partner)
+            yield label, [round(value) for value in values]

@@ -1,19 +1,18 @@
 """The contents of a study's store, arranged for analysis: valid rounds, newest answers, participant flow."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Container, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from movingout.recordings.report.words import Phrase
 from movingout.study.analysis.pings import PingRound, ping_rounds
+from movingout.study.analysis.questions import RATED, Occasion, occasion
 from movingout.study.analysis.sessions import Sessions, sessions_of
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
-from movingout.study.design.localized_text import DEFAULT
-from movingout.study.design.steps import AT_END
-from movingout.study.questionnaire import NO_ANSWER, QuestionnaireItem
+from movingout.study.questionnaire import NO_ANSWER
 from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, counts, participants, players, rounds, tombstones, units
 from movingout.world.metrics import METRICS
@@ -32,14 +31,6 @@ class Flag:
     pid: str
     step: str
     reason: Phrase
-
-
-class RatedItem(NamedTuple):
-    """A rated question of a questionnaire."""
-
-    questionnaire: str
-    item: QuestionnaireItem
-    label: str  # with the questionnaire where another one has the same label
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,35 +78,44 @@ class Results:
                 found[str(row["unit"])].append(row[metric])
         return {unit: sum(values) / len(values) for unit, values in found.items()}
 
-    def ratings(self, questionnaire: str, item: str, partner: str) -> dict[str, float]:
-        """The mean rating of each participant, where there is one; `partner` is AT_END for those after all blocks."""
+    def ratings(
+        self, questionnaire: str, item: str, partner: str | None, occasions: Container[Occasion] = RATED
+    ) -> dict[str, float]:
+        """The mean rating of each participant, where there is one; without a partner, what was said at the end."""
         found: dict[str, list[float]] = defaultdict(list)
         for row in self.answers:
-            about = AT_END if row["step"] == AT_END + questionnaire else row["partner"]
+            when = occasion(row["step"])
+            about = None if when == "at_end" else row["partner"]
             asked = (row["questionnaire"], row["item"], about) == (questionnaire, item, partner)
-            if asked and row["value"] != NO_ANSWER:
+            if asked and when in occasions and row["value"] != NO_ANSWER:
                 found[row["pid"]].append(float(row["value"]))
         return {pid: sum(values) / len(values) for pid, values in found.items()}
 
+    def by_condition(self) -> tuple[tuple[str, "Results"], ...]:
+        """The blocks that may be pooled, by name, with their rounds and answers; all, without a name, where all may."""
+        conditions: dict[tuple[object, ...], list[str]] = defaultdict(list)
+        for block in self.study.blocks:
+            conditions[block.challenge, block.pings, block.limit_ticks].append(block.id)
+        if len(conditions) == 1:
+            return (("", self),)
+        return tuple((", ".join(blocks), self._of_blocks(blocks)) for blocks in conditions.values())
+
+    def by_condition_asked(self) -> tuple[tuple[str, "Results"], ...]:
+        """The same for ratings: where blocks are apart, so is what was asked at the end, about all of them."""
+        blocks = self.by_condition()
+        said = tuple(row for row in self.answers if occasion(row["step"]) == "at_end")
+        return blocks if len(blocks) == 1 else (*blocks, ("", replace(self, rounds=(), answers=said)))
+
+    def _of_blocks(self, blocks: Container[str]) -> "Results":
+        said = [row for row in self.answers if occasion(row["step"]) in ("after_round", "after_partner")]
+        return replace(
+            self,
+            rounds=tuple(row for row in self.rounds if row["block"] in blocks),
+            answers=tuple(row for row in said if row["step"].partition("/")[0] in blocks),
+        )
+
     def texts(self) -> list[Row]:
         return [row for row in self.answers if row["text"].strip()]
-
-    def scales(self, language: str = DEFAULT) -> list[RatedItem]:
-        """Every rated question of the study."""
-        names = [name for block in self.study.blocks for name in (*block.after_round, *block.after_partner)]
-        found = [
-            (name, item)
-            for name in dict.fromkeys((*names, *self.study.at_end))
-            for item in self.study.questionnaire(name, language).items
-            if item.is_rated and item.expected is None
-        ]
-        asked_by: dict[str, set[str]] = defaultdict(set)
-        for name, item in found:
-            asked_by[item.label].add(name)
-        return [
-            RatedItem(name, item, item.label if len(asked_by[item.label]) == 1 else f"{item.label} ({name})")
-            for name, item in found
-        ]
 
 
 def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[Path] = ()) -> Results:

@@ -11,8 +11,8 @@ from movingout.recordings.pings import FOLLOWED_WITHIN_S, NEAR
 from movingout.recordings.report.words import Words
 from movingout.study.analysis.comparisons import PartnerComparison, compare, corrected, trend
 from movingout.study.analysis.pings import PingRound
+from movingout.study.analysis.questions import RatedItem, rated_items
 from movingout.study.analysis.results import STORED, Results
-from movingout.study.design.steps import AT_END
 from movingout.world.estimates import estimate, estimate_text
 from movingout.world.ping import OWN_PLACE
 
@@ -21,6 +21,8 @@ LANGUAGE_FILES = Path(__file__).with_name("languages")
 ENGLISH = Words("en", (LANGUAGE_FILES,))
 Namer = Callable[[str], str]
 Values = dict[str, float]
+Measure = tuple[str, Callable[[str], Values]]
+BlockComparison = tuple[tuple[str, ...], PartnerComparison]  # with the column of its blocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,73 +40,85 @@ class ReportTable:
 
 def performance(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     """All maps together, in the layout of the paper's tables: a row per partner."""
+    blocks = results.by_condition()
     rows = [
-        (name(partner), str(len(results.values("tcr", partner))), *_cells(results, partner, None))
-        for partner in results.partners
+        (*_block(blocks, label), name(partner), str(len(part.values("tcr", partner))), *_cells(part, partner, None))
+        for label, part in blocks
+        for partner in part.partners
     ]
     say = words.say
     measures = "; ".join(f"{metric.heading}: {words.known(f'measure.{metric.key}', metric.title)}" for metric in STORED)
     note = say("study.performance.note", legend=say("study.legend", measures=measures))
-    heads = (say("study.partner"), say("study.rounds"), *HEADS.values())
-    return ReportTable("performance", say("study.performance"), heads, tuple(rows), 1, note, say("study.empty"))
+    head = _block(blocks, say("study.block"))
+    heads = (*head, say("study.partner"), say("study.rounds"), *HEADS.values())
+    title, empty = say("study.performance"), say("study.empty")
+    return ReportTable("performance", title, heads, tuple(rows), len(head) + 1, note, empty)
 
 
 def performance_by_map(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
-    rows = []
-    for map_name in results.maps:
-        for partner in results.partners:
-            number = len(results.values("tcr", partner, map_name))
-            rows.append((map_name, name(partner), str(number), *_cells(results, partner, map_name)))
+    blocks, rows = results.by_condition(), []
+    for label, part in blocks:
+        for map_name in part.maps:
+            for partner in part.partners:
+                number = str(len(part.values("tcr", partner, map_name)))
+                where = (*_block(blocks, label), map_name, name(partner), number)
+                rows.append((*where, *_cells(part, partner, map_name)))
     say = words.say
-    heads = (say("study.map"), say("study.partner"), say("study.rounds"), *HEADS.values())
+    head = _block(blocks, say("study.block"))
+    heads = (*head, say("study.map"), say("study.partner"), say("study.rounds"), *HEADS.values())
     title, empty = say("study.performance_by_map"), say("study.empty")
-    return ReportTable("performance_by_map", title, heads, tuple(rows), 2, empty=empty)
+    return ReportTable("performance_by_map", title, heads, tuple(rows), len(head) + 2, empty=empty)
 
 
 def metric_comparisons(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     """Every pair of partners in every metric, over means per participant."""
-    found = _pairs(results, [(HEADS[metric], partial(results.per_unit, metric)) for metric in HEADS])
+    found = _pairs(results, lambda part: [(HEADS[metric], partial(part.per_unit, metric)) for metric in HEADS])
     return _comparison_table("metric_comparisons", found, name, words)
 
 
 def rating_comparisons(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     """Every pair of partners in every item, over participants."""
-    measures: list[tuple[str, Callable[[str], Values]]] = [
-        (label, partial(results.ratings, form, item.id)) for form, item, label in results.scales()
-    ]
-    return _comparison_table("rating_comparisons", _pairs(results, measures), name, words)
+    items = rated_items(results.study)
+    found = _pairs(results, lambda part: [(rated.label, partial(_ratings, part, rated)) for rated in items])
+    return _comparison_table("rating_comparisons", found, name, words)
 
 
 def ratings(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     """Mean rating per item, a column per partner; questions at the end, about no partner, have one of their own."""
-    at_the_end = any(results.ratings(form, item.id, AT_END) for form, item, _ in results.scales())
-    about = (*results.partners, *([AT_END] if at_the_end else []))
+    items, blocks = rated_items(results.study), results.by_condition()
+    at_the_end = [None] if any(_ratings(results, rated, None) for rated in items) else []
+    about: tuple[str | None, ...] = (*results.partners, *at_the_end)
     rows = []
-    for form, item, label in results.scales():
-        cells = [estimate_text(estimate(list(results.ratings(form, item.id, partner).values()))) for partner in about]
-        if any(cell != "–" for cell in cells):
-            rows.append((label, *cells))
+    for label, part in results.by_condition_asked():
+        for rated in items:
+            cells = [estimate_text(estimate(list(_ratings(part, rated, one).values()))) for one in about]
+            if any(cell != "–" for cell in cells):
+                rows.append((*_block(blocks, label or "–"), rated.label, *cells))
     say = words.say
-    heads = (say("study.ratings.item"), *(say("study.ratings.at_end") if one == AT_END else name(one) for one in about))
+    head = (*_block(blocks, say("study.block")), say("study.ratings.item"))
+    heads = (*head, *(say("study.ratings.at_end") if one is None else name(one) for one in about))
     note, empty = say("study.ratings.note"), say("study.ratings.empty")
-    return ReportTable("ratings", say("study.ratings"), heads, tuple(rows), 1, note, empty)
+    return ReportTable("ratings", say("study.ratings"), heads, tuple(rows), len(head), note, empty)
 
 
 def order_effects(results: Results, words: Words = ENGLISH) -> ReportTable:
     """Whether people got better over time, whichever partner they had."""
-    rows = []
-    for metric in HEADS:
-        series: dict[int, list[float]] = defaultdict(list)
-        for row in sorted(results.rounds, key=lambda row: row["position"]):
-            if row[metric] is not None:
-                series[row["unit"]].append(row[metric])
-        found = trend(list(series.values()))
-        if found is not None:
-            rows.append((HEADS[metric], str(len(series)), f"{found[0]:+.2f}", _p(found[1])))
+    blocks, rows = results.by_condition(), []
+    for label, part in blocks:
+        for metric in HEADS:
+            series: dict[int, list[float]] = defaultdict(list)
+            for row in sorted(part.rounds, key=lambda row: row["position"]):
+                if row[metric] is not None:
+                    series[row["unit"]].append(row[metric])
+            found = trend(list(series.values()))
+            if found is not None:
+                numbers = str(len(series)), f"{found[0]:+.2f}", _p(found[1])
+                rows.append((*_block(blocks, label), HEADS[metric], *numbers))
     say = words.say
-    heads = (say("study.order.metric"), say("study.order.units"), say("study.order.rho"), "p")
+    head = (*_block(blocks, say("study.block")), say("study.order.metric"))
+    heads = (*head, say("study.order.units"), say("study.order.rho"), "p")
     note, empty = say("study.order.note"), say("study.order.empty")
-    return ReportTable("order_effects", say("study.order"), heads, tuple(rows), 1, note, empty)
+    return ReportTable("order_effects", say("study.order"), heads, tuple(rows), len(head), note, empty)
 
 
 def flow(results: Results, words: Words = ENGLISH) -> ReportTable:
@@ -180,18 +194,32 @@ def _p(p: float | None) -> str:
     return "–" if p is None else "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
-def _pairs(results: Results, measures: Sequence[tuple[str, Callable[[str], Values]]]) -> list[PartnerComparison]:
+def _block(blocks: Sequence[tuple[str, Results]], label: str) -> tuple[str, ...]:
+    """The column of blocks, where there are several that may not be pooled."""
+    return (label,) if len(blocks) > 1 else ()
+
+
+def _ratings(results: Results, rated: RatedItem, partner: str | None) -> Values:
+    return results.ratings(rated.questionnaire, rated.item.id, partner, rated.occasions)
+
+
+def _pairs(results: Results, measures: Callable[[Results], Sequence[Measure]]) -> list[BlockComparison]:
+    """Partners are compared within blocks that may be pooled; p is corrected over all of them."""
+    blocks = results.by_condition()
     found = [
-        compare(label, one, other, of(one), of(other))
-        for label, of in measures
-        for one, other in combinations(results.partners, 2)
+        (_block(blocks, block), compare(label, one, other, of(one), of(other)))
+        for block, part in blocks
+        for label, of in measures(part)
+        for one, other in combinations(part.partners, 2)
     ]
-    return corrected([one for one in found if one is not None])
+    compared = [(block, one) for block, one in found if one is not None]
+    return list(zip([block for block, _ in compared], corrected([one for _, one in compared]), strict=True))
 
 
-def _comparison_table(key: str, found: Sequence[PartnerComparison], name: Namer, words: Words) -> ReportTable:
+def _comparison_table(key: str, found: Sequence[BlockComparison], name: Namer, words: Words) -> ReportTable:
     rows = [
         (
+            *block,
             one.measure,
             f"{name(one.one)} – {name(one.other)}",
             f"{one.difference:+.3f}",
@@ -203,12 +231,13 @@ def _comparison_table(key: str, found: Sequence[PartnerComparison], name: Namer,
             "–" if one.g is None or one.g_interval is None
             else f"{one.g:+.2f} [{one.g_interval[0]:+.2f}, {one.g_interval[1]:+.2f}]",
         )
-        for one in found
+        for block, one in found
     ]  # fmt: skip
     say = words.say
     measure, partners, difference, pairs = (
         say(f"study.comparison.{head}") for head in ("measure", "partners", "difference", "pairs")
     )
-    heads = (measure, partners, difference, "t", "p (t)", pairs, "p (Wilcoxon)", "p (Holm)", "g [95 %]")
+    head = tuple(say("study.block") for _ in found[0][0]) if found else ()
+    heads = (*head, measure, partners, difference, "t", "p (t)", pairs, "p (Wilcoxon)", "p (Holm)", "g [95 %]")
     note, empty = say("study.comparison.note"), say("study.comparison.empty")
-    return ReportTable(key, say(f"study.{key}"), heads, tuple(rows), 2, note, empty)
+    return ReportTable(key, say(f"study.{key}"), heads, tuple(rows), len(head) + 2, note, empty)
