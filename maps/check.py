@@ -13,7 +13,7 @@ from movingout.maps.flood_fill import OVERLAP, overlapped
 from movingout.maps.packing import fits_alone, narrowest, unplaced_items
 from movingout.maps.passage import GRID, areas_near, best_near, robot_areas, way_to_goal, window
 from movingout.maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
-from movingout.maps.spec import ROBOT_RADIUS, SEAT_COLOURS, ItemSpec, MapSpec
+from movingout.maps.spec import ROBOT_RADIUS, SEAT_COLOURS, WALL_MARGIN, ItemSpec, MapSpec
 
 _GRAZE = 0.0025  # items are taken this much smaller: two corners of the official HandOff graze, harmlessly
 _STANDS = (0.1, 0.16)  # a robot grabs with its centre 0.12 to 0.135 from the surface; widened by half a grid step
@@ -72,7 +72,7 @@ def _misplaced(movers: list[_Obstacle], walls: list[_Obstacle]) -> Iterator[MapF
             yield MapFault(mover.path, message, "outside", {"by": round(outside, 3)})
         for wall in walls:
             if mover.solid.gap(wall.solid) < 0.0:
-                message = f"stands in {wall.path}; walls are 0.01 thicker than drawn"
+                message = f"stands in {wall.path}; walls are {WALL_MARGIN:g} thicker than drawn"
                 yield MapFault(mover.path, message, "in_wall", {"other": wall.path})
     for one, other in combinations(movers, 2):
         if one.solid.gap(other.solid) < 0.0:

@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.maps.flood_fill import BitGrid, Mask
-from movingout.maps.solid import WALL_MARGIN
-from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, Rect
+from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, WALL_MARGIN, Rect
 
 SPACING = 0.025
 _SIDE = round(2 * ARENA_HALF / SPACING) + 1

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from movingout.maps.shapes import outline
-from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, ItemSpec, MapSpec, Pose, Rect
+from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, WALL_MARGIN, ItemSpec, MapSpec, Pose, Rect
 
 Point = tuple[float, float]
 
@@ -120,7 +120,6 @@ class SceneState:
     delivered: Sequence[bool] = ()  # per item; empty for none
 
 
-WALL_MARGIN = 0.01  # walls are this much thicker than their rectangles
 _HAIR = 2 * ARENA_HALF / 640  # the thinnest line
 _HATCH_STEP, _HATCH_WIDTH = 0.06, 0.011
 _GOAL_DASH = (0.026, 0.015)

@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.maps.shapes import corner_radius, outline
-from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, ItemSpec, Pose, Rect
+from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, WALL_MARGIN, ItemSpec, Pose, Rect
 
-WALL_MARGIN = 0.01  # walls are built this much thicker than drawn
 _FAR = 0.1
 
 Points = npt.NDArray[np.float64]

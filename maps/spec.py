@@ -17,6 +17,8 @@ SIZES: tuple[Size, ...] = get_args(Size)
 MODES: tuple[Mode, ...] = get_args(Mode)
 ARENA_HALF = 1.2  # half the side of the square arena
 ROBOT_RADIUS = 0.12
+WALL_MARGIN = 0.01  # walls are this much thicker than drawn, on every side
+GOAL_MARGIN = 0.05  # a goal accepts this much more than is drawn, on every side
 NOTEBOOK_SIDE = 360  # pixels of a map's picture in a notebook
 SEAT_COLOURS = ("blue", "red")  # index 0 is the official robot_1, index 1 is robot_2
 

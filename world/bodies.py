@@ -15,7 +15,7 @@ from pymunk import autogeometry
 from pymunk._chipmunk_cffi import lib
 
 from movingout.maps.shapes import box_sides, corner_radius, outline
-from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, ItemSpec, MapSpec, Pose, Rect
+from movingout.maps.spec import ARENA_HALF, GOAL_MARGIN, ROBOT_RADIUS, WALL_MARGIN, ItemSpec, MapSpec, Pose, Rect
 from movingout.world import constants as c
 from movingout.world.drive import EMPTY_HAND, Hand
 
@@ -119,7 +119,7 @@ def _add_arena(space: pymunk.Space) -> None:
 def _add_goal(space: pymunk.Space, goal: Rect) -> None:
     body = pymunk.Body(body_type=pymunk.Body.STATIC)
     body.position = ((goal.left + goal.right) / 2, (goal.bottom + goal.top) / 2)
-    size = (goal.right - goal.left + 2 * c.GOAL_MARGIN, goal.top - goal.bottom + 2 * c.GOAL_MARGIN)
+    size = (goal.right - goal.left + 2 * GOAL_MARGIN, goal.top - goal.bottom + 2 * GOAL_MARGIN)
     sensor = pymunk.Poly.create_box(body, size)
     sensor.sensor = True
     space.add(body, sensor)
@@ -195,6 +195,6 @@ def _add_wall(space: pymunk.Space, wall: Rect) -> None:
     start, end = (wall.x0, wall.y0), (wall.x1, wall.y1)
     corner_a, corner_b = (wall.x1, wall.y0), (wall.x0, wall.y1)
     for here, there in ((start, corner_a), (start, corner_b), (end, corner_a), (end, corner_b)):
-        edge = pymunk.Segment(space.static_body, here, there, c.WALL_RADIUS)
+        edge = pymunk.Segment(space.static_body, here, there, WALL_MARGIN)
         edge.friction = c.WALL_FRICTION
         space.add(edge)

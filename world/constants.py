@@ -2,7 +2,8 @@
 
 They are those of the official environment (live-robotics-uva/movingout_env at 9d1bdc8), measured and
 confirmed by replaying its trajectories to the bit. The engine must be pymunk 6.8.0 to 6.11.1: version 7
-dropped a rule on which holding depends. Units: arena units (u), seconds, radians, engine masses.
+dropped a rule on which holding depends. The sizes of arena and robots, and by how much walls and goals
+are larger than drawn, are in `maps.spec`. Units: arena units (u), seconds, radians, engine masses.
 """
 
 # Time
@@ -27,9 +28,7 @@ COLLISION_SLOP = 0.001  # u; collision_bias and error_bias stay at the engine's 
 # Arena, walls, goals
 ARENA_WALL_RADIUS = 1.0  # u, thick segments whose inner faces are the arena's edge
 ARENA_WALL_FRICTION = 2.0
-WALL_RADIUS = 0.01  # u, added to a wall's drawn rectangle on every side
 WALL_FRICTION = 0.8
-GOAL_MARGIN = 0.05  # u, a goal accepts this much more than is drawn, on every side
 
 # Robots
 ROBOT_MASS = 1.0

@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.maps.shapes import corner_radius, outline
-from movingout.maps.spec import ItemSpec, MapSpec
-from movingout.world import constants as c
+from movingout.maps.spec import GOAL_MARGIN, ItemSpec, MapSpec
 from movingout.world.state import Floats
 
 Box = tuple[float, float, float, float]  # left, bottom, right, top
@@ -72,7 +71,7 @@ def goal_boxes(map_spec: MapSpec) -> tuple[Box, ...]:
     boxes = []
     for goal in map_spec.goals:
         x, y = (goal.left + goal.right) / 2, (goal.bottom + goal.top) / 2
-        half_width = (goal.right - goal.left + 2 * c.GOAL_MARGIN) / 2
-        half_height = (goal.top - goal.bottom + 2 * c.GOAL_MARGIN) / 2
+        half_width = (goal.right - goal.left + 2 * GOAL_MARGIN) / 2
+        half_height = (goal.top - goal.bottom + 2 * GOAL_MARGIN) / 2
         boxes.append((x - half_width, y - half_height, x + half_width, y + half_height))
     return tuple(boxes)

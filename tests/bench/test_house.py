@@ -9,7 +9,17 @@ from bench.source.files import SourceTree
 from bench.source.import_graph import import_circles, import_graph
 
 TREE = SourceTree()
-WRITTEN_ONCE = ("ONE_THREAD", "KL_WEIGHT", "LATENT_WEIGHT", "RECONSTRUCTION_WEIGHT", "POSE_SECONDS", "Receive", "Send")
+WRITTEN_ONCE = (
+    "ONE_THREAD",
+    "KL_WEIGHT",
+    "LATENT_WEIGHT",
+    "RECONSTRUCTION_WEIGHT",
+    "POSE_SECONDS",
+    "Receive",
+    "Send",
+    "WALL_MARGIN",
+    "GOAL_MARGIN",
+)
 """Names that used to be defined again, with the same value, where they were needed next."""
 
 

@@ -14,7 +14,7 @@ from movingout.agents.scripted.navigation.geometry import heading_of, wrap
 from movingout.agents.scripted.navigation.motion_choice import REST, DriveCommand, drive
 from movingout.agents.scripted.perception import Perception
 from movingout.maps.shapes import circumradius
-from movingout.world.constants import GOAL_MARGIN
+from movingout.maps.spec import GOAL_MARGIN
 
 Kind = Literal["take", "carry", "let go", "wait"]
 KINDS: tuple[Kind, ...] = "take", "carry", "let go", "wait"

@@ -10,8 +10,7 @@ import numpy as np
 from movingout.agents.scripted.navigation.geometry import Disc, signed_distance
 from movingout.maps import ItemSpec, MapSpec
 from movingout.maps.flood_fill import BitGrid
-from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS
-from movingout.world.constants import WALL_RADIUS
+from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, WALL_MARGIN
 from movingout.world.state import Floats
 
 CELL = 0.03
@@ -88,8 +87,8 @@ def _walls(map_spec: MapSpec) -> Floats:
     x, y = np.meshgrid(AXIS, AXIS)
     clearance = np.minimum(ARENA_HALF - np.abs(x), ARENA_HALF - np.abs(y))
     for wall in map_spec.walls:
-        dx = np.maximum(wall.left - WALL_RADIUS - x, x - wall.right - WALL_RADIUS)
-        dy = np.maximum(wall.bottom - WALL_RADIUS - y, y - wall.top - WALL_RADIUS)
+        dx = np.maximum(wall.left - WALL_MARGIN - x, x - wall.right - WALL_MARGIN)
+        dy = np.maximum(wall.bottom - WALL_MARGIN - y, y - wall.top - WALL_MARGIN)
         outside = np.hypot(np.maximum(dx, 0.0), np.maximum(dy, 0.0))
         clearance = np.minimum(clearance, outside + np.minimum(np.maximum(dx, dy), 0.0))
     return np.asarray(clearance)
