@@ -30,7 +30,7 @@ class LeaseWatch:
 
     @property
     def after_s(self) -> float:
-        """How long after the end of the owner's lease the other node took it: negative if it was still valid."""
+        """How long after the end of the owner's lease, had it kept it, the other node took it."""
         assert self._taken, "nobody took it"
         return self._taken - self._expires
 
@@ -46,6 +46,6 @@ class LeaseWatch:
         assert row is not None
         now, expires, node = row
         if node == self._owner:
-            self._expires = expires
+            self._expires = max(self._expires, expires)  # who gives it back ends it at once
         elif node is not None:
             self._taken = now
