@@ -10,17 +10,10 @@ from functools import lru_cache
 import numpy as np
 
 from movingout.maps.shapes import corner_radius, outline
-<<<<<<< HEAD
-from movingout.maps.solid import WALL_MARGIN
-from movingout.maps.spec import ARENA_HALF, ItemSpec, MapSpec, Rect, Shape
+from movingout.maps.spec import ARENA_HALF, GOAL_MARGIN, WALL_MARGIN, ItemSpec, MapSpec, Rect, Shape
 from movingout.maps.surface import Floats
 
-GOAL_MARGIN = 0.05  # an item counts as delivered this far beyond the drawn goal
 _TOLERANCE = 1e-9
-=======
-from movingout.maps.spec import ARENA_HALF, GOAL_MARGIN, WALL_MARGIN, ItemSpec, MapSpec, Rect, Shape
-
->>>>>>> fix-house
 _TURNS = np.radians(np.arange(0, 180, 3))
 
 

@@ -49,7 +49,7 @@ CLOSE_KICKED = 4003
 CLOSE_REPLACED = 4004  # the seat was taken by a newer socket with the same token
 CLOSE_ROOM_OVER = 4005
 CLOSE_TOO_SLOW = 4008
-CLOSE_RATE = 4009
+# 4009 is reserved: earlier versions declared it
 CLOSE_SHUTDOWN = 4010  # the server stops; the room comes back after a restart
 CLOSE_BAD_MESSAGE = 4400
 CLOSE_UNAUTHORISED = 4401  # wrong token

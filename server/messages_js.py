@@ -53,7 +53,6 @@ def _constants() -> str:
     lines = [f"export const SUBPROTOCOL = {_js(m.SUBPROTOCOL)};"]
     lines += [f"export const {name} = {_js(getattr(m, name))};" for name in (*NUMBER_NAMES, *CLOSE_NAMES)]
     lines += [_frozen_list("DEVICES", m.DEVICES), f"export const EVENT = Object.freeze({_js(m.EVENT)});"]
-    lines += [_frozen_list("PHASES", get_args(m.Phase)), _frozen_list("TUTORIAL_STEPS", get_args(m.TutorialStep))]
     return "\n".join(lines)
 
 

@@ -28,15 +28,12 @@ export const CLOSE_KICKED = 4003;
 export const CLOSE_REPLACED = 4004;
 export const CLOSE_ROOM_OVER = 4005;
 export const CLOSE_TOO_SLOW = 4008;
-export const CLOSE_RATE = 4009;
 export const CLOSE_SHUTDOWN = 4010;
 export const CLOSE_BAD_MESSAGE = 4400;
 export const CLOSE_UNAUTHORISED = 4401;
 export const CLOSE_NOT_FOUND = 4404;
 export const DEVICES = Object.freeze(/** @type {const} */ (["keyboard","gamepad","touch","program"]));
 export const EVENT = Object.freeze({"grab":0,"grab_failed":1,"release":2,"delivered":3,"undelivered":4,"deadline_missed":5,"agent_error":6});
-export const PHASES = Object.freeze(/** @type {const} */ (["lobby","countdown","playing","paused","round_over","series_over","closed"]));
-export const TUTORIAL_STEPS = Object.freeze(/** @type {const} */ (["drive","grab","deliver","backward","lift"]));
 
 /** @typedef {"tcr" | "nfd" | "wt_s" | "ac" | "interdependence"} MetricKey */
 /**

@@ -110,7 +110,7 @@ class GreedyWalker:
         targets = self.targets(now)
         if not now.is_heavy(item):
             return walk(now, now.space(), targets)
-        return drive_along(now.pose, now.item_pose(item), now.space((item,)), targets)
+        return drive_along(now.item_pose(item), now.space((item,)), targets)
 
     def targets(self, now: Perception) -> list[Point]:
         """Where things are to go: goal regions with nothing in their middle, while there are any."""

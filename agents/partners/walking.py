@@ -84,15 +84,15 @@ def walk(now: Perception, space: FreeSpace, targets: list[Point]) -> DriveComman
 
     With something in the hand it drives whichever way needs less turning, since the item may have no room to swing.
     """
-    command = drive_along(now.pose, now.pose, space, targets)
+    command = drive_along(now.pose, space, targets)
     near = min(math.dist(now.pose[:2].tolist(), target) for target in targets) < _TURNS_WITHIN
     if now.own_item >= 0 and not near and abs(wrap(command.heading - float(now.pose[2]))) > math.pi / 2:
         return drive(command.heading + math.pi, -command.distance)
     return command
 
 
-def drive_along(pose: Floats, start: Floats, space: FreeSpace, targets: list[Point]) -> DriveCommand:
-    """The robot at `pose` drives as the way from `start` to the nearest of some points goes."""
+def drive_along(start: Floats, space: FreeSpace, targets: list[Point]) -> DriveCommand:
+    """The robot drives as the way from `start`, where it or its item is, to the nearest of some points goes."""
     x, y = float(start[0]), float(start[1])
     path = route_to(space, targets).path(x, y, AHEAD)
     dx, dy = float(path[-1, 0]) - x, float(path[-1, 1]) - y

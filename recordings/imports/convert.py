@@ -100,7 +100,7 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
     before = source.shape != "evaluator"
     spec, differences = played_map(designed, steps, starts=before)
     states, actions = _aligned(spec, steps, before)
-    simulated = _simulated(spec, states, actions)
+    simulated = _simulated(spec, actions)
     drift_tick, drift = _drift(states, simulated)
     last = "recorded"
     if before:
@@ -150,7 +150,7 @@ def _aligned(spec: MapSpec, steps: OfficialSteps, before: bool) -> tuple[list[Wo
     return (states if before else [World(spec).state(), *states]), steps.actions
 
 
-def _simulated(spec: MapSpec, states: list[WorldState], actions: Floats) -> list[WorldState]:
+def _simulated(spec: MapSpec, actions: Floats) -> list[WorldState]:
     world = World(spec, record_sub_poses=False)
     simulated = [world.state()]
     for action in actions:

@@ -88,7 +88,7 @@ def _inside(low: float, high: float, radius: float) -> list[int]:
 def _carry(now: Perception, option: RobotOption) -> DriveCommand:
     pose, (x, y) = now.item_pose(option.item), option.spot
     if now.is_heavy(option.item):
-        return drive_along(now.pose, pose, now.space((option.item,)), [option.spot])
+        return drive_along(pose, now.space((option.item,)), [option.spot])
     dx, dy = x - float(pose[0]), y - float(pose[1])
     if math.hypot(dx, dy) > _SHIFTS_WITHIN:
         return walk(now, now.space(), [option.spot])

@@ -73,7 +73,7 @@ def _row(entry: PaperEntry, space: Workspace, day: str) -> tuple[str, ...]:
     made = any(one.defined is None for _, one in measured) or entry.drawn()
     spent = _seconds(entry, space) if made else 0.0
     return (
-        f"`{entry.label}`", _status(entry, found, space), _made_with(measured, space, day) if made else "–",
+        f"`{entry.label}`", _status(entry, found), _made_with(measured, space, day) if made else "–",
         "<br>".join(_headline(measured)) or "–", _counts(measured), span(spent) if spent else "–",
         _differs(entry, cells),
     )  # fmt: skip
@@ -85,7 +85,7 @@ def _made_with(measured: list[tuple[EntryCell, Found]], space: Workspace, day: s
     return f"{space.budget.name}, {day}" + several + (", people" if space.given else "")
 
 
-def _status(entry: PaperEntry, found: list[tuple[EntryCell, Found | None]], space: Workspace) -> str:
+def _status(entry: PaperEntry, found: list[tuple[EntryCell, Found | None]]) -> str:
     if entry.kind == "illustration":
         return "nothing is measured"
     if entry.drawing:
