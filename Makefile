@@ -67,8 +67,9 @@ lock: .venv/bin/python ## write constraints/serving.txt: what serving needs, by 
 wheel: .venv/bin/python ## build the wheel into dist/
 	$(BIN)/pip --disable-pip-version-check wheel --no-deps --wheel-dir dist .
 
-clean: ## remove the environment and caches (never data/)
-	rm -rf .venv node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis
+clean: ## remove the environment, caches and what was built (never data/)
+	rm -rf .venv node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf build dist test-results *.egg-info src/*.egg-info
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or newer is needed; try: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 2; }
