@@ -1,12 +1,15 @@
 """The source code keeps to the limits of the house."""
 
 import ast
+import tomllib
 
 import pytest
+import yaml
 
 from bench.house import LARGEST_FOLDER, LONGEST_FILE, main, report
 from bench.source.files import SourceTree
 from bench.source.import_graph import import_circles, import_graph
+from tests.support import ROOT
 
 TREE = SourceTree()
 WRITTEN_ONCE = (
@@ -33,6 +36,18 @@ def test_no_folder_has_too_many_files_of_its_own() -> None:
 
 def test_no_file_is_too_long() -> None:
     assert {file: lines for file, lines in TREE.line_counts.items() if lines > LONGEST_FILE} == {}
+
+
+def test_contributing_says_the_sizes_that_are_kept() -> None:
+    rules = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    assert f"more than {LONGEST_FILE} lines" in rules and f"more than {LARGEST_FOLDER} files" in rules
+
+
+def test_the_package_names_the_authors_and_keywords_of_the_citation() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert (project["authors"], project["keywords"]) == (citation["authors"], citation["keywords"])
+    assert project["classifiers"]
 
 
 def test_no_class_name_has_two_meanings() -> None:

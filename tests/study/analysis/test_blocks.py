@@ -123,6 +123,6 @@ def test_what_is_asked_after_rounds_and_after_partners_is_two_items(tmp_path: Pa
     for pid in pids:
         store.answer(pid, f"{round_.key}/{FORM}", FORM, "scripted", "teamwork", 1, "", 2.0)
         store.answer(pid, f"play/1/{FORM}", FORM, "scripted", "teamwork", 7, "", 2.0)
-    cells = dict(ratings(collect(small, store, place.recordings), plain).rows)
+    cells = {row[0]: row[1] for row in ratings(collect(small, store, place.recordings), plain).rows}
     assert cells["Teamwork (after_partner)"] == "7.000 ± 0.000"
     assert cells["Teamwork (after_round)"][0] < "7"
