@@ -9,6 +9,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
@@ -104,14 +105,22 @@ def _exact_p(ranked: Sequence[float]) -> float:
     return min(1.0, 2 * float(tail / ways.sum()))
 
 
-def trend(series: Sequence[Sequence[float]]) -> tuple[float, float | None] | None:
-    """Whether values rise with their place: the mean of Spearman's rho per participant, and p that it is not zero."""
+class Trend(NamedTuple):
+    """Whether values rise with their place."""
+
+    rho: float  # the mean of Spearman's per participant
+    p: float | None  # that it is not zero
+    used: int  # participants with at least three values that are not all the same: the others have no rho
+
+
+def trend(series: Sequence[Sequence[float]]) -> Trend | None:
+    """The trend of a series per participant; None where nobody has one."""
     rhos = [
         float(stats.spearmanr(range(len(values)), values).statistic)
         for values in series
         if len(values) > 2 and len(set(values)) > 1
     ]
-    return (float(np.mean(rhos)), signed_rank(rhos)) if rhos else None
+    return Trend(float(np.mean(rhos)), signed_rank(rhos), len(rhos)) if rhos else None
 
 
 def _independent(a: Sequence[float], b: Sequence[float]) -> tuple[float | None, float | None]:

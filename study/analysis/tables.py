@@ -112,8 +112,8 @@ def order_effects(results: Results, words: Words = ENGLISH) -> ReportTable:
                     series[row["unit"]].append(row[metric])
             found = trend(list(series.values()))
             if found is not None:
-                numbers = str(len(series)), f"{found[0]:+.2f}", _p(found[1])
-                rows.append((*_block(blocks, label), HEADS[metric], *numbers))
+                used = words.say("study.order.units.of", used=found.used, all=len(series))
+                rows.append((*_block(blocks, label), HEADS[metric], used, f"{found.rho:+.2f}", _p(found.p)))
     say = words.say
     head = (*_block(blocks, say("study.block")), say("study.order.metric"))
     heads = (*head, say("study.order.units"), say("study.order.rho"), "p")

@@ -86,6 +86,16 @@ def test_blocks_that_differ_in_seats_alone_are_pooled(tmp_path: Path) -> None:
     assert {row[2][:5] for row in table.rows} == {"0.500"}
 
 
+def test_order_effects_say_whom_they_are_about(tmp_path: Path) -> None:
+    small, text = template("agent_survey")
+    place, store, _ = fill(tmp_path, small, text, 3)
+    with store.database.write() as connection:
+        connection.execute(update(rounds).values(tcr=1.0))
+        connection.execute(update(rounds).where(rounds.c.unit == 1).values(tcr=rounds.c.position / 10.0))
+    rows = {row[0]: row for row in order_effects(collect(small, store, place.recordings)).rows}
+    assert rows["TCR ↑"][1:3] == ("1 of 3", "+1.00")
+
+
 def test_ratings_at_the_end_stand_apart_from_those_of_partners(tmp_path: Path) -> None:
     """Of pairs, whose partner has no name, and of who played with an agent in a partner's place."""
     rated = {
