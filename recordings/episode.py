@@ -17,6 +17,7 @@ SeatKind = Literal["human", "agent", "remote", "ghost", "idle"]
 Source = Literal["live", "match", "scripted", "import", "tutorial"]  # tutorials are left out of every analysis
 ActionSource = Literal["human", "agent", "remote", "ghost", "idle", "neutral"]  # neutral: nobody answered
 Outcome = Literal["delivered", "time", "left", "stopped", "error", "interrupted"]
+FINISHED: frozenset[Outcome] = frozenset({"delivered", "time"})  # of rounds that were played to their end, and count
 EventKind = Literal[
     "start", "grab", "grab_failed", "release", "delivered", "undelivered", "collision",
     "pause", "resume", "drop", "return", "focus", "deadline_missed", "agent_error", "unseen_map", "tick_skipped",

@@ -16,10 +16,9 @@ from typing import NamedTuple
 
 from movingout.maps.files.output_file import draft_of
 from movingout.maps.suggestion import counted
-from movingout.recordings.episode import is_simulated
+from movingout.recordings.episode import FINISHED, is_simulated
 from movingout.recordings.errors import RecordingError, cannot, with_folder
 from movingout.recordings.exports.split import divided, has_people, participants, unmasked
-from movingout.recordings.report.facts import FINISHED
 from movingout.recordings.spreadsheet import check_name, read_rows
 from movingout.recordings.storage.listing import Players, Summary, misnamed, read_players, read_summary, without_copies
 from movingout.recordings.storage.study_rounds import uncounted_episodes

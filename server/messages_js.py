@@ -1,4 +1,4 @@
-"""Writes web/messages.js from `server.messages`, `server.frames` and `world.metrics`.
+"""Writes web/messages.js from `server.messages`, `server.frames`, `world.metrics` and `recordings.episode`.
 
 Run `python -m movingout.server.messages_js`. The file has constants, the table of metrics, an encode and a decode
 function per binary frame, and a JSDoc type per control message. Nothing in the browser client restates a byte offset, a
@@ -12,6 +12,7 @@ from typing import Annotated, get_args, get_origin
 
 import msgspec
 
+from movingout.recordings.episode import FINISHED, Outcome
 from movingout.server import messages as m
 from movingout.server.frame_layout import SIZES, Form, FrameLayout, Packed, Wire
 from movingout.server.frames import Beat, Bundle, BundleEvent, Input, Ping, Pong, WirePose
@@ -39,6 +40,7 @@ def generate() -> str:
         "// Do not edit. The conversation is explained in docs/protocol.md.",
         _constants(),
         _metrics(),
+        _frozen_list("FINISHED", tuple(one for one in get_args(Outcome) if one in FINISHED)),
         *(_fixed_frame(frame) for frame in FIXED_FRAMES),
         _bundle(),
         _control_types(),

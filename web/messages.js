@@ -58,6 +58,8 @@ export const METRICS = Object.freeze([
   {"key":"interdependence","symbol":"INT","unit":"","low":0.0,"high":1.0,"digits":2,"optional":true},
 ]);
 
+export const FINISHED = Object.freeze(/** @type {const} */ (["delivered","time"]));
+
 /**
  * Sent 50 ms after a bundle, so that TCP notices a lost packet sooner.
  * @typedef {object} Beat

@@ -11,10 +11,10 @@ from pathlib import Path
 import orjson
 
 from movingout.recordings.annotation.finding import Finding, SearchedRecording, SearchedSeat
+from movingout.recordings.episode import FINISHED
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.progress import with_progress
-from movingout.recordings.report.facts import FINISHED
 from movingout.recordings.report.failures import failures
 from movingout.recordings.report.method import rules
 from movingout.recordings.report.track import Track

@@ -12,14 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from movingout.maps.spec import MapSpec
-from movingout.recordings.episode import SeatInfo, player_label
+from movingout.recordings.episode import FINISHED, SeatInfo, player_label
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.split import participants
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.imports.convert import import_source
 from movingout.recordings.imports.sources import SUFFIXES, find, read, without_copies
 from movingout.recordings.progress import map_in_processes
-from movingout.recordings.report.facts import FINISHED
 from movingout.recordings.storage import listing
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import Players, Unreadable

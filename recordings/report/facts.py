@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.maps.spec import MapSpec
-from movingout.recordings.episode import Episode, EpisodeHeader, Outcome, SeatInfo, player_label
+from movingout.recordings.episode import FINISHED, Episode, EpisodeHeader, Outcome, SeatInfo, player_label
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.metadata import utc
@@ -24,7 +24,6 @@ from movingout.world.metrics import tick_consistency
 from movingout.world.own_metrics import own_values
 from movingout.world.state import Floats
 
-FINISHED: frozenset[Outcome] = frozenset({"delivered", "time"})
 SECOND = 10  # ticks
 
 Pair = tuple[str, str]  # blue, red

@@ -9,7 +9,7 @@ import math
 
 from movingout.maps.errors import MovingOutError
 from movingout.recordings import EpisodeWriter
-from movingout.recordings.episode import Episode, Outcome
+from movingout.recordings.episode import FINISHED, Episode, Outcome
 from movingout.server import messages as m
 from movingout.server.frames import Beat, Input
 from movingout.server.notices import NOTHING, Notice
@@ -248,7 +248,7 @@ class Room:
         self._over_since = self._due
         for seat in self.seats:
             seat.ready = False
-        goes_on = self.series.more and outcome in ("delivered", "time")
+        goes_on = self.series.more and outcome in FINISHED
         self._enter(PhaseEvent.ROUND_ENDED if goes_on else PhaseEvent.SERIES_ENDED, notice)
         self.hold_next(self._held_next)
 

@@ -2,13 +2,12 @@
 
 from dataclasses import dataclass, field
 
+from movingout.recordings.episode import FINISHED
 from movingout.server.rooms.room_view import RoomView
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.study.design.steps import Step
 from movingout.study.store import Unit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome
-
-FINISHED = ("delivered", "time")  # outcomes of rounds that count
 
 
 @dataclass(slots=True)

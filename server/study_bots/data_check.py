@@ -6,8 +6,9 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
+from movingout.recordings.episode import FINISHED
 from movingout.recordings.storage.index import list_recordings
-from movingout.server.study_bots.simulated_participant import PLAYED, ActivityLog
+from movingout.server.study_bots.simulated_participant import ActivityLog
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.store.tables import answers, participants, rounds
 
@@ -59,7 +60,7 @@ def _of_one(stored: StoredData, log: ActivityLog) -> Iterator[str]:
         (one["step"], one["item"], one["value"], one["text"]) for one in stored.answers if one["pid"] == row["pid"]
     }
     yield from (f"the answer {click} is missing" for click in log.saved_answers if click not in saved)
-    played = {one["step"] for one in stored.rounds if one["unit"] == row["unit"] and one["outcome"] in PLAYED}
+    played = {one["step"] for one in stored.rounds if one["unit"] == row["unit"] and one["outcome"] in FINISHED}
     if not _partner_deleted(stored, row):
         yield from (f"the round {key} is missing" for key in sorted(log.rounds - played))
 
@@ -70,7 +71,7 @@ def _partner_deleted(stored: StoredData, row: Row) -> bool:
 
 
 def _doubled_rounds(stored: StoredData) -> Iterator[str]:
-    done = Counter((one["unit"], one["step"]) for one in stored.rounds if one["valid"] and one["outcome"] in PLAYED)
+    done = Counter((one["unit"], one["step"]) for one in stored.rounds if one["valid"] and one["outcome"] in FINISHED)
     for (unit, step), count in done.items():
         if count > 1:
             yield f"unit {unit} finished the round {step} {count} times"
@@ -92,5 +93,5 @@ def _recordings(folder: StudyFolder, stored: StoredData) -> Iterator[str]:
         name = f"the round {one['step']} of unit {one['unit']}"
         if one["outcome"] is None:
             yield f"{name} was never closed"
-        elif one["outcome"] in PLAYED and ticks.get(one["episode"]) != one["ticks"]:
+        elif one["outcome"] in FINISHED and ticks.get(one["episode"]) != one["ticks"]:
             yield f"{name} has {one['ticks']} ticks; its recording {ticks.get(one['episode'], 'is missing')}"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any, NamedTuple
 
+from movingout.recordings.episode import FINISHED
 from movingout.server.study_bots.answer_model import AnswerModel
 from movingout.server.study_bots.faults import FaultInjection
 from movingout.server.study_bots.policies import SeatPolicy
@@ -17,7 +18,6 @@ REFRESH_S = 2.0  # how often the view is requested without an event
 READING_S = (0.5, 2.0)  # time on each screen
 PRACTICE_TICKS = (30, 100)  # of practice before going on
 RTT_MS = (8.0, 60.0)
-PLAYED = ("delivered", "time")
 
 
 class SavedAnswer(NamedTuple):
@@ -180,6 +180,6 @@ class SimulatedParticipant:
         over = await player.play(lambda: self._faults.happens(self._faults.drops), max_ticks)
         if player.left_early:
             return await self._next(step["key"], done=True)
-        if player.outcome in PLAYED and not practice:
+        if player.outcome in FINISHED and not practice:
             self.log.rounds.add(step["key"])
         return await self._wait(step) if over else await self._client.view()

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from movingout.recordings.episode import FINISHED
 from movingout.recordings.report.words import Phrase
 from movingout.study.analysis.pings import PingRound, ping_rounds
 from movingout.study.analysis.questions import RATED, Occasion, occasion
@@ -18,7 +19,6 @@ from movingout.study.store.tables import answers, counts, participants, players,
 from movingout.world.metrics import METRICS
 
 STORED = tuple(metric for metric in METRICS if metric.key in rounds.c)  # what the table of rounds has a column for
-FINISHED = ("delivered", "time")
 AWAY_SHARE = 0.5  # of ticks without input
 HIDDEN_S = 2.0
 Row = dict[str, Any]

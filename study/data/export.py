@@ -17,6 +17,7 @@ from sqlalchemy import BigInteger, Boolean, Column, Float, Integer, Table
 
 from movingout.maps.extras import needs_extra
 from movingout.maps.suggestion import counted
+from movingout.recordings.episode import FINISHED
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports import export as export_recordings
 from movingout.recordings.exports.plan import ExportPlan
@@ -217,7 +218,7 @@ def _write_parquet(path: Path, rows: Sequence[Row], columns: dict[str, type]) ->
 
 def _training(folder: Path, target: Path, tables: dict[str, list[Row]], options: Options) -> None:
     """The valid rounds in the official format, split so that no participant is in both parts."""
-    valid = {row["episode"] for row in tables["rounds"] if row["valid"] and row["outcome"] in ("delivered", "time")}
+    valid = {row["episode"] for row in tables["rounds"] if row["valid"] and row["outcome"] in FINISHED}
     files = [folder / row["file"] for row in tables["recordings"] if row["episode"] in valid]
     if options.training and files:
         export_recordings("official", ExportPlan(files, target, options.test_share))

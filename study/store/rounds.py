@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 
 from sqlalchemy import func, insert, select, update
 
+from movingout.recordings.episode import FINISHED
 from movingout.study.design.steps import CARD_S, Step, partner_met
 from movingout.study.errors import StudyError
 from movingout.study.store.audit import record
@@ -98,11 +99,11 @@ class Rounds:
         """The keys of finished, valid rounds."""
         query = select(rounds.c.step).where(rounds.c.unit == unit, rounds.c.valid)
         with self._store.database.read() as connection:
-            return frozenset(connection.execute(query.where(rounds.c.outcome.in_(("delivered", "time")))).scalars())
+            return frozenset(connection.execute(query.where(rounds.c.outcome.in_(FINISHED))).scalars())
 
     def all_finished_steps(self) -> Mapping[int, frozenset[str]]:
         """The same by unit, of all units that have any, in one query."""
-        query = select(rounds.c.unit, rounds.c.step).where(rounds.c.valid, rounds.c.outcome.in_(("delivered", "time")))
+        query = select(rounds.c.unit, rounds.c.step).where(rounds.c.valid, rounds.c.outcome.in_(FINISHED))
         found: dict[int, set[str]] = {}
         with self._store.database.read() as connection:
             for row in connection.execute(query):
@@ -138,7 +139,7 @@ class Rounds:
     def last_finished(self, unit: int | None = None) -> Mapping[int, LastRound]:
         """The newest finished round of each unit, or of one, marked invalid or not."""
         columns = rounds.c.unit, rounds.c.episode, rounds.c.step, rounds.c.map, rounds.c.valid
-        query = select(*columns).where(rounds.c.outcome.in_(("delivered", "time"))).order_by(rounds.c.id)
+        query = select(*columns).where(rounds.c.outcome.in_(FINISHED)).order_by(rounds.c.id)
         if unit is not None:
             query = query.where(rounds.c.unit == unit)
         with self._store.database.read() as connection:

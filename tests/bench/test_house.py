@@ -65,6 +65,18 @@ def test_a_fact_is_written_once(name: str) -> None:
     assert len(homes) == 1, homes
 
 
+def test_which_ends_of_a_round_count_is_written_once() -> None:
+    homes = {
+        str(path)
+        for path, tree in TREE.python.items()
+        for types in [{node.slice for node in ast.walk(tree) if isinstance(node, ast.Subscript)}]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Tuple | ast.List | ast.Set) and node not in types
+        if {one.value for one in node.elts if isinstance(one, ast.Constant)} == {"delivered", "time"}
+    }
+    assert homes == {"recordings/episode.py"}
+
+
 def test_every_function_is_annotated_and_no_javascript_line_is_too_long() -> None:
     assert TREE.annotated_share == 1.0
     assert TREE.long_js_lines == []

@@ -1,6 +1,7 @@
 // What follows a round on this page: its result with the ways on, and for whoever wants it the questions about the
 // partner. Has the order of these views, not their look.
 
+import { FINISHED } from "../messages.js";
 import { badge, byId, el } from "../core/dom.js";
 import { problemBox, showProblem } from "../components/action.js";
 import { showQuestionnaire } from "./room_questionnaire.js";
@@ -22,7 +23,8 @@ import { isDrawnIn, keepPlayed } from "../wire/played_map.js";
  */
 
 const LEAVING_MS = 5000; // until a page that was to be left may be left once more
-const COMPLETE = ["delivered", "time"];
+/** @type {readonly string[]} */
+const COMPLETE = FINISHED;
 
 export class Series {
   #play = byId("play", HTMLElement);
