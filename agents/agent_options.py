@@ -13,8 +13,8 @@ OptionValue = int | float | bool | str
 def parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
     """Finite numbers, `true` and `false` as such, all else as text. Raises AgentError.
 
-    A number is what Python would write alike: `007`, `1e3` and `1.10` may be names, and stay as they are. Where the
-    factory takes a number, `checked_options` reads them as one.
+    A number is what Python would write alike: `007`, `1e3` and `1.10` may be names, and stay as they are. Unless the
+    factory takes text, `checked_options` reads them as numbers.
     """
     options: dict[str, OptionValue] = {}
     for part in filter(None, text.split(",")):
@@ -28,14 +28,14 @@ def parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
 def checked_options(
     agent_id: str, factory: Callable[..., object], options: Mapping[str, OptionValue]
 ) -> dict[str, OptionValue]:
-    """The same options, with numbers where the factory takes one, however they are written.
+    """The same options, with numbers however they are written, unless the factory takes text.
 
     Raises AgentError, with what the factory takes, for options that it does not take or that are missing.
     """
     if "self" in options:  # which would meet the object itself
         raise AgentError(f"agent {agent_id!r}: got an unexpected keyword argument 'self'")
     try:
-        signature = inspect.signature(factory)
+        signature = _signature(factory)
     except (TypeError, ValueError):
         return dict(options)  # written in C: it checks its own arguments
     try:
@@ -45,7 +45,7 @@ def checked_options(
         raise AgentError(f"agent {agent_id!r}: {error}; options: {known}") from error
     others = [one for one in signature.parameters.values() if one.kind is inspect.Parameter.VAR_KEYWORD]
     taking = {name: signature.parameters.get(name) or others[0] for name in options}
-    return {name: _number(value) if _takes_number(taking[name]) else value for name, value in options.items()}
+    return {name: value if _takes_text(taking[name]) else number_in(value) for name, value in options.items()}
 
 
 def yes_or_no(name: str, value: object) -> bool:
@@ -78,20 +78,7 @@ def noise_factor(noise: object) -> float:
     return noise
 
 
-def _value(text: str) -> OptionValue:
-    if text.lower() in ("true", "false"):
-        return text.lower() == "true"
-    number = _number(text)
-    return number if str(number) == text else text
-
-
-def _takes_number(parameter: inspect.Parameter) -> bool:
-    """By its annotation, or by its default."""
-    kinds = get_args(parameter.annotation) or (parameter.annotation,)
-    return type(parameter.default) in (int, float) or any(kind in (int, float, "int", "float") for kind in kinds)
-
-
-def _number(value: OptionValue) -> OptionValue:
+def number_in(value: OptionValue) -> OptionValue:
     """A text that is a finite number as that number; anything else as it is."""
     if not isinstance(value, str):
         return value
@@ -102,3 +89,24 @@ def _number(value: OptionValue) -> OptionValue:
             continue
         return value if isinstance(number, float) and not math.isfinite(number) else number
     return value
+
+
+def _value(text: str) -> OptionValue:
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    number = number_in(text)
+    return number if str(number) == text else text
+
+
+def _takes_text(parameter: inspect.Parameter) -> bool:
+    """By its annotation and its default: text, and no number."""
+    kinds = {*(get_args(parameter.annotation) or (parameter.annotation,)), type(parameter.default)}
+    return bool(kinds & {str, "str"}) and not kinds & {int, float, "int", "float"}
+
+
+def _signature(factory: Callable[..., object]) -> inspect.Signature:
+    """With annotations that were written as text as what they name, where they name something."""
+    try:
+        return inspect.signature(factory, eval_str=True)
+    except (NameError, SyntaxError, AttributeError):
+        return inspect.signature(factory)

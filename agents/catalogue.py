@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import cast
 
 from movingout.agents.adapters.policy_file import POLICY_FILES, existing, id_of_file, policy_file
-from movingout.agents.agent_options import OptionValue, checked_options, parse_options
+from movingout.agents.agent_options import OptionValue, checked_options, number_in, parse_options
 from movingout.agents.base import Agent
 from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN, AgentCard
 from movingout.agents.checkpoint.card import OTHER_MAPS, Card
@@ -179,7 +179,7 @@ def load_agent(agent_id: str) -> Agent:
     if not isinstance(agent_id, str):
         raise AgentError(f'the id of an agent is text, such as "scripted", not {agent_id!r:.80}')
     reference, options = id_parts(agent_id)
-    lag = options.pop(LAG, 0)
+    lag = number_in(options.pop(LAG, 0))
     factory = _factory(reference)
     options = checked_options(agent_id, factory, options)
     try:

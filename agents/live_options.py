@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from movingout.agents.agent_options import OptionValue, checked_options
+from movingout.agents.agent_options import OptionValue, checked_options, number_in
 from movingout.agents.baseline.delayed_agent import DelayedAgent
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN
@@ -20,7 +20,7 @@ def check_live_agent(agent_id: str) -> None:
     """
     agent_card(agent_id)
     reference, options = id_parts(agent_id)
-    if lag := options.pop(LAG, 0):
+    if lag := number_in(options.pop(LAG, 0)):
         _check_lag(agent_id, lag)
     if "@" in reference:
         _check_trained(agent_id, reference, options)

@@ -307,8 +307,8 @@ class PublicHost(ABC):
 
     async def make_place(self, for_operator: bool = False) -> None:
         """Where all rooms are in use, close the one that was left behind longest, whichever visitor opened it."""
-        if self.room_count < self._most_rooms_for(for_operator):
-            return
+        if self.refusal(for_operator).code != "rooms_in_use":
+            return  # there is place, or a server that ends opens none
         opened = [room for _, rooms in self.admission.rooms_by_owner().values() for room in rooms]
         found = [state for room in opened if (state := await self._left_state(room))]
         empty_s, _, room_id = max(found, default=(0.0, False, ""))

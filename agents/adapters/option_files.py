@@ -42,7 +42,8 @@ def _named_paths(agent_id: str) -> Iterator[Path]:
         return
     for value in options.values():
         path = os.path.expanduser(str(value))  # of a number, too: a number is written as it was
-        if not isinstance(value, bool) and (os.path.isfile(path) or (os.path.isdir(path) and not _grows(path))):
+        is_folder = isinstance(value, str) and os.path.isdir(path) and not _grows(path)
+        if not isinstance(value, bool) and (os.path.isfile(path) or is_folder):
             yield Path(path)
 
 

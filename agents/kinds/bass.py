@@ -11,7 +11,7 @@ from movingout.agents.errors import DataError
 from movingout.agents.kinds.bass_on_pictures import train_on_pictures
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.training.run import Begun, TrainingRun
-from movingout.agents.training.run_folder import begun
+from movingout.agents.training.run_folder import begun, has_learned
 from movingout.agents.training.training_data import TrainingData
 
 if TYPE_CHECKING:
@@ -60,7 +60,8 @@ def _train(run: TrainingRun[BassConfig]) -> Trained:
     config, options = run.config, run.options
     base = run.find(options.base)
     _check(config, base, options)
-    check_used(config, options, begun(run.folder))
+    if (noted := begun(run.folder)) or not has_learned(run.folder):  # a folder without a configuration tells nothing
+        check_used(config, options, noted)
     if base.card.network.picture:
         return train_on_pictures(run, base, _description(base, config))
     grasp = base.card.network.grasp

@@ -60,12 +60,12 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
 
     Raises ApiError with what would be possible; `full` names the refusal and its values.
     """
+    _check_numbers(wanted)
+    _check_named(wanted.seats)
     await host.make_place(for_operator=not address)
     refusal = host.refusal(for_operator=not address)
     if refusal:
         raise ApiError(503, "full", refusal.message, refusal=refusal.code, **refusal.values)  # the page says which
-    _check_numbers(wanted)
-    _check_named(wanted.seats)
     if wanted.tutorial:
         return await _open_tutorial(host, wanted, address)
     if all(seat.kind != "partner" for seat in wanted.seats):

@@ -34,6 +34,8 @@ from movingout.server.api.offered_agents import OfferedAgents
 from movingout.server.api.room_requests import RoomRequest, open_room
 from movingout.server.connection.admission import address_group
 from movingout.server.notices import Notice
+from movingout.server.own_maps.solving import TooSlow
+from movingout.server.own_maps.workers import Busy as MapsBusy
 from movingout.server.persistence.answer_log import TooManyAnswers
 from movingout.server.persistence.recording_service import ReplayFiles
 from movingout.server.persistence.work_process import ReadersBusy
@@ -85,6 +87,11 @@ def shape_errors(app: FastAPI, host: PublicHost) -> None:
     @app.exception_handler(ReadersBusy)
     async def busy(request: Request, error: ReadersBusy) -> JSONResponse:
         return await api_error(request, unreadable(error, 503, "readers_busy"))
+
+    @app.exception_handler(MapsBusy)
+    @app.exception_handler(TooSlow)
+    async def maps_busy(request: Request, error: Exception) -> JSONResponse:
+        return await api_error(request, ApiError(503, "map_busy", f"This map cannot be had now: {error}.", retry_s=10))
 
     @app.exception_handler(404)
     async def not_found(request: Request, error: Exception) -> Response:

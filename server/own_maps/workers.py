@@ -43,6 +43,7 @@ class MapWorkers:
         self._turns = {kind: Turns() for kind in ("checks", "variants")}
         self._on_work = on_work
         self._solving: set[str] = set()  # addresses
+        self._closed = False
 
     async def check(self, document: object, address: str) -> solving.Checked:
         """The map of a document, its faults and hints. Raises Busy and solving.TooSlow."""
@@ -89,6 +90,7 @@ class MapWorkers:
 
     async def close(self) -> None:
         """End the processes; what is still being worked on after CLOSE_S is broken off."""
+        self._closed = True
         pools, self._pools = list(self._pools.values()), {}
         await asyncio.gather(*(asyncio.to_thread(pool.end, CLOSE_S) for pool in pools))
 
@@ -105,8 +107,13 @@ class MapWorkers:
                     self._on_work(charged, time.monotonic() - started)
 
     async def _run(self, kind: Kind, work: Any, *arguments: Any) -> Any:
-        """Run in the process of a kind; once more in a new one if it died. Raises Busy when it dies again."""
+        """Run in the process of a kind; once more in a new one if it died.
+
+        Raises Busy when it dies again, or after `close`.
+        """
         for _ in range(2):
+            if self._closed:
+                break
             if kind not in self._pools:
                 self._pools[kind] = process_pool(1, NICE)
             pool = self._pools[kind]

@@ -33,7 +33,8 @@ class PreparedMaps:
         return iter(self._made.items())
 
     def keep(self, variant: Variant, made: MapSpec) -> None:
-        """Drops the oldest."""
+        """Drops the oldest. What could not be made before is there now."""
+        self._failed.pop(variant, None)
         _keep(self._made, variant, made)
 
     def is_ready(self, designed: MapSpec, seed: int | None, split: Split) -> bool:

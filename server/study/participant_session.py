@@ -95,10 +95,16 @@ class ParticipantSession:
             self.present_since = now
         self.last_seen_at = now
 
-    def slept(self, seconds: float) -> None:
-        """The server slept for so long: an absence, as a stop of it is. Who has not come back yet is no news."""
+    def slept(self, seconds: float, now: float) -> None:
+        """The server slept for so long: an absence, as a stop of it is. Who has not come back yet is no news.
+
+        Whoever was here has as long to come back as after a stop.
+        """
         self.away_before_s += seconds
         self.absence_told = True
+        if self.present(now):
+            self.away_before_s += now - max(self.last_seen_at, self.resumed_at)
+            self.last_seen_at = now
 
     def pause_begins(self, now: float) -> None:
         """A pause is no absence, and ends the one that it begins in, wherever they come back."""

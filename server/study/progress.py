@@ -126,7 +126,7 @@ class Progress:
             self._slept_s += slept
             for session in self._participants:
                 if not self.is_paused(session):
-                    session.slept(slept)
+                    session.slept(slept, time.monotonic())
 
     def note_standing(self, now: float) -> None:
         """For the experimenter's page: since when each unit stands still."""

@@ -15,5 +15,8 @@ def now_ms() -> int:
 
 
 def slept_s() -> float:
-    """For how long this machine has slept since it was started: what `now_ms` counts and `time.monotonic` does not."""
+    """For how long this machine has slept since it was started: what `now_ms` counts and `time.monotonic` does not.
+
+    0 where a system has no clock that goes on in sleep.
+    """
     return time.clock_gettime(_STEADY) - time.clock_gettime(time.CLOCK_MONOTONIC)

@@ -20,13 +20,14 @@ def test_finite_numbers_are_numbers_and_all_else_is_text(text: str, value: Optio
     assert (found, type(found)) == (value, type(value))
 
 
-def _takes(path: str, noise: float = 1.0, seed=0, tag=None) -> None:  # type: ignore[no-untyped-def]
+def _takes(path: str, noise: float = 1.0, seed=0, scale: "float | None" = None, tag=None) -> None:  # type: ignore[no-untyped-def]
     """A factory whose parameters are declared, have a default, or neither."""
 
 
 def test_where_the_factory_takes_a_number_it_gets_one_however_it_is_written() -> None:
-    options = parse_options("mine:Agent", "path=007,noise=1e-1,seed=03,tag=1.10")
-    assert checked_options("mine:Agent", _takes, options) == {"path": "007", "noise": 0.1, "seed": 3, "tag": "1.10"}
+    options = parse_options("mine:Agent", "path=007,noise=1e-1,seed=03,scale=0.50,tag=1.10")
+    taken = {"path": "007", "noise": 0.1, "seed": 3, "scale": 0.5, "tag": 1.1}
+    assert checked_options("mine:Agent", _takes, options) == taken
     wrong = parse_options("mine:Agent", "path=p,noise=1e999")
     assert checked_options("mine:Agent", _takes, wrong)["noise"] == "1e999"
 
@@ -37,6 +38,7 @@ def test_shipped_agents_take_numbers_as_ids_of_before_wrote_them() -> None:
         "late:agent=greedy,jitter=1e-1,delay=02",
         "novice:seed=07",
         "person:speed=0.80",
+        "scripted:lag=05",
     ):
         check_live_agent(agent_id)
         load_agent(agent_id)

@@ -230,7 +230,7 @@ def pay(experimenter: Page) -> None:
     """Everybody who has a code is in the payments, by the id that they were recruited with."""
     with experimenter.expect_download() as download:
         experimenter.get_by_role("button", name="Download CSV").click()
-    rows = list(csv.DictReader(io.StringIO(download.value.path().read_text(encoding="utf-8"))))
+    rows = list(csv.DictReader(io.StringIO(download.value.path().read_text(encoding="utf-8-sig"))))
     assert [(row["source"], row["id"], row["outcome"]) for row in rows[:2]] == [
         ("prolific", "person-1", "withdrew"),
         ("prolific", "person-2", "partner-left"),

@@ -124,3 +124,14 @@ def test_only_maps_that_are_not_shipped_are_at_the_expense_of_an_address() -> No
 
     assert [spec.variant for spec in asyncio.run(work())] == ["challenge2-train-3"] * 2
     assert charged == ["here"]
+
+
+def test_after_close_no_process_is_started_anew() -> None:
+    async def ends() -> int:
+        workers = MapWorkers()
+        await workers.close()
+        with pytest.raises(Busy):
+            await workers.check({}, "")
+        return len(workers._pools)
+
+    assert asyncio.run(ends()) == 0

@@ -58,3 +58,19 @@ def test_what_a_round_misses_is_made_once_and_what_cannot_be_made_is_said_at_onc
 
 def test_without_another_process_it_is_made_when_it_is_wanted() -> None:
     assert PreparedMaps().is_ready(load_map("HandOff"), 7, "train")
+
+
+def test_what_could_be_made_later_is_there() -> None:
+    designed = load_map("HandOff")
+
+    async def make(spec: MapSpec, seed: int, split: str) -> MapSpec:
+        raise MapError("the process died twice")
+
+    async def work() -> MapSpec:
+        maps = PreparedMaps(make)
+        with pytest.raises(MapError):
+            await maps.prepare(designed, 7, "train")
+        maps.keep((designed, 7, "train"), designed)
+        return maps.world_map(designed, 7, "train")
+
+    assert asyncio.run(work()) is designed
