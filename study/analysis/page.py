@@ -1,5 +1,6 @@
 """The report of a study as one HTML page: no script, nothing from the network."""
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -11,9 +12,10 @@ from movingout.recordings.report import svg
 from movingout.recordings.report.words import Words
 from movingout.study.analysis import paper_tables, tables
 from movingout.study.analysis.likert import VALUES, likert_bars
-from movingout.study.analysis.questions import RatedItem, rated_items
+from movingout.study.analysis.questions import AskedItem, counted_items, rated_items
 from movingout.study.analysis.results import STORED, Results
 from movingout.study.analysis.tables import ENGLISH, HEADS, Namer, ReportTable
+from movingout.study.questionnaire import LIKERT_MAX, LIKERT_MIN, QuestionnaireItem
 from movingout.world.estimates import estimate
 
 
@@ -29,6 +31,7 @@ class RatingChart(NamedTuple):
 
     heading: str
     text: str  # of the question
+    ends: str  # what 1 and 7 mean, where it is not the usual
     picture: Markup
 
 
@@ -42,6 +45,7 @@ def all_tables(results: Results, name: Namer, words: Words = ENGLISH) -> list[Re
         tables.metric_comparisons(results, name, words),
         tables.ratings(results, name, words),
         tables.rating_comparisons(results, name, words),
+        *([tables.choices(results, name, words)] if counted_items(results.study) else []),
         tables.order_effects(results, words),
         *([tables.pings(results, name, words), tables.pings_by_participant(results, words)] if results.pings else []),
         *_failure_tables(results, name, words),
@@ -59,7 +63,8 @@ def _failure_tables(results: Results, name: Namer, words: Words) -> list[ReportT
 
 def page(results: Results, name: Namer, about: str, words: Words = ENGLISH, simulated: bool = False) -> str:
     """The whole page; `about` says what the study was run with, `simulated` whether nobody real took part."""
-    title = results.study.title.text(words.language)
+    title, rated = results.study.title.text(words.language), list(_ratings(results, name, words))
+    usual = any(not chart.ends for chart in rated)
     return (
         templates(Path(__file__).parent)
         .get_template("report.html.j2")
@@ -72,8 +77,8 @@ def page(results: Results, name: Namer, about: str, words: Words = ENGLISH, simu
             tables={table.name: table for table in all_tables(results, name, words)},
             partners=[name(one) for one in results.partners],
             charts=list(_charts(results, name, words)),
-            ratings=list(_ratings(results, name, words)),
-            likert=[(value, words.known(f"study.likert.{value}", str(value))) for value in VALUES],
+            ratings=rated,
+            likert=[(one, words.known(f"study.likert.{one}", str(one)) if usual else str(one)) for one in VALUES],
             texts=results.texts(),
             name=name,
             about=about,
@@ -118,12 +123,16 @@ def _ratings(results: Results, name: Namer, words: Words) -> Iterator[RatingChar
             if rows:
                 heading = _heading(rated.label, label)
                 title = words.say("study.ratings.figure", item=heading)
-                yield RatingChart(heading, rated.item.text, likert_bars(rows, title, words))
+                yield RatingChart(heading, rated.item.text, _ends(rated.item), likert_bars(rows, title, words))
 
 
-def _bars(results: Results, rated: RatedItem, name: Namer, words: Words) -> Iterator[tuple[str, Sequence[int]]]:
+def _ends(item: QuestionnaireItem) -> str:
+    return f"{LIKERT_MIN} {item.ends[0]} – {LIKERT_MAX} {item.ends[1]}" if any(item.ends) else ""
+
+
+def _bars(results: Results, rated: AskedItem, name: Namer, words: Words) -> Iterator[tuple[str, Sequence[int]]]:
     for partner in (*results.partners, None):
         values = results.ratings(rated.questionnaire, rated.item.id, partner, rated.occasions).values()
         if values:
             label = words.say("study.ratings.at_end") if partner is None else name(partner)
-            yield label, [round(value) for value in values]
+            yield label, [math.floor(value + 0.5) for value in values]

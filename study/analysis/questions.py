@@ -1,7 +1,7 @@
-"""The rated questions of a study, and when each is asked."""
+"""The questions of a study whose answers the report sums up, and when each is asked."""
 
-from collections import defaultdict
-from collections.abc import Iterator
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final, Literal, NamedTuple
 
 from movingout.study.design.definition import Study
@@ -10,15 +10,19 @@ from movingout.study.questionnaire import QuestionnaireItem
 
 Occasion = Literal["demographics", "at_end", "after_partner", "after_round"]  # as the study file calls them
 RATED: Final[tuple[Occasion, ...]] = ("after_round", "after_partner", "at_end")
+ABOUT_NOBODY: Final[tuple[Occasion, ...]] = ("demographics", "at_end")
 
 
-class RatedItem(NamedTuple):
-    """A rated question of a questionnaire."""
+class AskedItem(NamedTuple):
+    """A question of a questionnaire."""
 
     questionnaire: str
     item: QuestionnaireItem
-    label: str  # with the questionnaire where another one has the same label
+    label: str  # with what tells it apart, where another one has the same label
     occasions: tuple[Occasion, ...] = RATED  # whose answers it is about
+
+
+Found = tuple[str, QuestionnaireItem]  # the questionnaire, and the item in it
 
 
 def occasion(step: str) -> Occasion:
@@ -27,31 +31,55 @@ def occasion(step: str) -> Occasion:
     return by_depth.get(step.count("/"), "after_round")
 
 
-def rated_items(study: Study, language: str = DEFAULT) -> list[RatedItem]:
-    """Every rated question; one that is asked after rounds and after partners is two."""
+def rated_items(study: Study, language: str = DEFAULT) -> list[AskedItem]:
+    """Every rated question but those of demographics; one that is asked after rounds and after partners is two."""
+    found = [(name, item) for name, item in _about_partners(study, language) if item.is_rated]
+    return list(_by_occasion(study, found, _labels(found)))
+
+
+def counted_items(study: Study, language: str = DEFAULT) -> list[AskedItem]:
+    """Every question whose answers are counted: choices, and what is rated in demographics."""
+    names = [study.demographics] if study.demographics else []
+    first = [(name, item) for name, item in _items(study, names, language) if item.kind != "text"]
+    later = [(name, item) for name, item in _about_partners(study, language) if item.kind == "choice"]
+    labels = _labels([*first, *later])
+    demographics = [AskedItem(name, item, labels[name, item.id], ("demographics",)) for name, item in first]
+    return [*demographics, *_by_occasion(study, later, labels)]
+
+
+def _about_partners(study: Study, language: str) -> list[Found]:
     names = [name for block in study.blocks for name in (*block.after_round, *block.after_partner)]
-    found = [
-        (name, item)
-        for name in dict.fromkeys((*names, *study.at_end))
-        for item in study.questionnaire(name, language).items
-        if item.is_rated and item.expected is None
-    ]
-    asked_by: dict[str, set[str]] = defaultdict(set)
-    for name, item in found:
-        asked_by[item.label].add(name)
-    labels = [item.label if len(asked_by[item.label]) == 1 else f"{item.label} ({name})" for name, item in found]
+    return _items(study, dict.fromkeys((*names, *study.at_end)), language)
+
+
+def _items(study: Study, names: Iterable[str], language: str) -> list[Found]:
+    """All but attention items, which are flagged."""
     return [
-        one for (name, item), label in zip(found, labels, strict=True) for one in _by_occasion(study, name, item, label)
+        (name, item) for name in names for item in study.questionnaire(name, language).items if item.expected is None
     ]
 
 
-def _by_occasion(study: Study, name: str, item: QuestionnaireItem, label: str) -> Iterator[RatedItem]:
-    asked = {"after_round": False, "after_partner": False}
-    for block in study.blocks:
-        asked["after_round"] |= name in block.after_round
-        asked["after_partner"] |= name in block.after_partner
-    if not all(asked.values()):
-        yield RatedItem(name, item, label)
-        return
-    yield RatedItem(name, item, f"{label} (after_round)", ("after_round",))
-    yield RatedItem(name, item, f"{label} (after_partner)", ("after_partner", "at_end"))
+def _labels(found: Iterable[Found]) -> dict[tuple[str, str], str]:
+    """By questionnaire and item: the label, with the questionnaire or the item's id where others have the same."""
+    same: dict[str, set[tuple[str, str]]] = defaultdict(set)
+    for name, item in found:
+        same[item.label].add((name, item.id))
+    labels = {}
+    for label, asked in same.items():
+        in_all = Counter(name for name, _ in asked)
+        for name, id in asked:
+            marks = [*([name] if len(in_all) > 1 else []), *([id] if in_all[name] > 1 else [])]
+            labels[name, id] = f"{label} ({', '.join(marks)})" if marks else label
+    return labels
+
+
+def _by_occasion(study: Study, found: Iterable[Found], labels: Mapping[tuple[str, str], str]) -> Iterator[AskedItem]:
+    after_round = {name for block in study.blocks for name in block.after_round}
+    after_partner = {name for block in study.blocks for name in block.after_partner}
+    for name, item in found:
+        label = labels[name, item.id]
+        if name in after_round & after_partner:
+            yield AskedItem(name, item, f"{label} (after_round)", ("after_round",))
+            yield AskedItem(name, item, f"{label} (after_partner)", ("after_partner", "at_end"))
+        else:
+            yield AskedItem(name, item, label)

@@ -9,7 +9,7 @@ from typing import Any
 from movingout.recordings.episode import FINISHED
 from movingout.recordings.report.words import Phrase
 from movingout.study.analysis.pings import PingRound, ping_rounds
-from movingout.study.analysis.questions import RATED, Occasion, occasion
+from movingout.study.analysis.questions import ABOUT_NOBODY, RATED, Occasion, occasion
 from movingout.study.analysis.sessions import Sessions, sessions_of
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
@@ -83,13 +83,26 @@ class Results:
     ) -> dict[str, float]:
         """The mean rating of each participant, where there is one; without a partner, what was said at the end."""
         found: dict[str, list[float]] = defaultdict(list)
-        for row in self.answers:
-            when = occasion(row["step"])
-            about = None if when == "at_end" else row["partner"]
-            asked = (row["questionnaire"], row["item"], about) == (questionnaire, item, partner)
-            if asked and when in occasions and row["value"] != NO_ANSWER:
+        for row in self._said(questionnaire, item, partner, occasions):
+            if row["value"] != NO_ANSWER:
                 found[row["pid"]].append(float(row["value"]))
         return {pid: sum(values) / len(values) for pid, values in found.items()}
+
+    def counts(
+        self, questionnaire: str, item: str, partner: str | None, occasions: Container[Occasion]
+    ) -> Counter[int]:
+        """How often each value was answered, NO_ANSWER too."""
+        return Counter(row["value"] for row in self._said(questionnaire, item, partner, occasions))
+
+    def _said(
+        self, questionnaire: str, item: str, partner: str | None, occasions: Container[Occasion]
+    ) -> Iterator[Row]:
+        for row in self.answers:
+            when = occasion(row["step"])
+            about = None if when in ABOUT_NOBODY else row["partner"]
+            asked = (row["questionnaire"], row["item"], about) == (questionnaire, item, partner)
+            if asked and when in occasions:
+                yield row
 
     def by_condition(self) -> tuple[tuple[str, "Results"], ...]:
         """The blocks that may be pooled, by name, with their rounds and answers; all, without a name, where all may."""
@@ -101,13 +114,13 @@ class Results:
         return tuple((", ".join(blocks), self._of_blocks(blocks)) for blocks in conditions.values())
 
     def by_condition_asked(self) -> tuple[tuple[str, "Results"], ...]:
-        """The same for ratings: where blocks are apart, so is what was asked at the end, about all of them."""
+        """The same for answers: where blocks are apart, so is what was asked before and after all of them."""
         blocks = self.by_condition()
-        said = tuple(row for row in self.answers if occasion(row["step"]) == "at_end")
+        said = tuple(row for row in self.answers if occasion(row["step"]) in ABOUT_NOBODY)
         return blocks if len(blocks) == 1 else (*blocks, ("", replace(self, rounds=(), answers=said)))
 
     def _of_blocks(self, blocks: Container[str]) -> "Results":
-        said = [row for row in self.answers if occasion(row["step"]) in ("after_round", "after_partner")]
+        said = [row for row in self.answers if occasion(row["step"]) not in ABOUT_NOBODY]
         return replace(
             self,
             rounds=tuple(row for row in self.rounds if row["block"] in blocks),

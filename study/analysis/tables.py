@@ -1,6 +1,6 @@
 """The tables of a report; each is part of the page and a CSV file."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,8 +11,9 @@ from movingout.recordings.pings import FOLLOWED_WITHIN_S, NEAR
 from movingout.recordings.report.words import Words
 from movingout.study.analysis.comparisons import PartnerComparison, compare, corrected, trend
 from movingout.study.analysis.pings import PingRound
-from movingout.study.analysis.questions import RatedItem, rated_items
+from movingout.study.analysis.questions import AskedItem, counted_items, rated_items
 from movingout.study.analysis.results import STORED, Results
+from movingout.study.questionnaire import NO_ANSWER
 from movingout.world.estimates import estimate, estimate_text
 from movingout.world.ping import OWN_PLACE
 
@@ -99,6 +100,35 @@ def ratings(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTabl
     heads = (*head, *(say("study.ratings.at_end") if one is None else name(one) for one in about))
     note, empty = say("study.ratings.note"), say("study.ratings.empty")
     return ReportTable("ratings", say("study.ratings"), heads, tuple(rows), len(head), note, empty)
+
+
+def choices(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
+    """How often each answer was given, where a mean says nothing."""
+    blocks, say, rows = results.by_condition(), words.say, []
+    for asked in counted_items(results.study, words.language):
+        for label, part in results.by_condition_asked():
+            for partner in (*part.partners, None):
+                found = part.counts(asked.questionnaire, asked.item.id, partner, asked.occasions)
+                where = (*_block(blocks, label or "–"), asked.label, _about(asked, partner, name, words))
+                rows += [(*where, text, str(number)) for text, number in _answers(asked, found, words)]
+    head = (*_block(blocks, say("study.block")), *(say(f"study.choices.{one}") for one in ("item", "about", "answer")))
+    heads, title, empty = (*head, say("study.choices.number")), say("study.choices"), say("study.ratings.empty")
+    return ReportTable("choices", title, heads, tuple(rows), len(head), say("study.choices.note"), empty)
+
+
+def _about(asked: AskedItem, partner: str | None, name: Namer, words: Words) -> str:
+    if partner is not None:
+        return name(partner)
+    return words.say("study.choices.at_the_start" if "demographics" in asked.occasions else "study.ratings.at_end")
+
+
+def _answers(asked: AskedItem, found: Counter[int], words: Words) -> list[tuple[str, int]]:
+    """All options of a choice, the values given of a scale; nothing where nobody was asked."""
+    if not found:
+        return []
+    options = list(enumerate(asked.item.options)) or [(value, str(value)) for value in sorted(found) if value >= 0]
+    refused = [(words.say("study.choices.none"), found[NO_ANSWER])] if found[NO_ANSWER] else []
+    return [*((text, found[value]) for value, text in options), *refused]
 
 
 def order_effects(results: Results, words: Words = ENGLISH) -> ReportTable:
@@ -199,7 +229,7 @@ def _block(blocks: Sequence[tuple[str, Results]], label: str) -> tuple[str, ...]
     return (label,) if len(blocks) > 1 else ()
 
 
-def _ratings(results: Results, rated: RatedItem, partner: str | None) -> Values:
+def _ratings(results: Results, rated: AskedItem, partner: str | None) -> Values:
     return results.ratings(rated.questionnaire, rated.item.id, partner, rated.occasions)
 
 
