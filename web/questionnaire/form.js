@@ -129,7 +129,9 @@ export class QuestionForm {
       await send(answer);
       unsent?.remove(answer);
     } catch (error) {
-      if (error instanceof ApiError && error.status === UNFIT) {
+      if (error instanceof ApiError && error.code === "step") {
+        unsent?.remove(answer); // no longer asked: there is nothing to mend
+      } else if (error instanceof ApiError && error.status === UNFIT) {
         unsent?.refuse(answer);
         if (answer.text) this.#refused.add(answer.question);
       }
@@ -177,6 +179,8 @@ export class QuestionForm {
   /** The last answer has arrived before the form is left. */
   async #finish() {
     await this.#queue.settled();
+    const toMend = this.pages.findIndex((page) => page.some(({ id }) => this.#refused.has(id)));
+    if (toMend >= 0) return this.#turn(toMend - this.page);
     const { refused } = this.#queue.state;
     const isAsked = !(refused instanceof ApiError && refused.code === "step"); // else there is nothing to mend
     if (refused && isAsked) showProblem(this.#problem, savingWords(this.#queue.state));
