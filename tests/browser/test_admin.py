@@ -10,7 +10,7 @@ from movingout.maps import load_map
 from movingout.maps.json_format import map_to_json
 from movingout.recordings import finalise
 from tests.browser.pages import admin_token, complaining_page, overflow, violations
-from tests.browser.support import PHONE, Server
+from tests.browser.support import PHONE, Server, start
 from tests.recordings.support import record
 
 OpenPage = Callable[..., Page]
@@ -166,6 +166,26 @@ def test_the_dashboard_works_on_a_phone(server: Server, open_page: OpenPage) -> 
     assert overflow(page) == 0
     page.get_by_role("button", name="Close the room").click()
     expect(page.locator(f"[data-room='{room}']")).to_have_count(0)
+
+
+@pytest.mark.parametrize("width", [1110, pytest.param(1366, marks=pytest.mark.slow)])
+def test_a_room_s_buttons_stay_in_their_card_in_german(server: Server, open_page: OpenPage, width: int) -> None:
+    room = server.make_room("SequentialRotations", red="idle")
+    start(open_page(room["join_path"], room))
+
+    def with_reason(route: Route) -> None:
+        state = route.fetch().json()
+        for row in state["rooms"]:
+            row.update(reason_code="not_back", reason_values={"players": ["blue", "red"]}, reason="Gone.")
+        route.fulfill(json=state)
+
+    page = open_page("/healthz", script=unlocked(server), viewport={"width": width, "height": 768})
+    page.route("**/api/admin/state", with_reason)
+    page.goto("/admin?lang=de")
+    expect(page.locator(f"[data-room='{room['room']}']")).to_contain_text("ms")
+    card = page.locator(".table-card").first
+    assert card.evaluate("card => card.scrollWidth <= card.clientWidth")
+    assert overflow(page) == 0
 
 
 def test_recordings_are_listed_filtered_and_lead_to_their_replay(server: Server, open_page: OpenPage) -> None:

@@ -322,6 +322,7 @@ def test_with_a_gamepad_on_a_small_screen_a_pause_shows_both_its_buttons(
         button = page.locator("#overlay").get_by_role("button", name=name)
         expect(button).to_be_visible()
         assert button.evaluate(TOPMOST), name
+    assert page.locator(".panel").evaluate("panel => panel.scrollHeight <= panel.clientHeight"), "words are cut off"
 
 
 def test_a_press_right_after_the_page_opened_counts(server: Server, open_page: OpenPage) -> None:

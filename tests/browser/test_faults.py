@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, WebSocketRoute, expect
 
-from tests.browser.pages import violations
+from tests.browser.pages import complaining_page, violations
 from tests.browser.support import (
     DESKTOP,
     STORAGE_FORBIDDEN,
@@ -116,3 +116,14 @@ def test_where_a_browser_keeps_nothing_the_lobby_says_so_and_a_link_still_plays(
     room = server.make_room("HandOff", blue="link", red="idle")
     guest = open_page(room["join_path"], script=STORAGE_FORBIDDEN)
     start(guest)
+
+
+def test_a_refused_practice_is_said_beside_its_button_and_what_was_said_before_is_gone(
+    browser: Browser, server: Server
+) -> None:
+    with complaining_page(browser, server, "/", viewport={"width": 375, "height": 553}) as page:
+        page.route("**/api/rooms", lambda route: route.abort())
+        for button, box in (("#play-now", "#first-problem"), ("#practice", "#practice-problem")):
+            page.locator(button).click()
+            expect(page.locator(box)).to_be_in_viewport(ratio=1)
+            expect(page.locator(".notice-bad:visible")).to_have_count(1)

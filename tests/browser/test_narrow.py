@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -184,6 +185,18 @@ def test_a_low_phone_sees_an_invitation_with_its_warning(server: Server, open_pa
     for part in ("#ready .qr", "#ready .share-link", "#ready .button", "#ready .loopback"):
         expect(page.locator(part)).to_be_visible()
         assert_inside(page, part)
+    assert page.locator("#ready").evaluate("(card) => card.scrollHeight <= card.clientHeight")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_phone_on_its_side_shows_the_whole_arena_before_the_round(
+    server: Server, open_page: OpenPage, language: str
+) -> None:
+    room = server.make_room("DistancePriority", red="idle")
+    page = open_page(room["join_path"], room, script=CUT_OFF, **in_window(Window(844, 390, True, 0, language)))
+    expect(page.locator("#ready .button")).to_be_visible()
+    boxes = [assert_inside(page, part) for part in ("#arena", ".play-head", "#ready", ".play-seats", "#connection")]
+    assert all(apart(one, other) for one, other in combinations(boxes, 2))
     assert page.locator("#ready").evaluate("(card) => card.scrollHeight <= card.clientHeight")
 
 

@@ -227,6 +227,16 @@ def test_arena_and_time_line_share_a_small_window(
     assert page.evaluate("Math.max(innerWidth, document.documentElement.scrollWidth)") == width
 
 
+def test_players_are_led_to_the_start_page_and_the_experimenter_to_the_list(
+    server: Server, open_page: OpenPage, episode: Episode
+) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}"))
+    expect(page.locator(".replay-head a")).to_have_attribute("href", "/")
+    unlocked = f"sessionStorage.setItem('movingout.admin', {admin_token(server)!r})"
+    page = replay(open_page(f"/replay/{EPISODE}", script=unlocked))
+    expect(page.locator(".replay-head a")).to_have_attribute("href", "/recordings")
+
+
 def test_an_unknown_recording_says_so_and_leads_on(browser: Browser, server: Server) -> None:
     with complaining_page(browser, server, "/replay/nothing-here") as page:
         expect(page.get_by_text("This recording does not exist")).to_be_visible()

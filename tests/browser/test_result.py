@@ -144,6 +144,7 @@ def test_the_round_is_saved_as_a_picture_or_an_animation(
     assert Image.open(io.BytesIO(content)).format == kind
     assert download.value.suggested_filename == f"moving-out.{kind.lower()}"
     expect(page.get_by_text("Saved.")).to_be_visible()
+    expect(page.get_by_role("button", name=name)).to_be_focused()
 
 
 @pytest.mark.slow

@@ -35,7 +35,7 @@ const form = byId("lobby", HTMLFormElement);
 const mapsBox = byId("maps", HTMLElement);
 const seatsBox = byId("seats", HTMLElement);
 const chosenBox = byId("chosen", HTMLElement);
-const PROBLEMS = ["first-problem", "problem"]; // beside a first game, and in the form
+const PROBLEMS = ["first-problem", "problem", "practice-problem"]; // each beside its buttons
 const problemBox = byId("problem", HTMLElement);
 const limitSelect = byId("limit", HTMLSelectElement);
 const randomisedBox = byId("randomised", HTMLInputElement);
@@ -265,7 +265,8 @@ async function play(names) {
 async function practise() {
   if (!practiceMap) return;
   const seats = /** @type {[string, string]} */ (["here", "agent:idle"]); // nobody hurries whoever learns
-  await enter(roomRequest({ ...choice(), seats }, [practiceMap.name], true), seats, byId("first-problem", HTMLElement));
+  const request = roomRequest({ ...choice(), seats }, [practiceMap.name], true);
+  await enter(request, seats, byId("practice-problem", HTMLElement));
 }
 
 async function learn() {
