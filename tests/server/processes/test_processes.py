@@ -26,7 +26,7 @@ from tests.server.live import ADMIN, Live, Person
 from tests.server.processes.cluster import cluster, home, links
 
 ROUND = 40  # ticks
-PREPARED = attrgetter("registry.prepared_maps")
+PREPARED = attrgetter("registry.prepared_maps._made")
 
 
 @pytest.fixture(scope="module")
@@ -210,7 +210,7 @@ def test_a_map_made_ahead_is_in_every_process_and_in_one_that_takes_the_place_of
     def have_it() -> bool:
         kept = [asyncio.run_coroutine_threadsafe(link.call(PREPARED), live.loop) for link in links(live)]
         with contextlib.suppress(ProcessGone):
-            return all(list(each.result(20)) == [(variant, made)] for each in kept)
+            return all(each.result(20) == {variant: made} for each in kept)
         return False
 
     assert have_it()
