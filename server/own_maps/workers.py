@@ -100,11 +100,15 @@ class MapWorkers:
             raise Busy("The server is checking many maps at the moment; try again in a few seconds.")
         async with self._turns[kind].turn(address):
             started = time.monotonic()
+            seconds: float | None = None
             try:
-                return await self._run(kind, work, *arguments)
+                seconds, result, error = await self._run(kind, _timed, work, *arguments)
             finally:
-                if charged:
-                    self._on_work(charged, time.monotonic() - started)
+                if charged:  # what ends a process is no less work
+                    self._on_work(charged, time.monotonic() - started if seconds is None else seconds)
+            if error is not None:
+                raise error
+            return result
 
     async def _run(self, kind: Kind, work: Any, *arguments: Any) -> Any:
         """Run in the process of a kind; once more in a new one if it died.
@@ -124,3 +128,13 @@ class MapWorkers:
                 if self._pools.get(kind) is pool:
                     del self._pools[kind]
         raise Busy("The server cannot look at maps at the moment; try again in a minute.")
+
+
+def _timed(work: Callable[..., Any], *arguments: Any) -> tuple[float, Any, Exception | None]:
+    """How long the work took, without the start of its process, and its result or what it raised."""
+    started = time.monotonic()
+    try:
+        result = work(*arguments)
+        return time.monotonic() - started, result, None
+    except Exception as error:  # noqa: BLE001 - of any kind: raised again by who asked
+        return time.monotonic() - started, None, error

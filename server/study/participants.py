@@ -3,7 +3,7 @@
 import secrets
 import time
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from movingout.server.study.arrivals.arrival_link import CODE
 from movingout.server.study.databases import StudyDatabases
@@ -102,11 +102,22 @@ class Participants:
         Earlier versions gave such slots to those with an agent in a partner's place, too; a pair beyond the plan
         counts for each of these.
         """
-        unwanted = {one.record.unit for one in self if one.record.keep is False}
-        done = [one for one in self._done_units if one.id not in unwanted]
+        done = self._wanted_units
         whole = [one.slot < self._study.units for one in done if one.size == self._study.group]
         alone = [one.slot < self._study.units for one in done if one.size < self._study.group]
         return sum(whole) + min(whole.count(False), sum(alone))
+
+    def is_full(self, held: Collection[int]) -> bool:
+        """Whether nobody more is needed: all planned slots are done, or as many units are and somebody is on each open
+        slot; `held` are the slots of those on their way."""
+        planned = self._study.units
+        whole = [one.slot for one in self._wanted_units if one.size == self._study.group]
+        return self.complete_units >= planned or (len(whole) >= planned and {*range(planned)} <= {*whole, *held})
+
+    @property
+    def _wanted_units(self) -> list[DoneUnit]:
+        unwanted = {one.record.unit for one in self if one.record.keep is False}
+        return [one for one in self._done_units if one.id not in unwanted]
 
     async def note_absences(self, tx: Transaction) -> None:
         """Keep the absences that have ended since the last time."""

@@ -118,7 +118,9 @@ class SessionService:
         raise ArrivalRefused("other_device", text)
 
     def _refuse_when_full(self) -> None:
-        if self._running.participants.complete_units >= self._running.study.units:
+        units = self._running.units
+        held = {one.record.slot for one in units if not (one.finished or one.record.dropped)}
+        if self._running.participants.is_full(held):
             raise ArrivalRefused("study_full", "This study has as many participants as it needs. Thank you for coming!")
 
     async def _admit(self, tx: Transaction, pid: str, source: str, language: str) -> ParticipantSession:

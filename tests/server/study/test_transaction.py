@@ -30,7 +30,7 @@ from movingout.study.store.tables import participants
 from tests.server.study.support import SOLO
 
 READERS = {
-    Participants: {"get"},
+    Participants: {"get", "is_full"},
     Units: {"get", "of", "heard", "last_round", "waiting_since"},
     Progress: {"is_paused", "note_sleep", "note_standing"},
     StudyRooms: {"prepare", "map_of", "map_name", "refresh", "shown_map"},
