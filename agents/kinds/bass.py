@@ -21,7 +21,8 @@ _OF_SCORE = {
     "value": ("value_width", "value_members", "value_updates", "value_layout", "discount"),
     "tcl": ("progress_width", "progress_latent", "progress_updates"),
 }
-_OF_SIMULATOR = "width", "latent", "residual", "rigid", "grasping"
+OF_SIMULATOR = "width", "latent", "residual", "rigid", "grasping", "updates", "epochs"
+"""Fields that are for the training of a simulator alone."""
 
 
 def load_bass(
@@ -126,7 +127,13 @@ def check_used(config: BassConfig, options: argparse.Namespace, before: Begun) -
     idle = [(name, f"for --score {score}, not for --score {config.score}")
             for score, names in _OF_SCORE.items() if score != config.score for name in names]  # fmt: skip
     if config.dynamics == "engine":
-        idle += [(name, "for a learned simulator, not for --dynamics engine") for name in _OF_SIMULATOR]
+        idle += [(name, "for a learned simulator, not for --dynamics engine") for name in OF_SIMULATOR]
+    if options.simulator:
+        why = f"for a simulator that is trained, not for --simulator {options.simulator}"
+        idle += [(name, why) for name in ("dynamics", "order", *OF_SIMULATOR)]
+    if options.value:
+        why = f"for a value network that is trained, not for --value {options.value}"
+        idle += [(name, why) for name in _OF_SCORE["value"]]
     for name, why in idle:
         if name in options and before.get(name) != getattr(config, name):
             raise DataError(f"--{name.replace('_', '-')} is {why}; leave it out")

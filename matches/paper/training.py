@@ -9,6 +9,7 @@ from safetensors import SafetensorError
 
 from movingout.agents.checkpoint.checkpoint import folder_name
 from movingout.agents.commands import train
+from movingout.agents.kinds.bass import OF_SIMULATOR
 from movingout.agents.kinds.registry import KINDS
 from movingout.maps.commands.parser import CommandParser
 from movingout.matches.errors import MatchError
@@ -101,9 +102,11 @@ def _seed(agent: TrainedId, space: Workspace) -> int:
 def _sizes(method: Method, budget: Budget) -> list[Any]:
     """The options of the budget: a quarter of the updates on single maps, a quarter of the batch with pictures."""
     words = list(budget.options.get(method.kind, ()))
-    if "--progress-updates" in words and "tcl" not in method.options:  # only that score learns so
-        there = words.index("--progress-updates")
-        del words[there : there + 2]
+    idle = () if "tcl" in method.options else ("--progress-updates",)  # only that score learns so
+    for option in (*idle, *(f"--{name}" for name in OF_SIMULATOR if method.simulator)):
+        if option in words:
+            there = words.index(option)
+            del words[there : there + 2]
     if method.pictures and "--batch" not in words:
         words += ["--batch", KINDS[method.kind].presets[budget.preset].batch]
     fewer = ["--updates", "--progress-updates"] if method.maps else []

@@ -79,7 +79,16 @@ def test_a_learned_simulator_is_not_asked_of_it(models: Path, capsys: pytest.Cap
     [
         ("--dynamics engine --width 16", "--width is for a learned simulator, not for --dynamics engine; leave it out"),
         ("--progress-updates 3", "--progress-updates is for --score tcl, not for --score value; leave it out"),
+        (
+            "--dynamics engine --updates 9",
+            "--updates is for a learned simulator, not for --dynamics engine; leave it out",
+        ),
         ("--score nfd --value-updates 3", "--value-updates is for --score value, not for --score nfd; leave it out"),
+        *(
+            (f"--simulator bass@any {option}", f"{option.split()[0]} is for a simulator that is trained, not for --sim")
+            for option in ("--width 16", "--rigid no", "--dynamics gru", "--order joint", "--updates 9", "--epochs 2")
+        ),
+        ("--value bass@any --discount 0.9", "--discount is for a value network that is trained, not for --value bass@"),
     ],
 )
 def test_options_that_would_do_nothing_are_refused(
@@ -91,7 +100,7 @@ def test_options_that_would_do_nothing_are_refused(
 
 
 def test_a_training_that_began_with_such_options_goes_on() -> None:
-    options = argparse.Namespace(width=16, progress_width=64)
+    options = argparse.Namespace(width=16, progress_width=64, simulator="", value="")
     config = BassConfig(dynamics="engine", width=16, progress_width=64)
     check_used(config, options, {"width": 16, "progress_width": 64})
     with pytest.raises(DataError, match="--progress-width is for --score tcl"):

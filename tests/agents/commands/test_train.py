@@ -191,9 +191,9 @@ def test_the_card_of_bass_says_where_the_simulator_and_the_value_come_from(recor
     recorded(longer, "long", ticks=80, seed=5, people=("ann", "bob"))
     data = ["--data", str(tmp_path)]
     assert main(["train", "mlp", str(recordings), "--id", "mlp@tiny", *data, *TINY]) == 0
-    bass = ["train", "bass", "--base", "mlp@tiny", *data, "--updates", "2", "--batch", "8", "--width", "8"]
-    own = ["--latent", "2", "--value-width", "8", "--value-updates", "3", "--population", "two friends"]
-    assert main([*bass, str(longer), "--id", "bass@tiny", *own]) == 0
+    bass = ["train", "bass", "--base", "mlp@tiny", *data, "--batch", "8"]
+    own = ["--updates", "2", "--width", "8", "--latent", "2", "--value-width", "8", "--value-updates", "3"]
+    assert main([*bass, str(longer), "--id", "bass@tiny", *own, "--population", "two friends"]) == 0
     policy = find_checkpoint("mlp@tiny", tmp_path / "models").card.training
     card = find_checkpoint("bass@tiny", tmp_path / "models").card
     simulator, value = card.dynamics_training, card.value_training
@@ -215,8 +215,8 @@ def test_what_was_trained_now_is_what_is_told_of(
     recorded(longer, "long", ticks=80, seed=5, people=("ann", "bob"))
     data = ["--data", str(tmp_path)]
     assert main(["train", "mlp", str(recordings), "--id", "mlp@tiny", *data, *TINY]) == 0
-    bass = ["train", "bass", str(longer), "--base", "mlp@tiny", *data, "--batch", "8", "--width", "8", "--latent", "2"]
-    assert main([*bass, "--id", "bass@nfd", "--updates", "2", "--score", "nfd"]) == 0
+    bass = ["train", "bass", str(longer), "--base", "mlp@tiny", *data, "--batch", "8"]
+    assert main([*bass, "--id", "bass@nfd", "--updates", "2", "--width", "8", "--latent", "2", "--score", "nfd"]) == 0
     own = ["--simulator", "bass@nfd", "--value-width", "8", "--value-updates", "3"]
     capsys.readouterr()
     assert main([*bass, "--id", "bass@tiny", *own, "--json"]) == 0
