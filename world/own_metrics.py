@@ -74,7 +74,7 @@ def _value(metric: OwnMetric, map_spec: MapSpec, states: Sequence[WorldState], a
         if number is None or math.isfinite(number):
             return number
         why = f"its value is {number}, no finite number"  # which JSON cannot say
-    except Exception as error:  # noqa: BLE001 - somebody else's code
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - somebody else's code
         place = traceback.extract_tb(error.__traceback__)[-1]
         why = f"{type(error).__name__}: {error} ({place.filename}, line {place.lineno})"
     warnings.warn(f"the metric {metric.key} failed, its cells stay empty: {why}", RuntimeWarning, stacklevel=3)
@@ -84,7 +84,7 @@ def _value(metric: OwnMetric, map_spec: MapSpec, states: Sequence[WorldState], a
 def _loaded(entry: EntryPoint) -> OwnMetric | None:
     try:
         metric = entry.load()
-    except Exception as error:  # noqa: BLE001 - somebody else's module
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - somebody else's module
         _warn(entry, f"{type(error).__name__}: {error}")
         return None
     if isinstance(metric, OwnMetric) and metric.key.isidentifier() and callable(metric.compute):

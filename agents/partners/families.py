@@ -196,7 +196,7 @@ def family_of(name: str) -> Family:
     try:
         with redirect_stdout(sys.stderr):
             ids = entry.load()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise AgentError(located(f"cannot load {whose}: {type(error).__name__}: {error}", error)) from error
     if not isinstance(ids, list | tuple) or not ids or not all(isinstance(one, str) for one in ids):
         raise AgentError(f"{whose}: {entry.value} is no list of agent ids")

@@ -1,6 +1,7 @@
 """Metrics of installed packages: which keys they may have, and which values count."""
 
 import math
+import sys
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from typing import Any
@@ -51,6 +52,19 @@ def test_finite_values_and_none_stay(install: Install) -> None:
     states = [World(load_map("HandOff")).state()]
     for some, value in ((states, 0.0), ([], None)):
         assert own_values(load_map("HandOff"), some, np.zeros((0, 2, 3))) == {"walked": value}
+
+
+def test_a_package_that_ends_the_program_is_left_out_with_a_warning(
+    install: Install, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install("walked", lambda the_map, states, actions: sys.exit("no licence"))
+    with pytest.warns(RuntimeWarning, match="the metric walked failed, its cells stay empty: SystemExit: no licence"):
+        assert own_values(load_map("HandOff"), [], np.zeros((0, 2, 3))) == {"walked": None}
+    entry = SimpleNamespace(name="walked", value="plugged:X", load=lambda: sys.exit("no licence"))
+    monkeypatch.setattr(module, "installed", lambda group: {"walked": entry})
+    own_metrics.cache_clear()
+    with pytest.warns(RuntimeWarning, match=r"metric walked of plugged 1.0 is left out: SystemExit: no licence"):
+        assert own_metrics() == ()
 
 
 @pytest.mark.parametrize("key", ["ticks", "agent", "tcr", "waiting_share", "episode_id", "wt"])

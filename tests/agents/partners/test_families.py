@@ -258,6 +258,15 @@ def test_a_package_adds_a_family(capsys: pytest.CaptureFixture[str]) -> None:
     ]
 
 
+def test_a_package_that_ends_the_program_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "ending_families.py").write_text("import sys\nsys.exit('no licence')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    entry = EntryPoint("ending", "ending_families:IDS", "movingout.families")
+    monkeypatch.setattr("movingout.agents.partners.families.installed", lambda _: {"ending": entry})
+    with pytest.raises(AgentError, match="cannot load the family 'ending' of ending_families: SystemExit: no licence"):
+        group("family:ending")
+
+
 @pytest.mark.usefixtures("package")
 @pytest.mark.parametrize(
     ("name", "sentence"),
