@@ -10,6 +10,7 @@ from movingout.world.action import POLICY_HIGH, POLICY_LOW
 from movingout.world.state import Floats
 
 _LOW, _HIGH = np.array(POLICY_LOW), np.array(POLICY_HIGH)
+_USUAL = -1.0, 1.0  # of RescaleAction, as libraries of learning recommend
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +29,12 @@ class ActionBox:
         return scaled
 
 
-def action_box(low: npt.ArrayLike, high: npt.ArrayLike) -> ActionBox:
-    """The box with these sides, (4,) each. Raises AgentError for one whose meaning is not known."""
+def action_box(low: npt.ArrayLike, high: npt.ArrayLike, rescaled: bool | None = None) -> ActionBox:
+    """The box with these sides, (4,) each; `rescaled` says whether they are those that `RescaleAction` gave.
+
+    Where nothing says it, only -1 to 1 is taken for them: four equal ranges may be an environment's own as well.
+    Raises AgentError for a box whose meaning is not known.
+    """
     lows, highs = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
     if np.array_equal(lows, _LOW) and np.array_equal(highs, _HIGH):
         return ActionBox(None)
@@ -37,7 +42,12 @@ def action_box(low: npt.ArrayLike, high: npt.ArrayLike) -> ActionBox:
         return ActionBox(None)
     one, other = float(lows[0]), float(highs[0])
     if (lows == one).all() and (highs == other).all() and -np.inf < one < other < np.inf:
-        return ActionBox((one, other))
+        if rescaled is None and (one, other) != _USUAL:
+            raise AgentError(
+                f"the model's actions all go from {one:g} to {other:g}: say rescaled=yes if RescaleAction gave them "
+                "this range, or rescaled=no if they mean what they mean in the environments"
+            )
+        return ActionBox(None if rescaled is False else (one, other))
     raise AgentError(
         f"the model's actions go from {lows.tolist()} to {highs.tolist()}; those of the environments go from "
         f"{list(POLICY_LOW)} to {list(POLICY_HIGH)}, and RescaleAction may give all four another range, such as -1 to 1"

@@ -14,6 +14,7 @@ from movingout.agents.adapters.action_box import action_box
 from movingout.agents.adapters.chunk_player import ROW, Singles, VectorPlayer
 from movingout.agents.adapters.layout_choice import chosen_layout
 from movingout.agents.adapters.policy_file import MissingPackageError, existing
+from movingout.agents.agent_options import yes_or_no
 from movingout.agents.errors import AgentError
 from movingout.world.observation import PICTURE_SHAPE
 
@@ -40,18 +41,21 @@ class Sb3Agent(VectorPlayer):
         normalize: str = "",
         deterministic: bool = True,
         grasp: str = "toggle",
+        rescaled: bool | str = "",
     ) -> None:
         """`layout` may be left out, since its size says it; `algorithm` where the file does.
 
-        `normalize` is the file of a VecNormalize. Raises AgentError: no such file, an algorithm that cannot play,
-        wrong sizes or ranges, a missing package.
+        `normalize` is the file of a VecNormalize; `rescaled`, yes or no, whether the range of the actions is one of
+        `RescaleAction`, by default where all go from -1 to 1. Raises AgentError: no such file, an algorithm that
+        cannot play, wrong sizes or ranges, a missing package.
         """
         file = existing("sb3", path)
         self._torch = TorchState()
         with self._torch.in_use():
             self._model = _loaded(file, _class_of(file, algorithm))
         size = _size(self._model)
-        self._box = action_box(self._model.action_space.low, self._model.action_space.high)
+        is_rescaled = None if rescaled == "" else yes_or_no("rescaled", rescaled)
+        self._box = action_box(self._model.action_space.low, self._model.action_space.high, is_rescaled)
         self._shows = len(self._model.observation_space.shape) == 3
         self._scale = _normalizer(normalize, size)
         self._deterministic = deterministic
