@@ -61,6 +61,12 @@ class PageLabel:
         better = smaller if smaller.budget > 0 and smaller._has_more_than(bigger) else bigger
         return better is self
 
+    def is_as_whole_as(self, other: "PageLabel") -> bool:
+        """Whether it has the same budget, and no fewer trainings or numbers, whatever n is."""
+        if not self.has_numbers or not other.has_numbers or self.budget != other.budget:
+            return False
+        return self.trainings >= other.trainings and not other._has_more_than(self)
+
     def _stands_on_more_than(self, other: "PageLabel") -> bool:
         """With the same budget."""
         if (self.status == IN_PART) != (other.status == IN_PART):  # what lacks would be lost with the whole row

@@ -2,7 +2,8 @@
 
 Written between two comments of the page; what stands around them is kept. So are the numbers of a label that the page
 has with a bigger budget, whole, with more trainings or with more numbers than the folder (`PageLabel.is_better_than`),
-and the day of numbers that stay the same. Words are always those of today.
+and the day of numbers that stay the same. Numbers that were measured otherwise than today (`PaperEntry.earlier`) give
+way to as whole a measurement with the same budget, whatever n. Words are always those of today.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -22,7 +23,7 @@ from movingout.matches.paper.page.page_labels import (
     line,
     written_labels,
 )
-from movingout.matches.paper.page.wording import reworded, section
+from movingout.matches.paper.page.wording import is_of_earlier, reworded, section
 from movingout.matches.paper.presentation.layout import column_head, laid_out, number_text, paper_text
 from movingout.matches.paper.published import PublishedColumn
 from movingout.matches.paper.steps import paper_steps
@@ -54,11 +55,17 @@ def _measured(entries: list[PaperEntry], space: Workspace, day: str, earlier: Ma
         now = PageLabel(line(_row(entry, space, day)), tables.get(entry.label, ""))
         then = earlier.get(entry.label)
         if then is not None and then.has_numbers:
-            now = _better(reworded(then, entry, space, _differs(entry, list(entry.cells()))), now)
+            kept = reworded(then, entry, space, _differs(entry, list(entry.cells())))
+            now = now if _is_outdated(then, now, entry) else _better(kept, now)
         labels.append(now)
     head = "`movingout paper tables LABEL --budget` and the budget of the row; for figures `paper figures LABEL`."
     rows = [line(HEADS), line(["---"] * len(HEADS)), *(one.row for one in labels)]
     return "\n".join([head, "", *rows, "", "## All numbers", "", *(one.table for one in labels if one.table), ""])
+
+
+def _is_outdated(then: PageLabel, now: PageLabel, entry: PaperEntry) -> bool:
+    """Whether only `then` was measured otherwise than today, and `now` as whole: then n may count something else."""
+    return now.is_as_whole_as(then) and is_of_earlier(then, entry) and not is_of_earlier(now, entry)
 
 
 def _better(then: PageLabel, now: PageLabel) -> PageLabel:

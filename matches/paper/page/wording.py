@@ -16,9 +16,13 @@ def reworded(then: PageLabel, entry: PaperEntry, space: Workspace, differs: str)
     """
     if not entry.runnable:
         return then
-    is_older = entry.earlier is not None and then.day < entry.earlier.before
-    table = _table(then.table, entry, laid_out(entry, space), is_older) if then.table else ""
+    table = _table(then.table, entry, laid_out(entry, space), is_of_earlier(then, entry)) if then.table else ""
     return then.reworded(_status(then, entry, table), differs, table)
+
+
+def is_of_earlier(then: PageLabel, entry: PaperEntry) -> bool:
+    """Whether its numbers were measured otherwise than today, as `PaperEntry.earlier` says."""
+    return entry.earlier is not None and then.day < entry.earlier.before
 
 
 def section(entry: PaperEntry, heads: Sequence[str], rows: Sequence[Sequence[str]], is_older: bool = False) -> str:

@@ -220,6 +220,29 @@ def test_numbers_that_were_measured_otherwise_before_a_day_say_so_until_they_are
     assert "fewer states" not in written("2026-11-30", "smoke"), "kept, and measured as today"
 
 
+def test_numbers_that_were_measured_otherwise_give_way_to_as_many_of_today_with_a_smaller_n(here: Path) -> None:
+    page, entry = here / "page.md", ENTRIES["tab:pose_noise_ablation"]
+    entry = replace(entry, earlier=Earlier("2026-11-28", "It was in fewer states."))
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+
+    def written(day: str, n: int, *levels: str, budget: str = "small") -> list[str]:
+        (here / day).mkdir()
+        with contextlib.chdir(here / day):
+            space = Workspace(budget=BUDGETS[budget])
+            for level in levels:
+                space.keep(f"noise-{level}", {"valid_share": Estimate(0.5, 0.1, n)})
+            write_page(page, [entry], space, day)
+        return _row(page, entry.label)
+
+    both = "0.02", "0.2"
+    assert written("2026-11-26", 200, *both)[2] == "small, 2026-11-26"
+    assert written("2026-11-27", 20, *both)[2] == "small, 2026-11-26", "both are of before"
+    assert written("2026-11-28", 20, "0.2")[2] == "small, 2026-11-26", "fewer numbers"
+    assert written("2026-11-29", 20, *both, budget="smoke")[2] == "small, 2026-11-26"
+    assert written("2026-11-30", 20, *both)[2:5:2] == ["small, 2026-11-30", "20"]
+    assert written("2026-12-01", 10, *both)[2] == "small, 2026-11-30", "both are of today"
+
+
 def test_the_command_writes_the_page_of_a_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "out").mkdir()
     page = here / "page.md"
