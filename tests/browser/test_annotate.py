@@ -51,8 +51,8 @@ def left_while_saving(page: Page) -> Route:
     """Answers the first finding and opens the last; the verdict of the first is still on its way."""
     held: list[Route] = []
     page.route("**/api/findings/verdicts", lambda route: held.append(route))
-    with page.expect_request("**/api/findings/verdicts"):
-        page.keyboard.press("1")
+    page.keyboard.press("1")
+    until(page, lambda: bool(held))  # which the route hears of later than the page
     page.locator(".annotate-finding").last.click()
     return held[0]
 
