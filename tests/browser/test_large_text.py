@@ -117,3 +117,22 @@ def test_in_a_round_figures_and_buttons_stay_in_their_places(server: Server, ope
     boxes = [page.locator(part).bounding_box() for part in ("#time", "#done", "#mute")]
     for left, right in pairwise(boxes):
         assert left and right and left["x"] + left["width"] <= right["x"]
+
+
+@pytest.mark.parametrize("has_touch", [True, False])
+def test_on_the_narrowest_screen_what_players_do_stays_in_its_line(
+    server: Server, open_page: OpenPage, has_touch: bool
+) -> None:
+    room = server.make_room("AdaptiveAssist", red="scripted")
+    small = {"viewport": {"width": 320, "height": 568}, "has_touch": has_touch, "is_mobile": has_touch}
+    page = open_page(f"{room['join_path']}?lang=de", room, **small)
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.locator("#ready button.button-primary").click()
+    wait_for(page, "game.phase === 'playing'")
+    assert faults(page) == []
+    line, arena = (page.locator(part).bounding_box() for part in ("#seats", "#arena"))
+    assert line and arena and line["y"] + line["height"] <= arena["y"]
+    for words in page.locator("#seats .seat-words").all():
+        box, size = words.bounding_box(), words.evaluate("one => parseFloat(getComputedStyle(one).fontSize)")
+        assert box and line["y"] <= box["y"] and box["y"] + box["height"] <= line["y"] + line["height"]
+        assert words.evaluate("one => parseFloat(getComputedStyle(one).lineHeight)") >= size
