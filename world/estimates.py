@@ -33,7 +33,8 @@ def estimate_of_copies(values: Sequence[tuple[str, float]]) -> Estimate | None:
 
     Copies, as agents without chance play them with every seed, weigh in the mean as often as they were played, so
     that every map weighs alike. The standard error takes them together: sqrt(G / (G - 1) sum over the G different
-    episodes of (sum of deviations)^2) / n, which is s / sqrt(n) where none is a copy.
+    episodes of (sum of deviations)^2) / n, which is s / sqrt(n) where none is a copy. So it holds, too, where
+    values of an episode are not copies but alike, as moments of one are.
     """
     found = estimate([value for _, value in values])
     count = len({episode for episode, _ in values})

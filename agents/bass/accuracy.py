@@ -53,7 +53,10 @@ class BassAccuracy:
 def bass_accuracy(agent: BassAgent, trajectories: list[Trajectory], moments: int, seed: int) -> BassAccuracy:
     """Compare predictions with what happened at `moments` random ticks of each episode: means."""
     values = moment_values(agent, trajectories, moments, seed)
-    means = {name: float(np.mean(numbers)) if numbers else math.nan for name, numbers in values.items()}
+    means = {
+        name: float(np.mean([value for _, value in numbers])) if numbers else math.nan
+        for name, numbers in values.items()
+    }
     return BassAccuracy(**means, selection_chance=1 / agent.selection.own, n=len(values["selection"]))
 
 
@@ -63,26 +66,32 @@ _PER_MOMENT = (
 )  # fmt: skip
 
 
-def moment_values(agent: BassAgent, trajectories: list[Trajectory], moments: int, seed: int) -> dict[str, list[float]]:
-    """What is averaged, by field of `BassAccuracy`: one value per moment, for `hands` one per hand that changes."""
+def moment_values(
+    agent: BassAgent, trajectories: list[Trajectory], moments: int, seed: int
+) -> dict[str, list[tuple[str, float]]]:
+    """What is averaged, by field of `BassAccuracy`: (episode, value) per moment, for `hands` per hand that changes.
+
+    Moments of one episode are alike, so that an error has to take them together.
+    """
     random, elsewhere = np.random.default_rng(seed), np.random.default_rng([seed, 1])
-    rows: list[list[float]] = []
-    hands: list[bool] = []
-    for trajectory in trajectories:
+    rows: list[tuple[str, list[float]]] = []
+    hands: list[tuple[str, float]] = []
+    for number, trajectory in enumerate(trajectories):
+        episode = str(number)
         agent.reset(EpisodeInfo(trajectory.map, 0, seed, trajectory.ticks))
         last = trajectory.ticks - agent.selection.depth
         ticks = sorted(random.choice(max(last, 1), size=min(moments, max(last, 1)), replace=False).tolist())
         changes = set(np.flatnonzero((trajectory.held[1:] != trajectory.held[:-1]).any(axis=1)).tolist())
         for world, state in _moments(trajectory, sorted(changes.union(ticks))):
             if state.tick in changes:
-                hands += _hands(agent, trajectory, world, state)
+                hands += [(episode, float(right)) for right in _hands(agent, trajectory, world, state)]
             if state.tick in ticks:
                 other = moving(_state(trajectory, int(elsewhere.integers(trajectory.ticks + 1))))
                 measured = _next_state(agent, trajectory, world, state, other)
-                rows.append([*measured, *_choices(agent, trajectory, world, state)])
-    values = {name: [row[number] for row in rows] for number, name in enumerate(_PER_MOMENT)}
-    values["hands"] = [float(right) for right in hands]
-    values["selection_told_apart"] = [row[-2] for row in rows if row[-1] > 0]
+                rows.append((episode, [*measured, *_choices(agent, trajectory, world, state)]))
+    values = {name: [(episode, row[number]) for episode, row in rows] for number, name in enumerate(_PER_MOMENT)}
+    values["hands"] = hands
+    values["selection_told_apart"] = [(episode, row[-2]) for episode, row in rows if row[-1] > 0]
     return values
 
 

@@ -26,6 +26,19 @@ def averaged(parts: Sequence[Estimate]) -> Estimate:
     )
 
 
+def of_the_same_samples(parts: Sequence[Estimate]) -> Estimate:
+    """The mean of means that were measured on the same samples: they err together, so more of them err no less.
+
+    The error is the mean of theirs, and n counts the samples of one, of the one that has most.
+    """
+    errors = [part.stderr for part in parts if part.stderr is not None]
+    return Estimate(
+        math.fsum(part.mean for part in parts) / len(parts),
+        math.fsum(errors) / len(errors) if len(errors) == len(parts) else None,
+        max(part.n for part in parts),
+    )
+
+
 def between(parts: Iterable[Estimate | None]) -> Estimate | None:
     """The mean of the means of trainings, with the error between them; None for fewer than two."""
     means = [part.mean for part in parts if part is not None]

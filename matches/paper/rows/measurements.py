@@ -15,12 +15,13 @@ from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.methods import NOISE_MAP, with_seed
+from movingout.matches.paper.pooling import of_the_same_samples
 from movingout.matches.paper.rows.unseen_episodes import EPISODES, unseen_episodes
 from movingout.matches.paper.workspace import Measured, Workspace
 from movingout.recordings.groups import read_groups
 from movingout.world import World
 from movingout.world.constants import LIMIT_TICKS
-from movingout.world.estimates import estimate
+from movingout.world.estimates import estimate, estimate_of_copies
 
 TIMED_MAP = "HandOff"
 NOISE_SAMPLES = 2000  # perturbed states per level, at most; the paper has as many
@@ -33,7 +34,7 @@ def accuracy(method: str, options: str, challenge: int, field: str) -> MeasuredC
     In Challenge 1 an agent of group a, on episodes of group b; in Challenge 2, on the maps that it is evaluated on.
     """
     agent = f"{method}@{'a' if challenge == 1 else 'c2'}"
-    name = f"accuracy-of-pairs-{agent}{options}".translate(str.maketrans("@:=,", "----"))
+    name = f"accuracy-by-episode-{agent}{options}".translate(str.maketrans("@:=,", "----"))
     measurement = Measurement(
         name=name,
         about=f"accuracy of {agent}{options} on episodes of pairs in turn that it has not learned from",
@@ -41,6 +42,7 @@ def accuracy(method: str, options: str, challenge: int, field: str) -> MeasuredC
         agents=(agent,),
         data=("b",) if challenge == 1 else ("c1", "c2"),
         repeated=True,
+        pool=of_the_same_samples,
         seconds=lambda budget: 5.0 + 12 * EPISODES * (1.5 + 0.2 * budget.moments) * budget.ticks / 500,
     )
     return MeasuredCell(
@@ -57,7 +59,7 @@ def _accuracy(first: str, challenge: int, space: Workspace, training: int) -> Me
     if not isinstance(agent, BassAgent):
         raise MatchError(f"{agent_id} is not a BASS agent: it has no simulator and no candidates")
     values = moment_values(agent, unseen_episodes(challenge, space), space.budget.moments, seed=space.seed)
-    found = {name: estimate(numbers) for name, numbers in values.items()}
+    found = {name: estimate_of_copies(numbers) for name, numbers in values.items()}
     return {name: numbers for name, numbers in found.items() if numbers is not None}
 
 

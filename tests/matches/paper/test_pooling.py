@@ -2,7 +2,7 @@
 
 import pytest
 
-from movingout.matches.paper.pooling import averaged, between, pooled
+from movingout.matches.paper.pooling import averaged, between, of_the_same_samples, pooled
 from movingout.world.estimates import Estimate, estimate
 
 
@@ -22,3 +22,9 @@ def test_the_error_between_trainings_is_of_their_means() -> None:
     mean = averaged([Estimate(0.2, 0.3, 10), Estimate(0.4, 0.4, 10)])
     assert mean == pytest.approx(Estimate(0.3, 0.25, 20))
     assert averaged([Estimate(0.2, 0.3, 10), Estimate(0.4, None, 10)]).stderr is None
+
+
+def test_trainings_that_were_measured_on_the_same_samples_do_not_make_each_other_surer() -> None:
+    found = of_the_same_samples([Estimate(0.4, 0.05, 96), Estimate(0.5, 0.03, 96), Estimate(0.6, 0.04, 90)])
+    assert found == pytest.approx(Estimate(0.5, 0.04, 96))
+    assert of_the_same_samples([Estimate(0.4, 0.05, 96), Estimate(0.5, None, 1)]).stderr is None

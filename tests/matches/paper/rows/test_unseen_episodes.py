@@ -1,13 +1,16 @@
 """In which episodes the parts of BASS are measured: of several pairs, and of nobody whom the agent learned from."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from movingout.agents.catalogue import load_agent
 from movingout.maps import load_map
 from movingout.maps.randomize import randomize
 from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.rows import measurements
 from movingout.matches.paper.rows.measurements import accuracy
 from movingout.matches.paper.rows.unseen_episodes import EPISODES, of_others, pairs_in_turn, unseen_episodes
 from movingout.matches.paper.workspace import Workspace
@@ -65,9 +68,24 @@ def test_in_challenge_2_nobody_is_measured_who_recorded_for_it(tmp_path: Path, m
     assert sorted(sorted(one.people) for one in unseen_episodes(1, space)) == sorted(group_b)
 
 
-def test_what_was_measured_of_one_pair_alone_is_measured_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_was_measured_as_if_moments_of_an_episode_were_independent_is_measured_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     space, cell = Workspace(budget=BUDGETS["smoke"]), accuracy("bass", "", 2, "next_state_l2")
-    space.keep("accuracy-bass-c2", {"next_state_l2": Estimate(0.2, 0.1, 24)}, cell.measurement.agents_of(0))
+    space.keep("accuracy-of-pairs-bass-c2", {"next_state_l2": Estimate(0.2, 0.1, 24)}, cell.measurement.agents_of(0))
     assert cell.found(space) is None
     assert set(cell.measurement.data) == {"c1", "c2"}, "the lists of both have to be there"
+
+
+def test_moments_of_an_episode_count_together_in_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    values = {"partner_20": [("0", 0.0), ("0", 0.0), ("1", 1.0), ("1", 1.0)], "hands": [("0", 1.0), ("0", 1.0)]}
+    monkeypatch.setattr(measurements, "unseen_episodes", lambda challenge, space: [])
+    monkeypatch.setattr(measurements, "moment_values", lambda *args, **more: values)
+    monkeypatch.setattr(measurements, "load_agent", lambda agent_id: load_agent("bass@any"))
+    space = Workspace(budget=replace(BUDGETS["smoke"], trainings=2))
+    cell = accuracy("bass", "", 1, "partner_20")
+    found = [cell.measurement.perform(space, training) for training in (0, 1)]
+    assert found[0] == {"partner_20": Estimate(0.5, 0.5, 4), "hands": Estimate(1.0, None, 2)}
+    assert cell.measurement.pool([one["partner_20"] for one in found]) == Estimate(0.5, 0.5, 4)
