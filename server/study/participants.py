@@ -143,7 +143,7 @@ class Participants:
     async def finish(
         self, tx: Transaction, session: ParticipantSession, outcome: Outcome, paused: bool = False
     ) -> None:
-        """Give them their only completion code; who is away ended when they were last seen, and a pause is no absence."""
+        """Give them their only completion code; who is away ended when they were last seen, but in a pause."""
         if session.unpaid_s:
             await self._note_absence(tx, session)
         now = time.monotonic()
