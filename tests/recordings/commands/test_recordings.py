@@ -144,6 +144,7 @@ def test_links_that_lead_nowhere_are_named_and_stop_no_command_for_a_folder(
     (tmp_path / "loop.mcap").symlink_to("loop.mcap")
     (tmp_path / "running.mcap.journal").symlink_to(tmp_path / "elsewhere.mcap.journal")
     wanted = ("gone.mcap: it is a link to a file that is not there", "loop.mcap: it is a link that leads back")
+    wanted = tuple(f"movingout: {tmp_path}/{sentence}" for sentence in wanted)  # other folders may have such names
     for _ in range(2):  # the second list is that of the index
         assert main(["recordings", "list", str(tmp_path)]) == 0
         out, err = capsys.readouterr()
