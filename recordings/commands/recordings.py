@@ -154,7 +154,9 @@ def _list(args: argparse.Namespace) -> int:
 def _with_folder(entry: Unreadable) -> str:
     """What is wrong with a file, with the whole path: another folder may have a file of that name."""
     name, problem = entry.path.name, entry.problem
-    return f"{entry.path}{problem.removeprefix(name)}" if problem.startswith(name) else f"{entry.path}: {problem}"
+    if problem.startswith(name):
+        return f"{entry.path}{problem.removeprefix(name)}"
+    return problem if str(entry.path) in problem else f"{entry.path}: {problem}"
 
 
 _HOW_TO_RECORD = """Two ways to change that:
