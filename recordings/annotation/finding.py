@@ -53,6 +53,7 @@ class SearchedRecording:
     seats: tuple[SearchedSeat, SearchedSeat]
     findings: tuple[Finding, ...]
     waiting_share: float = 0.0  # of the ticks, as the official code counts waiting
+    played: str = ""  # what copies of the episode share, as agents without chance play it again
     simulated: bool = False  # in a rehearsal of a study: its participants were programs
 
     def who(self, seat: int) -> str:
@@ -66,6 +67,7 @@ class SearchedRecording:
             "study": self.study,
             "seats": [[seat.kind, seat.name] for seat in self.seats],
             "waiting_share": self.waiting_share,
+            "played": self.played,
             "simulated": self.simulated,
             "findings": [[one.case, one.seat, one.item, one.start, one.end, one.detail] for one in self.findings],
         }
@@ -76,7 +78,7 @@ class SearchedRecording:
         findings = tuple(Finding(document["id"], *one) for one in document["findings"])
         return cls(
             document["id"], document["map"], document["study"], (blue, red), findings,
-            waiting_share=document["waiting_share"], simulated=document["simulated"],
+            waiting_share=document["waiting_share"], played=document["played"], simulated=document["simulated"],
         )  # fmt: skip
 
 

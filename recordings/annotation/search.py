@@ -14,6 +14,7 @@ from movingout.recordings.annotation.finding import Finding, SearchedRecording, 
 from movingout.recordings.episode import FINISHED
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.play_hash import play_hash
 from movingout.recordings.progress import with_progress
 from movingout.recordings.report.failures import failures
 from movingout.recordings.report.method import rules
@@ -106,7 +107,7 @@ def _searched(path: Path) -> SearchedRecording | None:
     metrics.update_episode(list(episode.states), episode.actions)
     return SearchedRecording(
         header.episode_id, header.map.name, study, (blue, red), found,
-        waiting_share=metrics.waiting_share, simulated=header.simulated,
+        waiting_share=metrics.waiting_share, played=play_hash(episode), simulated=header.simulated,
     )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from movingout.recordings.report.words import Words
 from movingout.recordings.spreadsheet import check_name, safe_cells
 from movingout.recordings.storage.study_rounds import uncounted_in
 from movingout.recordings.terminal import printable
-from movingout.world.estimates import Estimate, estimate, estimate_text
+from movingout.world.estimates import Estimate, estimate_of_copies, estimate_text
 
 
 class PlayerRate(NamedTuple):
@@ -88,10 +88,13 @@ def rates_by_player(recordings: Sequence[SearchedRecording], verdicts: Verdicts)
     rows = []
     for who in sorted(appearances):
         for case in CASES:
-            said = [_outcomes(recording, seat, case, verdicts) for recording, seat in appearances[who]]
-            found = estimate([float(bool(outcomes)) for outcomes in said])
-            confirmed = estimate([float(True in outcomes) for outcomes in said])
-            rows.append(PlayerRate(who, case, found, confirmed, sum(one.count(None) for one in said)))
+            said = [
+                (f"{recording.played or recording.id} {seat}", _outcomes(recording, seat, case, verdicts))
+                for recording, seat in appearances[who]
+            ]
+            found = estimate_of_copies([(played, float(bool(outcomes))) for played, outcomes in said])
+            confirmed = estimate_of_copies([(played, float(True in outcomes)) for played, outcomes in said])
+            rows.append(PlayerRate(who, case, found, confirmed, sum(one.count(None) for _, one in said)))
     return rows
 
 

@@ -19,7 +19,7 @@ from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, recover_journal
 from movingout.recordings.storage.index import Filter, list_recordings, path_of
-from movingout.recordings.storage.listing import Summary, recording_paths
+from movingout.recordings.storage.listing import Summary, Unreadable, recording_paths
 from movingout.recordings.storage.repair import damaged_below, recover_recording
 from movingout.recordings.terminal import printable
 from movingout.world.constants import TICKS_PER_SECOND
@@ -147,8 +147,16 @@ def _list(args: argparse.Namespace) -> int:
     else:
         print(_table(found) if found else _no_match(folder, wanted))
     for entry in unreadable:
-        print(f"movingout: {printable(entry.problem)}", file=sys.stderr)
+        print(f"movingout: {printable(_with_folder(entry))}", file=sys.stderr)
     return 0
+
+
+def _with_folder(entry: Unreadable) -> str:
+    """What is wrong with a file, with the whole path: another folder may have a file of that name."""
+    name, problem = entry.path.name, entry.problem
+    if problem.startswith(name):
+        return f"{entry.path}{problem.removeprefix(name)}"
+    return problem if str(entry.path) in problem else f"{entry.path}: {problem}"
 
 
 _HOW_TO_RECORD = """Two ways to change that:

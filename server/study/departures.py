@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import time
-from collections.abc import Coroutine, Iterable
+from collections.abc import Callable, Coroutine, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,7 @@ class Departures:
         participants: Participants,
         units: Units,
         rooms: StudyRooms,
+        is_paused: Callable[[ParticipantSession], bool],
     ) -> None:
         self._recordings = recordings
         self._host = host
@@ -47,6 +48,7 @@ class Departures:
         self._participants = participants
         self._units = units
         self._rooms = rooms
+        self._is_paused = is_paused
         self._deletions: set[asyncio.Task[None]] = set()
         self._ending = asyncio.Event()
 
@@ -62,7 +64,7 @@ class Departures:
             return
         if keep is not None:
             await tx.run(self._databases.store.keep_data, session.pid, keep)
-        await self._participants.finish(tx, session, outcome)
+        await self._participants.finish(tx, session, outcome, paused=self._is_paused(session))
         self._units.stop_waiting(tx, session)
         notify([session])
         unit = self._units.of(session)
@@ -77,7 +79,7 @@ class Departures:
         """Somebody of the unit has left: finish those whose remaining rounds cannot be played."""
         await self._rooms.close(tx, unit, PARTICIPANT_LEFT, "left")
         for session in await self._units.with_rounds_left(tx, unit):
-            await self._participants.finish(tx, session, "partner-left")
+            await self._participants.finish(tx, session, "partner-left", paused=self._is_paused(session))
             notify([session])
 
     def delete_data(self, session: ParticipantSession) -> None:

@@ -65,7 +65,7 @@ class ParticipantActions:
         """The participant has done the step `request.key`; any other step than the current one is ignored."""
         running = self._running
         if session.step is not None and request.key == session.step.key:
-            await running.rooms.prepare(session.step)
+            await self.skip_unplayable(session)
         async with running.transaction() as tx:
             step = session.step
             if session.finished or step is None or request.key != step.key or running.progress.is_paused(session):
@@ -81,6 +81,24 @@ class ParticipantActions:
             else:
                 await self._refuse_unanswered(tx, session, step)
                 await running.progress.advance(tx, session)
+
+    async def skip_unplayable(self, session: ParticipantSession) -> None:
+        """Past rounds whose map cannot be varied, of which the experimenter is told. Raises Busy."""
+        running = self._running
+        while session.step is not None and not (session.finished or running.progress.is_paused(session)):
+            step = session.step
+            why = await running.rooms.prepare(step)
+            if not why:
+                return
+            async with running.transaction() as tx:
+                unit = running.units.of(session)
+                if unit is None:
+                    return
+                if session.record.step == step.key and not running.progress.is_paused(session):
+                    number, name = unit.record.id, running.rooms.map_name(step)
+                    text = f"Unit {number} skips a round, which is invalid: its map {name} cannot be varied."
+                    running.alerts.add("unvaried", text, why, unit=number, map=name)
+                    await running.progress.skip_round(tx, session, unit, step)
 
     async def _refuse_unanswered(self, tx: Transaction, session: ParticipantSession, step: Step) -> None:
         """Every scale and choice needs an answer, be it "I prefer not to answer": nobody is done without any."""

@@ -140,12 +140,15 @@ class Participants:
         if seen:
             await tx.run(self._store.seen, seen)
 
-    async def finish(self, tx: Transaction, session: ParticipantSession, outcome: Outcome) -> None:
-        """Give them their only completion code; who is away ended when they were last seen."""
+    async def finish(
+        self, tx: Transaction, session: ParticipantSession, outcome: Outcome, paused: bool = False
+    ) -> None:
+        """Give them their only completion code; who is away ended when they were last seen, but in a pause."""
         if session.unpaid_s:
             await self._note_absence(tx, session)
         now = time.monotonic()
-        await tx.run(self._store.finish, session.pid, outcome, self._code(outcome), session.away_s(now))
+        away_s = 0.0 if paused else session.away_s(now)
+        await tx.run(self._store.finish, session.pid, outcome, self._code(outcome), away_s)
         session.ended_at = now
         await self.refresh(tx, session)
         if session.record.unit is not None:

@@ -12,8 +12,10 @@ from movingout.server.study.unit import FinishedRound, StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.design.definition import Study
 from movingout.study.design.step_order import next_step
+from movingout.study.design.steps import Step
 from movingout.study.errors import StoreError
 from movingout.study.store.clock import slept_s
+from movingout.study.store.rounds import PlayerOutcome
 
 SLEEP_S = 1.0  # a shorter one is none; the two clocks are not read at one time
 
@@ -41,12 +43,21 @@ class Progress:
 
     async def advance(self, tx: Transaction, session: ParticipantSession) -> None:
         """To the next step, or to the completion code."""
+        await self._advance(tx, session)
+
+    async def skip_round(self, tx: Transaction, session: ParticipantSession, unit: StudyUnit, step: Step) -> None:
+        """Past a round that cannot be played, with the questions about it. It is kept as an invalid one."""
+        seated = [PlayerOutcome(one.pid, unit.seat_of(step, one), one.device or "keyboard") for one in unit.members]
+        await tx.run(self._databases.rounds.leave_out, unit.record, step, seated)
+        await self._advance(tx, session, unplayable=True)
+
+    async def _advance(self, tx: Transaction, session: ParticipantSession, unplayable: bool = False) -> None:
         rounds, unit = self._databases.rounds, session.record.unit
         over, played = frozenset[str](), frozenset[str]()
-        if unit is not None and any(block.limit_minutes for block in self._study.blocks):
+        if unit is not None and (unplayable or any(block.limit_minutes for block in self._study.blocks)):
             over = await self._units.blocks_over(tx, unit)
             played = await tx.run(rounds.finished_steps, unit)
-        step = next_step(session.steps, session.record.step, over, played)
+        step = next_step(session.steps, session.record.step, over, played, unplayable)
         if step.kind == "code":
             await self._participants.finish(tx, session, "done")
         else:

@@ -81,6 +81,7 @@ class RunningStudy:
             participants=self.participants,
             units=self.units,
             rooms=self.rooms,
+            is_paused=self.progress.is_paused,
         )
         self.notes = ExperimenterNotes(self.databases, self.participants)
 

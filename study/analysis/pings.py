@@ -18,6 +18,7 @@ class PingRound:
     player: str  # pseudonym of a participant, "" for an agent
     partner: str  # id of the partner of the round, "" in pairs
     pings: tuple[PingOutcome, ...]
+    block: str = ""
 
 
 def ping_rounds(
@@ -36,5 +37,5 @@ def ping_rounds(
             continue
         for seat in (0, 1):
             said = tuple(one for one in outcomes if one.ping.seat == seat)
-            found.append(PingRound(seated.get((row["id"], seat), ""), row["partner"], said))
+            found.append(PingRound(seated.get((row["id"], seat), ""), row["partner"], said, row["block"]))
     return tuple(found)

@@ -125,6 +125,7 @@ class Results:
             self,
             rounds=tuple(row for row in self.rounds if row["block"] in blocks),
             answers=tuple(row for row in said if row["step"].partition("/")[0] in blocks),
+            pings=tuple(one for one in self.pings if one.block in blocks),
         )
 
     def texts(self) -> list[Row]:

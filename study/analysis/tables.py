@@ -168,27 +168,33 @@ def flags(results: Results, words: Words = ENGLISH) -> ReportTable:
 
 def pings(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     """Who asked for help beside which partner, and whether the other came."""
-    groups: dict[tuple[str, bool], list[PingRound]] = defaultdict(list)
-    for one in results.pings:
-        groups[one.partner, bool(one.player)].append(one)
-    say = words.say
+    say, blocks, rows = words.say, results.by_condition(), []
     asked = {True: say("study.pings.asked_by.participant"), False: say("study.pings.asked_by.partner")}
-    rows = [
-        (name(partner), asked[person], *_ping_cells(rounds, words))
-        for (partner, person), rounds in sorted(groups.items(), key=lambda group: (name(group[0][0]), not group[0][1]))
-        if person or any(one.pings for one in rounds)
-    ]
-    heads = (say("study.partner"), say("study.pings.asked_by"), *_ping_heads(words))
-    return ReportTable("pings", say("study.pings"), heads, tuple(rows), 2, _ping_note(words))
+    for label, part in blocks:
+        groups: dict[tuple[str, bool], list[PingRound]] = defaultdict(list)
+        for one in part.pings:
+            groups[one.partner, bool(one.player)].append(one)
+        rows += [
+            (*_block(blocks, label), name(partner), asked[person], *_ping_cells(groups[partner, person], words))
+            for partner, person in sorted(groups, key=lambda group: (name(group[0]), not group[1]))
+            if person or any(one.pings for one in groups[partner, person])
+        ]
+    head = (*_block(blocks, say("study.block")), say("study.partner"), say("study.pings.asked_by"))
+    heads = (*head, *_ping_heads(words))
+    return ReportTable("pings", say("study.pings"), heads, tuple(rows), len(head), _ping_note(words))
 
 
 def pings_by_participant(results: Results, words: Words = ENGLISH) -> ReportTable:
-    groups: dict[str, list[PingRound]] = defaultdict(list)
-    for one in results.pings:
-        groups[one.player].append(one)
-    rows = tuple((player, *_ping_cells(rounds, words)) for player, rounds in sorted(groups.items()) if player)
-    title, heads = words.say("study.pings.by_participant"), (words.say("study.participant"), *_ping_heads(words))
-    return ReportTable("pings_by_participant", title, heads, rows, 1, _ping_note(words))
+    say, blocks, rows = words.say, results.by_condition(), []
+    for label, part in blocks:
+        groups: dict[str, list[PingRound]] = defaultdict(list)
+        for one in part.pings:
+            groups[one.player].append(one)
+        where = _block(blocks, label)
+        rows += [(*where, player, *_ping_cells(groups[player], words)) for player in sorted(groups) if player]
+    head = (*_block(blocks, say("study.block")), say("study.participant"))
+    title, heads = say("study.pings.by_participant"), (*head, *_ping_heads(words))
+    return ReportTable("pings_by_participant", title, heads, tuple(rows), len(head), _ping_note(words))
 
 
 def _ping_heads(words: Words) -> tuple[str, ...]:

@@ -85,9 +85,12 @@ def _write(
         (part / STUDY_FILE).write_text(frozen.file_text, encoding="utf-8")
         (part / MANIFEST).touch()  # a map of that name has no place here
         copy_own_maps(folder.study, part)
-        episodes = [str(row["episode"]) for row in store.rows(rounds)]
+        rows = store.rows(rounds)
+    episodes = [str(row["episode"]) for row in rows]
     _fold_in(part / MAIN)
-    missing = tuple(_copy_recordings(folder.recordings, part / "recordings", episodes, previous))
+    absent = tuple(_copy_recordings(folder.recordings, part / "recordings", episodes, previous))
+    unplayed = {row["episode"] for row in rows if row["ticks"] == 0}
+    missing = tuple(episode for episode in absent if episode not in unplayed)
     for line in verdicts_of(folder.recordings):
         if line.recording in set(episodes):
             add_verdict(part, line)
@@ -102,7 +105,7 @@ def _write(
         if path.is_file() or path.is_dir():
             sync(path)
     size = sum(path.stat().st_size for path in part.rglob("*") if path.is_file())
-    copied = len(set(episodes)) - len(missing)
+    copied = len(set(episodes)) - len(absent)
     return BackedUp(target, folder.study.id, len(files), size, copied, missing, identities)
 
 

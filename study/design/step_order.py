@@ -9,17 +9,27 @@ WAITING = "waiting"  # the place of somebody who waits for a partner; no step of
 LAST_SOLO_STEP = "input-check"  # after this step the unit is formed
 
 
-def next_step(order: tuple[Step, ...], key: str, over: Collection[str] = (), played: Collection[str] = ()) -> Step:
+def next_step(
+    order: tuple[Step, ...],
+    key: str,
+    over: Collection[str] = (),
+    played: Collection[str] = (),
+    unplayable: bool = False,
+) -> Step:
     """The step after `key`.
 
-    Of the blocks in `over`, whose time is up, only the questions about rounds in `played` (keys) remain.
+    Of the blocks in `over`, whose time is up, only the questions about rounds in `played` (keys) remain; after a round
+    that is `unplayable`, those about it do not, nor those about a partner who was met in no other one.
     """
+
+    def remains(step: Step) -> bool:
+        if step.kind == "questionnaire" and _asks_about(step.key, played):
+            return True
+        unmet = unplayable and step.kind == "questionnaire" and _asks_about(step.key, [key])
+        return step.block not in over and not unmet
+
     keys = [step.key for step in order]
-    return next(
-        step
-        for step in order[keys.index(key) + 1 :]
-        if step.block not in over or (step.kind == "questionnaire" and _asks_about(step.key, played))
-    )
+    return next(step for step in order[keys.index(key) + 1 :] if remains(step))
 
 
 def blocks_over(study: Study, seconds: dict[str, float]) -> frozenset[str]:

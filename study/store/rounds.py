@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
-from sqlalchemy import func, insert, select, update
+from sqlalchemy import Connection, func, insert, select, update
 
 from movingout.recordings.episode import FINISHED
 from movingout.study.design.steps import CARD_S, Step, partner_met
@@ -59,22 +59,40 @@ class Rounds:
 
     def begin(self, unit: Unit, step: Step, episode: str, seated: Sequence[PlayerOutcome]) -> int:
         """Open a round; returns the number of the attempt. Raises StudyError where a consent is missing."""
-        if step.turn is None:
-            raise StudyError(f"step {step.key} is not a round")
         with self._store.database.write() as connection:
             for one in seated:
                 if not connection.execute(select(consents.c.id).where(consents.c.pid == one.pid)).first():
                     raise StudyError("no tick is played before everybody has consented")
-            mine = select(func.count()).select_from(rounds).where(rounds.c.unit == unit.id)
-            attempt = connection.execute(mine.where(rounds.c.step == step.key)).scalar_one() + 1
-            row = {"unit": unit.id, "step": step.key, "attempt": attempt, "block": step.block}
-            row["partner"] = partner_met(step, len(unit.pids))
-            row |= {"map": step.turn.map, "variant_seed": step.turn.variant_seed, "limit_ticks": step.limit_ticks}
-            row |= {"position": connection.execute(mine).scalar_one() + 1, "episode": episode, "valid": True}
-            added = insert(rounds).values(**row, started_ms=self._store.now()).returning(rounds.c.id)
-            number = connection.execute(added).scalar_one()
-            connection.execute(insert(players), [{"round": number, **asdict(one)} for one in seated])
-            return int(attempt)
+            return self._add(connection, unit, step, seated, episode=episode, valid=True)
+
+    def _add(
+        self, connection: Connection, unit: Unit, step: Step, seated: Sequence[PlayerOutcome], **values: object
+    ) -> int:
+        """Add a round; returns the number of the attempt."""
+        if step.turn is None:
+            raise StudyError(f"step {step.key} is not a round")
+        mine = select(func.count()).select_from(rounds).where(rounds.c.unit == unit.id)
+        attempt = connection.execute(mine.where(rounds.c.step == step.key)).scalar_one() + 1
+        row = {"unit": unit.id, "step": step.key, "attempt": attempt, "block": step.block}
+        row["partner"] = partner_met(step, len(unit.pids))
+        row |= {"map": step.turn.map, "variant_seed": step.turn.variant_seed, "limit_ticks": step.limit_ticks}
+        row |= {"position": connection.execute(mine).scalar_one() + 1, "started_ms": self._store.now(), **values}
+        number = connection.execute(insert(rounds).values(**row).returning(rounds.c.id)).scalar_one()
+        connection.execute(insert(players), [{"round": number, **asdict(one)} for one in seated])
+        return int(attempt)
+
+    def leave_out(self, unit: Unit, step: Step, seated: Sequence[PlayerOutcome]) -> None:
+        """Add a round that cannot be played, once: invalid, without a tick and a recording."""
+        with self._store.database.write() as connection:
+            mine = rounds.c.unit == unit.id
+            episode = f"unplayed-{unit.id}-{connection.execute(select(func.count()).where(mine)).scalar_one() + 1}"
+            if connection.execute(select(rounds.c.id).where(mine, rounds.c.step == step.key)).first():
+                return
+            outcome = asdict(RoundOutcome("error", 0, 0.0, 0.0, 0.0, None))
+            self._add(
+                connection, unit, step, seated, episode=episode, valid=False, ended_ms=self._store.now(), **outcome
+            )
+            record(connection, self._store.now(), "server", "skip-round", step=step.key)
 
     def end(
         self, episode: str, played: RoundOutcome, seated: Sequence[PlayerOutcome] = (), recovered: bool = False

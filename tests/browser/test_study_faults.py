@@ -274,3 +274,27 @@ def test_a_text_that_is_refused_for_good_stays_is_explained_and_is_not_sent_agai
         page.get_by_role("button", name="Finish").click()
         heading(page, "Thank you")
         assert study.answers() == {"why": (-1, "Therefore.")}
+
+
+@pytest.mark.slow
+def test_a_text_of_an_earlier_page_that_was_refused_sends_people_back_to_it(browser: Browser, server: Server) -> None:
+    texts = tuple(QuestionnaireItem(f"why{number}", "text", "Why", f"Why {number}?") for number in range(2))
+    study = FakeStudy.at(fake.questions(Questionnaire(id="free", title="In your words", items=texts)), fake.code())
+    study.refusals["/answer"] = (422, "answer", "why0 takes at most 4000 characters")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        page.get_by_role("button", name="Back").click()  # a form of texts alone opens at its last page
+        page.get_by_role("textbox").fill("Because.")
+        with page.expect_response("**/api/study/answer"):
+            page.get_by_role("button", name="Next").click()
+        study.refusals.clear()
+        expect(page.get_by_role("textbox")).to_have_value("")
+        page.get_by_role("button", name="Finish").click()
+        expect(page.get_by_role("textbox")).to_have_value("Because.")
+        expect(page.get_by_role("alert")).to_contain_text("What you typed stays here")
+        assert violations(page) == []
+        page.get_by_role("textbox").fill("Therefore.")
+        page.get_by_role("button", name="Next").click()
+        page.get_by_role("button", name="Finish").click()
+        heading(page, "Thank you")
+    assert study.answers()["why0"] == (-1, "Therefore.")

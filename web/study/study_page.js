@@ -5,6 +5,7 @@
  */
 
 import { ApiError } from "../core/api.js";
+import { Elapsed } from "../core/elapsed.js";
 import { LiveStream } from "../core/live_stream.js";
 import { saveTokens } from "../wire/seat_tokens.js";
 import { arrivalScreen, recruitmentParameters } from "./arrival.js";
@@ -35,7 +36,7 @@ export class StudyPage {
   #views = [];
   /** @type {LiveStream[]} */
   #streams = [];
-  #newsAtMs = 0;
+  #news = new Elapsed(); // since the newest view came, or was asked for
   #asking = false;
   #askedFor = ""; // key of the round whose card was shown here
   #readyFor = ""; // key of the round for which "I am ready" was said in this tab: another one leaves the game to it
@@ -181,13 +182,13 @@ export class StudyPage {
 
   #tick() {
     const playing = this.#views.some(({ step }) => step.state === "playing");
-    if (performance.now() - this.#newsAtMs > (playing ? POLL_PLAYING_MS : POLL_MS)) void this.#refresh();
+    if (this.#news.ms > (playing ? POLL_PLAYING_MS : POLL_MS)) void this.#refresh();
   }
 
   async #refresh() {
     if (this.#asking || this.#places.length === 0) return;
     this.#asking = true;
-    this.#newsAtMs = performance.now();
+    this.#news.restart();
     try {
       const places = this.#places;
       const views = await this.#persistence.until(() => Promise.all(places.map((place) => place.view())));
@@ -215,7 +216,7 @@ export class StudyPage {
   async #takeAll(views) {
     if (views.length < this.#places.length) return; // the other person's view is still to come
     this.#views = this.#withoutDeclined(views);
-    this.#newsAtMs = performance.now();
+    this.#news.restart();
     if (this.#asksNext) return;
     const [{ language, step }] = this.#views;
     if (step.kind !== "ended-elsewhere") await this.#follow(language); // nobody's page keeps the language that it has
@@ -300,7 +301,7 @@ export class StudyPage {
       pay: this.#pay,
       leaveScreen: cameByLink() ? null : () => this.#leave(""),
       nextCode: bothDone ? () => this.#otherCode() : null,
-      refresh: () => performance.now() - this.#newsAtMs > POLL_PLAYING_MS && void this.#refresh(),
+      refresh: () => this.#news.ms > POLL_PLAYING_MS && void this.#refresh(),
     };
   }
 

@@ -2,6 +2,7 @@
 // Knows the wire and nothing of the game; what it hears goes to the listener.
 
 import { requestJson } from "../core/api.js";
+import { Elapsed } from "../core/elapsed.js";
 import * as wire from "../messages.js";
 import { leaveTokens, loadTokens, saveTokens, takeLeftTokens } from "./seat_tokens.js";
 import { has, say } from "../text/catalogue.js";
@@ -44,7 +45,7 @@ export class Connection {
   #tries = 0;
   #failed = 0;
   #answers = 0;
-  #heardAtMs = 0;
+  #heard = new Elapsed();
   /** @type {wire.Bye | null} */
   #goodbye = null;
   #over = false;
@@ -73,7 +74,7 @@ export class Connection {
     socket.binaryType = "arraybuffer";
     this.#socket = socket;
     this.#goodbye = null;
-    this.#heardAtMs = performance.now();
+    this.#heard.restart();
     socket.onopen = () => socket === this.#socket && this.#join();
     socket.onmessage = (event) => socket === this.#socket && this.#hear(event.data);
     socket.onclose = (event) => socket === this.#socket && this.#closed(event);
@@ -117,7 +118,7 @@ export class Connection {
     clearTimeout(this.#ping);
     this.#ping = setTimeout(
       () => {
-        if (performance.now() - this.#heardAtMs > SILENT_MS) {
+        if (this.#heard.ms > SILENT_MS) {
           this.#lost();
           return;
         }
@@ -131,7 +132,7 @@ export class Connection {
   /** @param {string | ArrayBuffer} data */
   #hear(data) {
     const atMs = performance.now();
-    this.#heardAtMs = atMs;
+    this.#heard.restart();
     if (typeof data === "string") {
       this.#hearText(/** @type {wire.ServerMessage} */ (JSON.parse(data)), atMs);
       return;

@@ -87,7 +87,7 @@ class ParticipantApi:
             if error.code == "code_unknown" and await gate.guesses_too_often(address, "seat"):
                 raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.") from None
             raise ApiError(403, error.code, str(error)) from None
-        return {"token": done.token, "view": await self._views.view(done.session), "replaces": done.replaces}
+        return {"token": done.token, **await self._shown(done.session), "replaces": done.replaces}
 
     async def view(self, request: Request, lang: str = "") -> dict[str, View]:
         session = await self._session(request)
@@ -168,4 +168,7 @@ class ParticipantApi:
             raise ApiError(429, "too_many_requests", "Too many requests from this page; wait a second.", retry_s=1)
 
     async def _shown(self, session: ParticipantSession | None) -> dict[str, View]:
-        return {"view": self._views.elsewhere() if session is None else await self._views.view(session)}
+        if session is None:
+            return {"view": self._views.elsewhere()}
+        await self._actions.skip_unplayable(session)
+        return {"view": await self._views.view(session)}

@@ -24,14 +24,25 @@ class RoomSetup:
         self._letters = letters(study)
         self._splits = {block.id: block.split for block in study.blocks}
         self._pings = {block.id: block.pings == "on" for block in study.blocks}
+        self._unvaried: dict[tuple[str, str, int], str] = {}  # why, by block, map and seed
         # As they are now: rooms in other processes and on other nodes do not know where the study file lies.
         self._own_maps = {name: map_to_json(study.load_map(name)) for name in study.own_maps}
         self._shown = {name: (str(own["name"]), str(own["title"])) for name, own in self._own_maps.items()}
 
-    async def prepare(self, step: Step) -> None:
-        """Make the randomised map of a round ahead, in another process."""
-        if step.turn is not None and step.turn.variant_seed is not None:
-            await self._host.prepare_maps(self.config(step))
+    async def prepare(self, step: Step) -> str:
+        """Make the randomised map of a round ahead, in another process; why it has none, else "". Raises Busy.
+
+        What could not be made is not tried again before the next start.
+        """
+        if step.turn is None or step.turn.variant_seed is None:
+            return ""
+        variant = step.block, step.turn.map, step.turn.variant_seed
+        if variant not in self._unvaried:
+            try:
+                await self._host.prepare_maps(self.config(step))
+            except MapError as error:
+                self._unvaried[variant] = str(error)
+        return self._unvaried.get(variant, "")
 
     def map_of(self, step: Step) -> MapSpec:
         """The map of a round or of the practice, after `prepare`."""

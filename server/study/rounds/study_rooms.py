@@ -66,9 +66,9 @@ class StudyRooms:
 
     # ---- before a round -----------------------------------------------------------------------------------------
 
-    async def prepare(self, step: Step) -> None:
-        """Make the randomised map of a round ahead, in another process."""
-        await self._setup.prepare(step)
+    async def prepare(self, step: Step) -> str:
+        """Make the randomised map of a round ahead, in another process; why it has none, else "". Raises Busy."""
+        return await self._setup.prepare(step)
 
     def map_of(self, step: Step) -> MapSpec:
         """The map of a round or of the practice, after `prepare`."""

@@ -4,6 +4,7 @@ import csv
 import errno
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -49,6 +50,17 @@ def test_the_page_of_rates_says_where_to_annotate(folder: Path, capsys: pytest.C
     said = capsys.readouterr().out
     assert "2 recordings: 2 findings by rules" in said and "open /annotate" in said
     assert "bass@all: does not come when help is needed: n = 2, by rules 1.000" in said
+
+
+def test_what_was_played_again_action_by_action_is_no_second_witness(folder: Path) -> None:
+    one, other = search_failures(folder).recordings
+    assert one.played == other.played != "", "two episodes, played alike"
+    alike, apart = (
+        failures.rates_by_player([one, replace(second, findings=())], {})
+        for second in (other, replace(other, played="x"))
+    )
+    rates = [{(rate.who, rate.case): rate.found for rate in found} for found in (alike, apart)]
+    assert [one["bass@all", "stays_away"] for one in rates] == [(0.5, None, 2), (0.5, 0.5, 2)]
 
 
 def test_people_of_a_rehearsal_are_called_simulated(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

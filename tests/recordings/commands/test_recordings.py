@@ -135,6 +135,12 @@ def test_list_names_what_it_cannot_read_and_goes_on(
     assert "short.mcap is incomplete or damaged" in err
 
 
+def test_an_unreadable_file_is_named_with_its_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "one.mcap").write_bytes(b"x")
+    assert main(["recordings", "list", str(tmp_path)]) == 0
+    assert capsys.readouterr().err == f"movingout: {tmp_path}/one.mcap is not an MCAP file\n"
+
+
 def test_links_that_lead_nowhere_are_named_and_stop_no_command_for_a_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -94,6 +94,22 @@ def test_who_is_ended_in_a_pause_that_began_in_their_absence_is_not_paid_for_it_
     assert row["outcome"] == "dropped-out" and 60_000 / 60 <= row["minutes"] < 60_000 / 60 + 5, "counted once"
 
 
+@pytest.mark.parametrize("ended", ["in the pause", "after it"])
+def test_a_pause_is_paid_whether_who_left_in_it_is_ended_in_it_or_after_it(solo: Served, ended: str) -> None:
+    visitor = solo.visitor().go_to("round")
+    away(solo, visitor, 100)
+    visitor.look()
+    solo.ask("pause")
+    away(solo, visitor, 6_000)
+    if ended == "after it":
+        solo.ask("resume")
+    solo.ask("kick", pid=visitor.pid)
+    row = solo.row(visitor.pid)
+    solo.ask("resume")
+    assert row["outcome"] == ("withdrew" if ended == "after it" else "dropped-out")
+    assert 6_100 / 60 <= row["minutes"] < 6_100 / 60 + 5
+
+
 # ---- over a stop of the server --------------------------------------------------------------------------------------
 
 

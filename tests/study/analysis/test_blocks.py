@@ -1,17 +1,21 @@
 """What the report pools: blocks that ask the same of people, and answers that were given on the same occasion."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from sqlalchemy import update
 
 from movingout.study.analysis.page import page
+from movingout.study.analysis.pings import PingRound
 from movingout.study.analysis.results import Results, collect
 from movingout.study.analysis.tables import (
     metric_comparisons,
     order_effects,
     performance,
     performance_by_map,
+    pings,
+    pings_by_participant,
     rating_comparisons,
     ratings,
 )
@@ -77,6 +81,18 @@ def test_rounds_with_and_without_pings_are_compared_apart(apart: Results) -> Non
         assert {row[0] for row in table.rows} == {"as-red", "as-blue"}
     assert {row[3] for row in compared.rows if row[1] == "TCR ↑"} == {"+0.000"}
     assert [row[1] for row in order_effects(apart).rows].count("TCR ↑") == 0, "constant within each block"
+
+
+def test_pings_are_counted_within_blocks_that_may_be_pooled(apart: Results) -> None:
+    people = [PingRound("P1", "dp", (), block) for block in ("as-red", "as-blue", "as-blue")]
+    found = replace(apart, pings=tuple(people))
+    table, by_participant = pings(found, plain), pings_by_participant(found)
+    assert table.heads[:3] == ("Block", "Partner", "Asked by") and table.words == 3
+    assert [row[:4] for row in table.rows] == [
+        ("as-red", "dp", "participant", "1"),
+        ("as-blue", "dp", "participant", "2"),
+    ]
+    assert [row[:3] for row in by_participant.rows] == [("as-red", "P1", "1"), ("as-blue", "P1", "2")]
 
 
 def test_blocks_that_differ_in_seats_alone_are_pooled(tmp_path: Path) -> None:

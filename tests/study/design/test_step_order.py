@@ -42,6 +42,19 @@ def test_nobody_is_asked_about_a_partner_whom_they_never_met() -> None:
     assert walk(LAST_SOLO_STEP, {BLOCK}, set()) == [step.kind for step in ORDER[after:] if not step.block]
 
 
+def test_a_round_that_cannot_be_played_takes_the_questions_about_it_along() -> None:
+    text = template_text("agent_survey").replace(
+        "    after_partner:", "    after_round: [nasa-tlx]\n    after_partner:"
+    )
+    order = steps(parse_study(text), assign(parse_study(text), 0))
+    first, second, *_, last = [step.key for step in order if step.kind == "round"]
+    about_partner = f"{first.rpartition('/')[0]}/movingout-paper-nine"
+    assert next_step(order, first).key == f"{first}/nasa-tlx"
+    assert next_step(order, first, unplayable=True).key == second
+    assert next_step(order, last, played=[first], unplayable=True).key == about_partner
+    assert next_step(order, last, unplayable=True).key == "debrief", "nobody is asked about whom they never met"
+
+
 def test_a_block_is_over_when_it_has_lasted_as_long_as_it_may() -> None:
     assert blocks_over(STUDY, {BLOCK: LIMIT_MINUTES * 60 - 1}) == frozenset()
     assert blocks_over(STUDY, {BLOCK: LIMIT_MINUTES * 60}) == {BLOCK}
