@@ -9,6 +9,7 @@ import { NO_PILL, pill, remark, showFacts } from "../components/dashboard.js";
 import { ApiError, requestJson } from "../core/api.js";
 import { namedBadge } from "../components/named_badge.js";
 import { byId, el, notice } from "../core/dom.js";
+import { Elapsed } from "../core/elapsed.js";
 import { Alerts } from "./alerts.js";
 import { actor, askForAction, downloadPayments, openNext } from "./dialogs.js";
 import {
@@ -58,7 +59,7 @@ class Dashboard {
   #filter = byId("filter", HTMLSelectElement);
   /** @type {Map<string, Shown>} by pid */
   #shown = new Map();
-  #newsAtMs = 0;
+  #news = new Elapsed(); // since the newest state came
   #alerts = new Alerts(byId("alerts", HTMLElement));
   /** @type {StudyState | null} */
   #state = null;
@@ -88,7 +89,7 @@ class Dashboard {
     this.#filter.append(...GROUPS.map((group) => el("option", { value: group }, say(`experimenter.group.${group}`))));
     this.#filter.addEventListener("change", () => this.#state && this.#showParticipants(this.#state));
     new LiveStream("/api/experimenter/live", this.token, { onNews: (news) => this.#hear(news) }).open();
-    setInterval(() => performance.now() - this.#newsAtMs > STALE_MS && void this.#ask(), 1000);
+    setInterval(() => this.#news.ms > STALE_MS && void this.#ask(), 1000);
   }
 
   async #ask() {
@@ -147,7 +148,7 @@ class Dashboard {
   /** @param {StudyState} state */
   show(state) {
     this.#state = state;
-    this.#newsAtMs = performance.now();
+    this.#news.restart();
     this.#setLost("");
     const title = titleOf(state.study, currentLanguage());
     byId("title", HTMLElement).textContent = title;

@@ -6,6 +6,7 @@
 
 import { actionButton, heading, problemBox } from "../components/action.js";
 import { el } from "../core/dom.js";
+import { Elapsed } from "../core/elapsed.js";
 import { say } from "../text/catalogue.js";
 import { card } from "./screen.js";
 
@@ -20,8 +21,8 @@ const SECOND_MS = 1000;
  * @param {(seconds: number) => void} show
  */
 function everySecond(show) {
-  const start = performance.now();
-  const tick = () => show((performance.now() - start) / 1000);
+  const since = new Elapsed();
+  const tick = () => show(since.ms / SECOND_MS);
   tick();
   const timer = setInterval(tick, SECOND_MS);
   return () => clearInterval(timer);
