@@ -107,10 +107,11 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         label="table:task_1_diversity", kind="table",
         notes=(
             "Means over maps, of equally many episodes of each population; the experts' episodes are those of "
-            "Challenge 2, on variants of the maps. A map of which one population has a single episode is left out.",
+            "Challenge 2, on variants of the maps. A map of which one population has fewer than three episodes is left "
+            "out.",
         ),
         differs="units and kernels are ours, the paper gives none: compare rows; `movingout recordings diversity` "
-        "measures any recordings",
+        "measures any recordings, with means over draws",
         rows=named_rows(**{
             "Moving Out Challenge 1": lambda column: equal_cell("c1", column.measure),
             "Expert dataset": lambda column: equal_cell("c2", column.measure),
