@@ -53,6 +53,19 @@ def test_a_map_with_two_episodes_has_no_variance_and_takes_no_error_away() -> No
     assert diversity_over_maps(paths[:2]) == {}
 
 
+@pytest.mark.parametrize(
+    ("label", "of_matches"),
+    [("table:task_1_diversity", False), ("text:augmentation", True), ("tab:w1_recombination", True)],
+)
+def test_tables_of_diversity_say_what_their_errors_are(
+    label: str, of_matches: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    notes = laid_out(ENTRIES[label], Workspace(budget=BUDGETS["smoke"])).notes
+    assert "Of diversity, ± is the jackknife's standard error over distinct paths" in notes[-1]
+    assert ("± is the standard error over matches or samples; n counts them." in notes) == of_matches
+
+
 def test_the_table_of_diversity_is_of_equally_many() -> None:
     names = {cell.ours.measurement.name for cell in ENTRIES["table:task_1_diversity"].cells()
              if isinstance(cell.ours, MeasuredCell)}  # fmt: skip
