@@ -99,6 +99,14 @@ VARIED_REINFORCED = (
 )
 
 
+RECOMBINED = (
+    "Diversity is that of whole episodes: from a matching stretch on, the partner goes the rest of its way in the other "
+    "episode, as in the paper's example. The paper's method and what agents learn from here (8 ticks) exchange the "
+    "stretch alone. Beside the recorded episodes stand up to four times as many recombined ones, 24 per map at most, "
+    "which share the way of one robot with a recorded one: sets of other sizes are not alike in spread and entropy."
+)
+
+
 _NO_PIECES = EmptyCell("recorded episodes are valid by themselves")
 
 
@@ -229,9 +237,9 @@ _ENTRIES: tuple[PaperEntry, ...] = (
     PaperEntry(
         label="tab:w1_recombination", kind="table",
         differs="single-agent: either end matches, and pieces are put together without the engine (`train --matching "
-        "either-end --confirm no`)",
+        "either-end --confirm no`); diversity: recombined paths go on in the other episode to its end",
         otherwise="",
-        notes=("Each with itself. All three have no pose noise, so that recombination alone differs.",),
+        notes=("Each with itself. All three have no pose noise, so that recombination alone differs.", RECOMBINED),
         rows=named_rows(**{
             "Multi-agent Recombination": recombined("dp-recombined", "both-ends"),
             "Single-agent Recombination": recombined("dp-recombined-single", "either-end"),
@@ -284,7 +292,7 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         }),
     ),
     PaperEntry(
-        label="text:augmentation", kind="sentence",
+        label="text:augmentation", kind="sentence", notes=(RECOMBINED,),
         differs="recombined paths go on in the other episode to its end, as in the paper's example; valid: the engine "
         "plays the piece and ends within 0.06 u",
         rows=named_rows(

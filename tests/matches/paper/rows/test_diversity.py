@@ -9,8 +9,15 @@ import pytest
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell
 from movingout.matches.paper.presentation.layout import laid_out
-from movingout.matches.paper.registry import ENTRIES
-from movingout.matches.paper.rows.diversity import diversity_over_maps, equal_cell, equal_sizes, learned_parts
+from movingout.matches.paper.registry import ENTRIES, RECOMBINED
+from movingout.matches.paper.rows.diversity import (
+    PATHS,
+    PIECES,
+    diversity_over_maps,
+    equal_cell,
+    equal_sizes,
+    learned_parts,
+)
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups
 from tests.agents.learning import recorded, walked
@@ -64,6 +71,12 @@ def test_tables_of_diversity_say_what_their_errors_are(
     notes = laid_out(ENTRIES[label], Workspace(budget=BUDGETS["smoke"])).notes
     assert "Of diversity, ± is the jackknife's standard error over distinct paths" in notes[-1]
     assert ("± is the standard error over matches or samples; n counts them." in notes) == of_matches
+
+
+@pytest.mark.parametrize("label", ["text:augmentation", "tab:w1_recombination"])
+def test_tables_of_recombination_say_which_paths_they_compare(label: str) -> None:
+    assert PIECES == 4 and f"up to four times as many recombined ones, {PATHS} per map at most" in RECOMBINED
+    assert RECOMBINED in ENTRIES[label].notes and "go on in the other episode to its end" in ENTRIES[label].differs
 
 
 def test_the_table_of_diversity_is_of_equally_many() -> None:
