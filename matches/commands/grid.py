@@ -57,8 +57,8 @@ def perform(args: argparse.Namespace) -> int:
     grid = read_grid(path)
     folder: Path = args.out or Path("data/matches") / path.stem
     pool = worker_pool_of(args)
-    for caution in held_out_cautions(grid):
-        print(f"movingout: {caution}", file=sys.stderr)
+    for sentence in held_out_cautions(grid):
+        print(f"movingout: {sentence}", file=sys.stderr)
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)
     if caution := inexact_engine():
