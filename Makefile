@@ -6,7 +6,7 @@ PIP := $(BIN)/pip --disable-pip-version-check install -c constraints.txt
 .PHONY: help play venv test test-slow test-large-downloads check bench agents anywhere format generate site lock wheel clean
 
 help: ## list these commands
-	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "%-23s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 play: .venv/serve ## serve the game and print its links
 	@$(BIN)/movingout play $(ARGS)
@@ -90,5 +90,7 @@ clean: ## remove the environment, caches and what was built (never data/)
 	@touch $@
 
 .venv/node: package.json .venv/bin/python
+	@node -e 'const [main, minor] = process.versions.node.split(".").map(Number); process.exit(main >= 24 || (main === 20 && minor >= 19) || (main === 22 && minor >= 13) ? 0 : 1)' \
+		&& command -v npm > /dev/null || { echo "Node 20.19, 22.13, or 24 and newer, with npm, is needed for the checks of the browser code"; exit 2; }
 	npm install --no-package-lock --no-audit --no-fund --silent
 	@touch $@

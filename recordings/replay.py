@@ -30,7 +30,7 @@ class BrowserReplay(NamedTuple):
 
     summary: dict[str, Any]  # JSON
     frames: npt.NDArray[np.int16]  # (1 + 5 T, 2 + N, 3) of scaled x, y, angle; angles wrap
-    thoughts: list[dict[str, Any]]  # JSON: what agents weighed, in order of ticks
+    decision_traces: list[dict[str, Any]]  # JSON: what agents weighed, in order of ticks
 
 
 def browser_replay(path: Path, position_scale: float, angle_scale: float) -> BrowserReplay:

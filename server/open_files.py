@@ -1,11 +1,13 @@
 """The limit of open files of this process: every socket and every journal is one."""
 
+import contextlib
 from dataclasses import replace
 
 from movingout.server.settings import Limits
 
 BESIDES = 200  # the program's own: modules, databases, pipes to other processes
 MOST = 65_536
+OPEN_MAX = 10_240  # what macOS always allows
 FEWEST = 0.25  # of the limit for connections, where it is so low that the rest would need it all
 WEBSOCKETS = 0.75  # of the connections: pages are to be answered beside them
 
@@ -19,11 +21,23 @@ def raise_open_files(limits: Limits) -> str:
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = MOST if hard == resource.RLIM_INFINITY else min(MOST, hard)
     if soft != resource.RLIM_INFINITY and soft < wanted:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+        wanted = _raised(soft, wanted, hard)
     needed = limits.sockets + limits.connections_per_address + limits.rooms + BESIDES
     if wanted >= needed:
         return ""
     return f"only {wanted} files may be open at once, {needed} may be needed; raise the limit: ulimit -n {needed}"
+
+
+def _raised(soft: int, wanted: int, hard: int) -> int:
+    """The limit after raising it: macOS names no hard limit, but refuses more than it has."""
+    import resource
+
+    for limit in (wanted, OPEN_MAX):
+        with contextlib.suppress(ValueError, OSError):
+            if soft < limit <= wanted:
+                resource.setrlimit(resource.RLIMIT_NOFILE, (limit, hard))
+                return limit
+    return soft
 
 
 def most_connections(limits: Limits) -> int:

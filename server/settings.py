@@ -20,6 +20,7 @@ from movingout.server.network_options import (
     trusts_everybody,
 )
 from movingout.server.options import option
+from movingout.server.processes.message_sockets import has_message_sockets
 from movingout.world.constants import TICK_SECONDS
 
 MOST_WORKERS = 64
@@ -30,7 +31,8 @@ MOST_COUNTDOWN_S = 60.0
 MOST_AT_ONCE = 1_000_000
 LEASE_S = 5.0  # of the rooms of a node
 MOST_PROCESSES = 32  # the last letter of a room's id says which one
-PROCESSES = max(1, min(MOST_PROCESSES, (os.cpu_count() or 1) - 1))  # default of the commands: one per core but one
+SEVERAL_PROCESSES = has_message_sockets()
+PROCESSES = max(1, min(MOST_PROCESSES, (os.cpu_count() or 1) - 1)) if SEVERAL_PROCESSES else 1  # of the commands
 PARTNER = "bass@any"  # without a choice of the operator's
 DATA = Path("data")
 NODES = "nodes"
@@ -45,6 +47,11 @@ def worker_count(text: str) -> int:
 
 def process_count(text: str) -> int:
     """A number of processes for rooms."""
+    if not SEVERAL_PROCESSES and text != "1":
+        raise argparse.ArgumentTypeError(
+            f"only 1 is possible, not {text}: this system lacks the sockets over which processes hand on connections "
+            "(AF_UNIX with SOCK_SEQPACKET); Linux has them"
+        )
     if not text.isdecimal() or not 1 <= int(text) <= MOST_PROCESSES:
         raise argparse.ArgumentTypeError(f"from 1 to {MOST_PROCESSES} processes are possible, not {text}")
     return int(text)

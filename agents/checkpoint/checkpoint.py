@@ -170,6 +170,16 @@ def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
     raise CheckpointError(f"no checkpoint {agent_id!r}{question} there are: {known}{missing_models()}")
 
 
+def card_of(agent_id: str) -> Card | None:
+    """The card of an agent, whatever its options; None without a checkpoint, or with one that cannot be read."""
+    reference = agent_id.strip().partition(":")[0]
+    try:
+        found = _found(reference, *model_roots()) if "@" in reference else None
+    except CheckpointError:
+        return None
+    return found.card if found else None
+
+
 def _found(agent_id: str, *roots: Path) -> Checkpoint | None:
     for folder in checkpoint_folders(*roots):
         if folder.name == folder_name(agent_id):

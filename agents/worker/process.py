@@ -6,6 +6,7 @@ Started by `server.agent_workers.process` with the arguments SOCKET_FD HEARTBEAT
 ends when the socket closes, and when an agent computes more than CORES in threads of its own, which nothing else ends.
 """
 
+import contextlib
 import os
 import resource
 import select
@@ -304,7 +305,8 @@ def limit_memory(most: int = MOST_MEMORY) -> None:
     """An agent that asks for more fails, instead of the machine: a network may compute the size of what it makes."""
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
     most = most if hard == resource.RLIM_INFINITY else min(most, hard)
-    resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
+    with contextlib.suppress(ValueError, OSError):  # a system other than Linux may refuse this limit
+        resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
 def _end_with_parent(parent: int) -> None:

@@ -17,6 +17,7 @@ from movingout.matches.commands.worker_options import add_workers, worker_pool_o
 from movingout.matches.errors import MatchError
 from movingout.matches.execution.lockstep import Lockstep
 from movingout.matches.experiment.grid import Grid, read_grid
+from movingout.matches.experiment.held_out import held_out_cautions
 from movingout.matches.experiment.plan import matches_of, missing_agents, planned_matches
 from movingout.matches.experiment.shipped_grids import grid_path, shipped_grids
 from movingout.matches.report.html_page import write_page
@@ -56,6 +57,8 @@ def perform(args: argparse.Namespace) -> int:
     grid = read_grid(path)
     folder: Path = args.out or Path("data/matches") / path.stem
     pool = worker_pool_of(args)
+    for sentence in held_out_cautions(grid):
+        print(f"movingout: {sentence}", file=sys.stderr)
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)
     if caution := inexact_engine():

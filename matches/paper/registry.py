@@ -99,6 +99,15 @@ VARIED_REINFORCED = (
 )
 
 
+RECOMBINED = (
+    "Diversity is that of whole episodes: from a matching stretch on, the partner goes the rest of its way in the "
+    "other episode, as in the paper's example. The paper's method and what agents learn from here (8 ticks) exchange "
+    "the stretch alone. Beside the recorded episodes stand up to four times as many recombined ones (of all of them 24 "
+    "per map), which share the way of one robot with a recorded one; sets of other sizes are not alike in spread and "
+    "entropy."
+)
+
+
 _NO_PIECES = EmptyCell("recorded episodes are valid by themselves")
 
 
@@ -107,10 +116,11 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         label="table:task_1_diversity", kind="table",
         notes=(
             "Means over maps, of equally many episodes of each population; the experts' episodes are those of "
-            "Challenge 2, on variants of the maps. A map of which one population has a single episode is left out.",
+            "Challenge 2, on variants of the maps. A map of which one population has fewer than three episodes is left "
+            "out.",
         ),
         differs="units and kernels are ours, the paper gives none: compare rows; `movingout recordings diversity` "
-        "measures any recordings",
+        "measures any recordings, with means over draws",
         rows=named_rows(**{
             "Moving Out Challenge 1": lambda column: equal_cell("c1", column.measure),
             "Expert dataset": lambda column: equal_cell("c2", column.measure),
@@ -228,9 +238,9 @@ _ENTRIES: tuple[PaperEntry, ...] = (
     PaperEntry(
         label="tab:w1_recombination", kind="table",
         differs="single-agent: either end matches, and pieces are put together without the engine (`train --matching "
-        "either-end --confirm no`)",
+        "either-end --confirm no`); diversity: recombined paths go on in the other episode to its end",
         otherwise="",
-        notes=("Each with itself. All three have no pose noise, so that recombination alone differs.",),
+        notes=("Each with itself. All three have no pose noise, so that recombination alone differs.", RECOMBINED),
         rows=named_rows(**{
             "Multi-agent Recombination": recombined("dp-recombined", "both-ends"),
             "Single-agent Recombination": recombined("dp-recombined-single", "either-end"),
@@ -283,7 +293,7 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         }),
     ),
     PaperEntry(
-        label="text:augmentation", kind="sentence",
+        label="text:augmentation", kind="sentence", notes=(RECOMBINED,),
         differs="recombined paths go on in the other episode to its end, as in the paper's example; valid: the engine "
         "plays the piece and ends within 0.06 u",
         rows=named_rows(

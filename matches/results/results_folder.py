@@ -12,6 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from movingout.maps.files.data_sync import sync_data
 from movingout.maps.files.file_lock import lock_file
 from movingout.maps.files.output_file import draft_of
 from movingout.matches.errors import MatchError
@@ -169,7 +170,7 @@ class Shard:
             written = os.pwrite(self._file, lines, self._end)
             if written < len(lines):
                 raise OSError(0, "the disk is full")
-            os.fdatasync(self._file)
+            sync_data(self._file)
         except OSError as error:
             os.ftruncate(self._file, self._end)
             raise MatchError(

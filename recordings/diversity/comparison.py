@@ -97,6 +97,14 @@ def over_maps(rows: Sequence[MapDiversity]) -> list[PopulationDiversity]:
     return [_over_maps(name, [measured[one, name] for one in maps]) for name in names]
 
 
+def mean_over_maps(maps: Sequence[tuple[Diversity, Diversity | None]]) -> tuple[Diversity | None, Diversity | None]:
+    """The mean of the values of maps and its standard error, None where one of them has none."""
+    errors = [astuple(error) for _, error in maps if error is not None]
+    squares = np.square(errors).sum(axis=0)
+    of_mean = Diversity(*(np.sqrt(squares) / len(errors)).tolist()) if errors and len(errors) == len(maps) else None
+    return _mean([value for value, _ in maps]), of_mean
+
+
 def _members(group: Sequence[PathEpisode], number: Mapping[int, int]) -> list[int]:
     return [number[id(episode)] for episode in group if id(episode) in number]
 
@@ -131,11 +139,6 @@ def _mean(values: Sequence[Diversity]) -> Diversity | None:
 
 
 def _over_maps(name: str, rows: Sequence[MapDiversity]) -> PopulationDiversity:
-    values = [row.value for row in rows if row.value is not None]
-    errors = [row.error for row in rows if row.error is not None]
-    error = None
-    if errors and len(errors) == len(values):
-        squares = np.square([astuple(one) for one in errors])
-        error = Diversity(*(np.sqrt(squares.sum(axis=0)) / len(errors)).tolist())
+    there = [(row.value, row.error) for row in rows if row.value is not None]
     counts = sum(row.episodes for row in rows), sum(row.distinct for row in rows)
-    return PopulationDiversity(name, len(rows), *counts, _mean(values), error)
+    return PopulationDiversity(name, len(rows), *counts, *mean_over_maps(there))

@@ -21,6 +21,7 @@ from pathlib import Path
 import orjson
 from mcap.writer import Writer
 
+from movingout.maps.files.data_sync import sync_data
 from movingout.maps.files.file_lock import lock_file, unlock_file
 from movingout.maps.files.input_file import open_input
 from movingout.recordings.errors import BusyError, RecordingError, cannot
@@ -208,7 +209,7 @@ class Journal:
                 return
             copy = os.dup(self._descriptor)
         try:
-            os.fdatasync(copy)
+            sync_data(copy)
         except OSError as error:
             raise cannot("sync", self.path, error) from error
         finally:

@@ -29,8 +29,13 @@ COSTS = "agent_costs.json"
 
 def per_worker(workers: int, cores: int | None = None) -> float:
     """The share of a core that the seats of one of so many workers may use, so that the rooms keep theirs."""
-    cores = cores or len(os.sched_getaffinity(0))
+    cores = cores or usable_cores()
     return min(MOST_PER_WORKER, max(0.3, (cores - ROOMS) / max(1, workers)))
+
+
+def usable_cores() -> int:
+    """The cores that this process may use; where the system cannot tell (macOS), all."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class AgentCosts:

@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 
 from movingout.server.processes.channel import ProcessGone
+from movingout.server.processes.message_sockets import message_sockets
 from movingout.server.uvicorn_server import GameServer
 
 log = logging.getLogger(__name__)
@@ -24,7 +25,7 @@ PLAIN, TLS, AGENTS = b"p", b"t", b"a"  # what kind of connection is handed over
 
 def socket_pair() -> tuple[socket.socket, socket.socket]:
     """Two ends that keep the boundaries of messages."""
-    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    ours, theirs = message_sockets()
     ours.setblocking(False)
     theirs.setblocking(False)
     return ours, theirs

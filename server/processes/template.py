@@ -14,6 +14,7 @@ import subprocess
 import sys
 
 from movingout.agents.worker.thread_budget import ONE_THREAD
+from movingout.server.processes.message_sockets import message_sockets
 
 COPIES_S = 60.0  # that the first copy may take: everything is loaded before
 
@@ -28,7 +29,7 @@ class TemplateProcess:
         self._one_at_a_time = asyncio.Lock()
 
     def start(self) -> None:
-        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        ours, theirs = message_sockets()
         with theirs:
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", "movingout.server.processes.template", str(theirs.fileno())],

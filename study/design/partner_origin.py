@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 
 from movingout.agents.catalogue import unseen_maps
-from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
-from movingout.agents.errors import AgentError
+from movingout.agents.checkpoint.checkpoint import card_of
 from movingout.maps.randomize import pair_text, variant_pairs
 from movingout.study.design.definition import Block, Study
 
@@ -24,10 +23,10 @@ def _held_out(study: Study, block: Block) -> Iterator[str]:
     played = {pair_text(pair) for name in block.maps for pair in variant_pairs(study.load_map(name), block.split)}
     silent = []
     for agent in _trained(study, block):
-        learned = find_checkpoint(_reference(agent), *model_roots()).card.learned_items
-        if learned is None:
+        card = card_of(agent)
+        if card is None or card.learned_items is None:
             silent.append(agent)
-        elif known := sorted(played & learned):
+        elif known := sorted(played & card.learned_items):
             yield (
                 f"block {block.id}: {agent} learned from items that its variants hold out: {', '.join(known)}; "
                 "let it learn from variants of split train"
@@ -44,16 +43,4 @@ def _trained(study: Study, block: Block) -> list[str]:
     agents = [study.partner(name).agent for name in block.partners]
     if study.group == 2 and study.pairing.otherwise == "agent":
         agents.append(study.pairing.agent)
-    return [agent for agent in dict.fromkeys(agents) if "@" in _reference(agent) and _is_there(agent)]
-
-
-def _reference(agent: str) -> str:
-    return agent.strip().partition(":")[0]
-
-
-def _is_there(agent: str) -> bool:
-    try:
-        find_checkpoint(_reference(agent), *model_roots())
-    except AgentError:
-        return False
-    return True
+    return [agent for agent in dict.fromkeys(agents) if card_of(agent) is not None]

@@ -12,7 +12,7 @@ from playwright.sync_api import CDPSession, Page, expect
 
 from tests.browser.pages import overflow
 from tests.browser.support import Server, robot, start, wait_for
-from tests.browser.test_thoughts import THOUGHT, think
+from tests.browser.test_decision_trace import TRACE, weigh
 
 OpenPage = Callable[..., Page]
 Box = tuple[float, float, float, float]  # left, top, right, bottom in CSS pixels
@@ -251,7 +251,7 @@ def test_on_a_phone_what_agents_consider_has_a_place_of_its_own(
 ) -> None:
     room = server.make_room("HandOff", red="idle")
     page = open_page("/healthz", script=CUT_OFF, **in_window(window))
-    think(page, THOUGHT)
+    weigh(page, TRACE)
     page.goto(room["watch_path"])
     switch = "#decisions button"
     page.locator(switch).wait_for()

@@ -63,12 +63,12 @@ def test_items_that_lie_in_a_goal_from_the_start_count_as_delivered_before_the_f
 
 def test_what_an_agent_weighed_is_told_beside_the_episode(tmp_path: Path) -> None:
     journal, played = record(tmp_path, ticks=20)
-    summary, _, thoughts = browser_replay(journal, POSITION, ANGLE)
+    summary, _, traces = browser_replay(journal, POSITION, ANGLE)
     assert summary["has_thoughts"] is True
-    assert json.loads(json.dumps(thoughts)) == thoughts
-    assert [thought["tick"] for thought in thoughts] == [d.tick for d in played.decisions if d.detail]
+    assert json.loads(json.dumps(traces)) == traces
+    assert [trace["tick"] for trace in traces] == [d.tick for d in played.decisions if d.detail]
     expected = {"seat": 1, "tick": 1, "chosen": 0, "scores": [0.5], "ways": [[[0.0, 1.0], [0.1, 1.1]]], "moves": []}
-    assert thoughts[0] == {**expected, "robots": [], "guesses": []}
+    assert traces[0] == {**expected, "robots": [], "guesses": []}
 
 
 def test_states_that_cannot_be_simulated_are_interpolated(tmp_path: Path) -> None:

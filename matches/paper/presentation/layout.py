@@ -1,7 +1,7 @@
 """A table as text: the paper's rows and columns, its figure and ours side by side."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import NamedTuple
@@ -13,6 +13,7 @@ from movingout.matches.paper.presentation.group_note import group_notes
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
 from movingout.matches.results.table import COPIES
+from movingout.recordings.diversity.comparison import MEASURES as DIVERSITY
 
 HEADINGS = {
     "tcr": "TCR (↑)", "nfd": "NFD (↑)", "waiting_share": "WT (↓)", "ac": "AC (↑)",
@@ -258,7 +259,17 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
     trainings = {one.between.n for one in found.values() if one is not None and one.between is not None}
     if trainings:
         notes.append(BETWEEN.format(max(trainings)))
-    return [*notes, "± is the standard error over matches or samples; n counts them."]
+    return [*notes, *_about_errors({cell.column.measure for cell in cells})]
+
+
+def _about_errors(measures: Set[str]) -> list[str]:
+    """What ± and n of these measures are."""
+    of_paths = (
+        "Of diversity, ± is the jackknife's standard error over distinct paths, combined over maps; n counts paths."
+    )
+    others = measures - set(DIVERSITY)
+    said = ["± is the standard error over matches or samples; n counts them."] if others or not measures else []
+    return [*said, *([of_paths] if measures - others else [])]
 
 
 def _failures(entry: PaperEntry, space: Workspace) -> list[str]:

@@ -7,7 +7,6 @@ episode. What agents learn from are pieces of a few ticks, of which the share of
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import astuple
 from functools import partial
 from itertools import islice
 
@@ -19,8 +18,8 @@ from movingout.agents.data.diversity import path_of
 from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.imitation import seat_choice
 from movingout.matches.paper.workspace import Measured, Workspace
-from movingout.recordings.diversity.comparison import MEASURES, named
-from movingout.recordings.diversity.measures import Diversity, PathSet
+from movingout.recordings.diversity.comparison import LEAST, mean_over_maps, named
+from movingout.recordings.diversity.measures import PathSet
 from movingout.recordings.groups import read_groups
 from movingout.world.estimates import Estimate
 from movingout.world.state import Floats
@@ -104,20 +103,10 @@ def exchanged(piece: RecombinedPiece) -> Floats:
 
 def diversity_over_maps(paths: Sequence[tuple[str, Floats]], sizes: Mapping[str, int] | None = None) -> Measured:
     """The four measures, averaged over the maps that have enough paths; `sizes`: of so many per map."""
-    sets = [PathSet(group) for group in _by_map(paths, sizes) if len(group) > 1]
-    if not sets:
-        return {}
-    values = np.array([astuple(one.diversity()) for one in sets])
-    errors = [astuple(error) for one in sets if (error := one.standard_errors()) is not None]
-    count = sum(len(one.alike) for one in sets)
-    found = (
-        Diversity(*(np.sqrt(np.square(errors).sum(axis=0)) / len(sets)).tolist()) if len(errors) == len(sets) else None
-    )
-    of_mean = named(found)
-    return {
-        name: Estimate(float(mean), of_mean[name], count)
-        for name, mean in zip(MEASURES, values.mean(axis=0), strict=True)
-    }
+    sets = [PathSet(group) for group in _by_map(paths, sizes) if len(group) >= LEAST]
+    value, error = mean_over_maps([(one.diversity(), one.standard_errors()) for one in sets])
+    of_mean, count = named(error), sum(len(one.alike) for one in sets)
+    return {name: Estimate(mean, of_mean[name], count) for name, mean in named(value).items() if mean is not None}
 
 
 def _by_map(paths: Sequence[tuple[str, Floats]], sizes: Mapping[str, int] | None) -> Iterator[list[Floats]]:

@@ -1,7 +1,7 @@
 """The queue of an agent worker: who is answered when, and together with whom."""
 
-import os
 import re
+import tempfile
 import time
 from collections.abc import Hashable, Sequence
 from typing import ClassVar
@@ -142,8 +142,8 @@ class Keyless(Chorus):
 @pytest.fixture
 def queue() -> DecisionQueue:
     Chorus.sizes.clear()
-    descriptor = os.memfd_create("heartbeat")
-    return DecisionQueue(WorkerHeartbeat(descriptor))
+    with tempfile.TemporaryFile() as file:
+        return DecisionQueue(WorkerHeartbeat(file.fileno()))
 
 
 def _open(queue: DecisionQueue, key: int, agent_id: str) -> None:

@@ -220,7 +220,8 @@ def test_protocols_without_learned_agents_need_nothing_that_is_not_here(name: st
 
 def test_a_protocol_whose_agents_are_not_here_says_how_to_get_them() -> None:
     (sentence,) = [one for one in missing_agents(read_grid(grid_path(Path("challenge-2")))) if "mlp@c2" in one]
-    assert "(to get it: movingout paper tables tab:full_results_in_t2 --evaluation held-out; then " in sentence
+    command = "movingout paper tables tab:full_results_in_t2 --evaluation held-out -o data/paper-held-out"
+    assert f"(to get it: {command}; then " in sentence
 
 
 def test_a_run_shows_itself_as_one_line() -> None:

@@ -3,13 +3,21 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell
 from movingout.matches.paper.presentation.layout import laid_out
-from movingout.matches.paper.registry import ENTRIES
-from movingout.matches.paper.rows.diversity import equal_cell, equal_sizes, learned_parts
+from movingout.matches.paper.registry import ENTRIES, RECOMBINED
+from movingout.matches.paper.rows.diversity import (
+    PATHS,
+    PIECES,
+    diversity_over_maps,
+    equal_cell,
+    equal_sizes,
+    learned_parts,
+)
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups
 from tests.agents.learning import recorded, walked
@@ -40,7 +48,35 @@ def test_single_episodes_have_no_diversity_and_the_table_says_so(
     space.keep(one.name, one.perform(space, 0))
     table = laid_out(ENTRIES["table:task_1_diversity"], space)
     assert [row[1] for row in table.rows] == ["no value", "not measured", "not measured"]
-    assert "A map of which one population has a single episode is left out" in " ".join(table.notes)
+    assert "has fewer than three episodes is left out" in " ".join(table.notes)
+
+
+def test_a_map_with_two_episodes_has_no_variance_and_takes_no_error_away() -> None:
+    random = np.random.default_rng(1)
+    paths = [("one", random.uniform(-1, 1, (20, 4))) for _ in range(6)]
+    alone = diversity_over_maps(paths)
+    assert alone["dtw_variance"].mean > 0.0 and alone["dtw_variance"].stderr is not None
+    assert diversity_over_maps([*paths, *(("two", path) for _, path in paths[:2])]) == alone
+    assert diversity_over_maps(paths[:2]) == {}
+
+
+@pytest.mark.parametrize(
+    ("label", "of_matches"),
+    [("table:task_1_diversity", False), ("text:augmentation", True), ("tab:w1_recombination", True)],
+)
+def test_tables_of_diversity_say_what_their_errors_are(
+    label: str, of_matches: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    notes = laid_out(ENTRIES[label], Workspace(budget=BUDGETS["smoke"])).notes
+    assert "Of diversity, ± is the jackknife's standard error over distinct paths" in notes[-1]
+    assert ("± is the standard error over matches or samples; n counts them." in notes) == of_matches
+
+
+@pytest.mark.parametrize("label", ["text:augmentation", "tab:w1_recombination"])
+def test_tables_of_recombination_say_which_paths_they_compare(label: str) -> None:
+    assert PIECES == 4 and f"up to four times as many recombined ones (of all of them {PATHS} per map)" in RECOMBINED
+    assert RECOMBINED in ENTRIES[label].notes and "go on in the other episode to its end" in ENTRIES[label].differs
 
 
 def test_the_table_of_diversity_is_of_equally_many() -> None:

@@ -11,7 +11,7 @@ from tests.browser.conftest import OpenPage
 from tests.browser.pages import violations
 from tests.browser.support import DESKTOP, PHONE, Server, start, wait_for
 
-THOUGHT = {
+TRACE = {
     "seat": 0,
     "tick": 4,
     "chosen": 1,
@@ -28,10 +28,10 @@ THOUGHT = {
 }
 
 
-def think(page: Page, *thoughts: dict[str, object]) -> None:
+def weigh(page: Page, *traces: dict[str, object]) -> None:
     """The server tells of these decisions whenever the page asks, and that there are any."""
     page.route("**/api/rooms/*", lambda route: route.fulfill(json={"weighs": True}))
-    stream = "retry: 300\n" + "".join(f"data: {json.dumps(thought)}\n\n" for thought in thoughts)
+    stream = "retry: 300\n" + "".join(f"data: {json.dumps(trace)}\n\n" for trace in traces)
     page.route("**/thoughts", lambda route: route.fulfill(content_type="text/event-stream", body=stream))
 
 
@@ -39,14 +39,14 @@ def think(page: Page, *thoughts: dict[str, object]) -> None:
 def test_a_spectator_switches_on_what_an_agent_weighs(server: Server, open_page: OpenPage, pictures: Path) -> None:
     room = server.make_room("HandOff", blue="idle", red="scripted")  # lasts until time is up
     page = open_page(room["watch_path"])
-    think(page, THOUGHT)
+    weigh(page, TRACE)
     box = page.get_by_role("region", name="What agents consider")
     box.get_by_role("button", name="Show options").click()
     rows = box.get_by_role("listitem")
     expect(rows).to_have_count(4)
     expect(rows.first).to_have_text("10.340chosen")  # the rank, the score
     expect(box).to_contain_text("1 has the highest score")
-    page.screenshot(path=pictures / "thoughts.png")
+    page.screenshot(path=pictures / "decision-trace.png")
     assert violations(page) == []
     box.get_by_role("button", name="Hide options").click()
     expect(box.get_by_role("listitem")).to_have_count(0)
@@ -59,7 +59,7 @@ def test_the_switch_stays_under_the_pointer_when_the_round_begins(
 ) -> None:
     room = server.make_room("HandOff", blue="here", red="idle")
     page = open_page(room["watch_path"], viewport=size)
-    think(page, THOUGHT)
+    weigh(page, TRACE)
     expect(page.locator("#ready")).to_be_visible()  # and gone when the round begins
     page.get_by_role("button", name="Show options").hover()
     page.mouse.down()
@@ -108,14 +108,14 @@ def test_players_are_not_offered_to_look_into_their_partner(server: Server, open
 def test_in_a_pause_stays_what_was_weighed_last(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("HandOff", blue="here", red="idle")
     page, blue = open_page(room["watch_path"]), open_page(room["join_path"], room)
-    think(page, THOUGHT)
+    weigh(page, TRACE)
     start(blue)
     page.get_by_role("button", name="Show options").click()
     scores = page.locator("#decisions").get_by_role("listitem")
     expect(scores).to_have_count(4)
     blue.keyboard.press("Escape")
     wait_for(page, "game.phase === 'paused'")
-    think(page)  # nothing any more
+    weigh(page)  # nothing any more
     page.wait_for_timeout(2500)
     expect(scores).to_have_count(4)
     blue.keyboard.press("Space")
