@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import NamedTuple
 
-from movingout.matches.paper.cells import EmptyCell, Found
+from movingout.matches.paper.cells import EmptyCell, Found, MeasuredCell
 from movingout.matches.paper.entry import EntryCell, PaperEntry, RowGrouping, played_cells
+from movingout.matches.paper.pooling import of_the_same_samples
 from movingout.matches.paper.presentation.given_note import given_notes
 from movingout.matches.paper.presentation.group_note import group_notes
 from movingout.matches.paper.published import Figure, PublishedColumn
@@ -259,7 +260,17 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
     trainings = {one.between.n for one in found.values() if one is not None and one.between is not None}
     if trainings:
         notes.append(BETWEEN.format(max(trainings)))
-    return [*notes, *_about_errors({cell.column.measure for cell in cells})]
+    return [*notes, *_about_errors({cell.column.measure for cell in cells}), *_about_moments(cells)]
+
+
+def _about_moments(cells: Sequence[EntryCell]) -> list[str]:
+    """What ± and n are where moments of episodes are measured, of all trainings the same."""
+    pools = [cell.ours.measurement.pool for cell in cells if isinstance(cell.ours, MeasuredCell)]
+    if of_the_same_samples not in pools:
+        return []
+    return [
+        "Of what is measured in moments, ± takes those of an episode together; n counts them once for all trainings."
+    ]
 
 
 def _about_errors(measures: Set[str]) -> list[str]:

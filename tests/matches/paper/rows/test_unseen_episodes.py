@@ -10,6 +10,8 @@ from movingout.agents.catalogue import load_agent
 from movingout.maps import load_map
 from movingout.maps.randomize import randomize
 from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.presentation.layout import laid_out
+from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows import measurements
 from movingout.matches.paper.rows.measurements import accuracy
 from movingout.matches.paper.rows.unseen_episodes import EPISODES, of_others, pairs_in_turn, unseen_episodes
@@ -89,3 +91,12 @@ def test_moments_of_an_episode_count_together_in_an_error(tmp_path: Path, monkey
     found = [cell.measurement.perform(space, training) for training in (0, 1)]
     assert found[0] == {"partner_20": Estimate(0.5, 0.5, 4), "hands": Estimate(1.0, None, 2)}
     assert cell.measurement.pool([one["partner_20"] for one in found]) == Estimate(0.5, 0.5, 4)
+
+
+@pytest.mark.parametrize(("label", "said"), [("tab:next_state_models", True), ("tab:pose_noise_ablation", False)])
+def test_tables_of_accuracies_say_what_their_errors_are(
+    label: str, said: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    notes = laid_out(ENTRIES[label], Workspace(budget=BUDGETS["smoke"])).notes
+    assert any(note.startswith("Of what is measured in moments, ± takes those of an episode") for note in notes) == said
