@@ -120,7 +120,7 @@ def _check_arguments(factory: object, maps: Sequence[str], ticks: object) -> Non
     if not maps:
         raise AgentError("name a map to play on")
     if ticks is not None and (
-        isinstance(ticks, bool) or not isinstance(ticks, Integral) or not 1 <= ticks <= MAX_TICKS
+        isinstance(ticks, bool) or not isinstance(ticks, Integral) or not 1 <= int(ticks) <= MAX_TICKS
     ):
         raise AgentError(f"ticks is a whole number from 1 to {MAX_TICKS}, not {ticks!r:.80}")
 
