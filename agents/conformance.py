@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import zip_longest
+from numbers import Integral
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.world import World
-from movingout.world.constants import LIMIT_TICKS
+from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
 from movingout.world.state import Floats, Ints, WorldState
 
 MAPS = ("HandOff", "FourCorners", "SingleRotation")
@@ -72,13 +73,17 @@ class Conformance:
         return float(np.percentile(self.decisions_ms, 99))
 
 
-def check_agent(factory: Callable[[], Agent], maps: Sequence[str] = MAPS, ticks: int | None = None) -> Conformance:
+def check_agent(
+    factory: Callable[[], Agent], maps: str | Sequence[str] = MAPS, ticks: int | None = None
+) -> Conformance:
     """Play in both seats of each map and check everything that rooms and matches rely on.
 
-    `factory` makes a new agent at each call. Episodes have `ticks`; by default `TICKS`, and then one more on the first
-    map is played to its end, `LIMIT_TICKS`. Raises ConformanceError for the first fault, and AgentError for a map on
-    which there is nothing to play.
+    `factory` makes a new agent at each call. `maps`: names, or a single one. Episodes have `ticks`; by default `TICKS`,
+    and then one more on the first map is played to its end, `LIMIT_TICKS`. Raises ConformanceError for the first fault,
+    and AgentError for other arguments and for a map on which there is nothing to play.
     """
+    maps = [maps] if isinstance(maps, str) else maps
+    _check_arguments(factory, maps, ticks)
     whole, ticks = ticks is None, ticks or TICKS
     for name in maps:
         check_undelivered(load_map(name))
@@ -104,6 +109,20 @@ def check_agent(factory: Callable[[], Agent], maps: Sequence[str] = MAPS, ticks:
         _play(agent, EpisodeInfo(load_map(maps[0]), 0, SEED, LIMIT_TICKS), found, WHOLE_S)
         found.episodes += 1
     return found
+
+
+def _check_arguments(factory: object, maps: Sequence[str], ticks: object) -> None:
+    """Raises AgentError for what is no factory, for no map, and for a wrong number of ticks."""
+    if isinstance(factory, str):
+        raise AgentError(f"give what makes the agent, not its id: check_agent(lambda: load_agent({factory!r}))")
+    if not isinstance(factory, type) and hasattr(factory, "reset") and hasattr(factory, "act"):
+        raise AgentError("give what makes the agent, its class or a function, not an agent that is made already")
+    if not maps:
+        raise AgentError("name a map to play on")
+    if ticks is not None and (
+        isinstance(ticks, bool) or not isinstance(ticks, Integral) or not 1 <= int(ticks) <= MAX_TICKS
+    ):
+        raise AgentError(f"ticks is a whole number from 1 to {MAX_TICKS}, not {ticks!r:.80}")
 
 
 def _made(factory: Callable[[], Agent]) -> Agent:
@@ -181,10 +200,10 @@ def _check_ranges(answer: object, where: str) -> None:
     chunk = np.asarray(answer, dtype=np.float64)
     if np.abs(chunk[:, 0]).max() > 1.0:
         worst = chunk[np.abs(chunk[:, 0]).argmax(), 0]
-        raise ConformanceError(f"{where}: distance {worst:g} in column 0; clip it to -1 to 1")
+        raise ConformanceError(f"{where}: distance {float(worst)!r} in column 0; clip it to -1 to 1")
     if not np.isin(chunk[:, 3], (0.0, 1.0)).all():
         worst = chunk[~np.isin(chunk[:, 3], (0.0, 1.0)), 3][0]
-        raise ConformanceError(f"{where}: grasp toggle {worst:g} in column 3; it is 1 to press and 0 not to")
+        raise ConformanceError(f"{where}: grasp toggle {float(worst)!r} in column 3; it is 1 to press and 0 not to")
 
 
 def _rows(agent: Agent, chunk: ActionChunk, episode: EpisodeInfo) -> int:

@@ -11,7 +11,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from movingout.agents.catalogue import load_agent
 from movingout.agents.map_limits import check_map_seen
 from movingout.maps import load_map
 from movingout.maps.library import is_generated_or_shipped
@@ -23,7 +22,14 @@ from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.execution.lockstep import AGENT_LIMIT_S, Lockstep
 from movingout.matches.execution.recorder import recorded_before, superseded
 from movingout.matches.experiment.grid import Grid, read_grid
-from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed, matches_of, missing_agents, planned_matches
+from movingout.matches.experiment.plan import (
+    PlannedMatch,
+    agent_for_seed,
+    load_for_workers,
+    matches_of,
+    missing_agents,
+    planned_matches,
+)
 from movingout.matches.match import Challenge, Match, MatchResult, check_numbers
 from movingout.matches.results.provenance import named_by, provenance_of
 from movingout.matches.results.results_folder import (
@@ -180,7 +186,7 @@ def play_matches(
     `pool` makes the workers (default: processes of this machine). Raises MovingOutError before anything is played.
     """
     for agent_id in sorted({agent_id for match in matches for agent_id in match.seats}):
-        load_agent(agent_id)
+        load_for_workers(agent_id)
     for match in matches:
         match.world_map()
     check_own_maps(matches)

@@ -15,6 +15,7 @@ from movingout.world.observation import LAYOUTS
 from movingout.world.state import Floats
 
 Singles = npt.NDArray[np.float32]
+MOST_SAID = 300  # letters of what a library says
 GRASPS = ("toggle", "hold")
 ROW = "an action is 4 numbers: distance, cos and sin of the heading, grasp"
 
@@ -109,8 +110,10 @@ class VectorPlayer(ChunkPlayer):
         try:
             answer = run(np.zeros((self._history, size), dtype=np.float32))
         except Exception as error:
-            first = str(error).strip().splitlines()[-1:] or [type(error).__name__]
-            raise AgentError(f"the policy does not take {self.layout} ({size} numbers): {first[0][:300]}") from error
+            lines = str(error).strip().splitlines() or [type(error).__name__]
+            whole = " ".join(" ".join(lines).split())
+            said = whole if len(whole) <= MOST_SAID else lines[-1]  # the end of a traceback of torch
+            raise AgentError(f"the policy does not take {self.layout} ({size} numbers): {said[:MOST_SAID]}") from error
         rows_of(answer)
 
 

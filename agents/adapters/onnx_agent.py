@@ -85,6 +85,11 @@ def _sizes(name: str, shape: Shape, recurrent: bool) -> tuple[int, int]:
     """The numbers of one observation, and how many observations the input takes. Raises AgentError."""
     if len(shape) not in (2, 3):
         raise AgentError(f"the input {name} has shape {shape}; it is to be (batch, D), or (batch, To, D)")
+    if isinstance(shape[0], int) and shape[0] > 2:  # one robot is asked alone, as a batch of one or two
+        raise AgentError(
+            f"the input {name} has shape {shape}, with a batch of {shape[0]}: a robot decides alone, so export it with "
+            "a batch of 1, or leave the batch open"
+        )
     size, steps = shape[-1], 1 if len(shape) == 2 else shape[1]
     if recurrent and not isinstance(steps, int):
         steps = 1  # any number of steps: one at a time, the memory has the others

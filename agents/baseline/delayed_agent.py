@@ -36,6 +36,11 @@ class DelayedAgent:
         """The trace of the decision that was made just now and is played later."""
         return getattr(self.agent, "detail", {})
 
+    @property
+    def deterministic(self) -> bool:
+        """Whether the agent inside answers the same each time."""
+        return bool(getattr(self.agent, "deterministic", True))
+
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode."""
         self._planned: deque[Floats] = deque()

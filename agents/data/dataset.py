@@ -94,9 +94,7 @@ def person(name: str) -> str:
 
 
 def trajectory_of(episode: Episode) -> Trajectory:
-    """A recording as arrays. Raises DataError when it has no tick."""
-    if not episode.ticks:
-        raise DataError(f"recording {episode.header.episode_id} holds no tick; leave it out of the training data")
+    """A recording as arrays."""
     states = episode.states
     return Trajectory(
         map=episode.header.map,
@@ -275,17 +273,18 @@ def recording_files(places: Sequence[Path], suffixes: tuple[str, ...] = (".mcap"
 
 
 def read_trajectories(files: Sequence[Path]) -> list[Trajectory]:
-    """Read recordings but tutorials, which show nobody's usual play.
+    """Read recordings but tutorials, which show nobody's usual play, and those in which nothing was played.
 
-    Raises RecordingError or DataError, naming the file, for one that cannot be used.
+    Raises RecordingError, naming the file, for one that cannot be read.
     """
-    episodes = map(_read, files)
-    return [trajectory_of(episode) for episode in episodes if episode.header.source != "tutorial"]
+    return [one for one in map(read_trajectory, files) if one is not None and one.ticks]
 
 
-def _read(file: Path) -> Episode:
+def read_trajectory(file: Path) -> Trajectory | None:
+    """Read a recording; None for a tutorial. It has no tick where an agent failed at once. Raises RecordingError."""
     with with_folder(file):
-        return read_episode(file)
+        episode = read_episode(file)
+    return None if episode.header.source == "tutorial" else trajectory_of(episode)
 
 
 def data_hash(files: Sequence[Path]) -> str:

@@ -60,6 +60,11 @@ class LateHands:
         """The trace of the agent inside."""
         return getattr(self.agent, "detail", {})
 
+    @property
+    def deterministic(self) -> bool:
+        """Whether the agent inside answers the same each time."""
+        return bool(getattr(self.agent, "deterministic", True))
+
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode."""
         self.agent.reset(episode)

@@ -124,6 +124,9 @@ class TrainingRun(Generic[ConfigT]):
         if data.copies:
             what = f"{len(data.copies)} {'copy' if len(data.copies) == 1 else 'copies'}"
             self.tell(f"movingout: {what} left out, of recordings that are there, too")
+        if data.empty:
+            what = f"{counted(len(data.empty), 'file')} left out"
+            self.tell(f"movingout: {what}, in which nothing was played: {data.empty[0]}")
         if data.learns_from_tests:
             self.tell(
                 "movingout: people of C play in these episodes, who are for tests: who learns from them is measured "

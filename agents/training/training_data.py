@@ -22,7 +22,7 @@ from movingout.agents.data.dataset import (
     data_hash,
     learned_seats,
     person,
-    read_trajectories,
+    read_trajectory,
     recording_files,
     trajectory_samples,
 )
@@ -44,6 +44,7 @@ class TrainingData:
     corrections: list[Correction]
     uncounted: int = 0  # recordings that are left out, because their study does not count them
     copies: list[Path] = field(default_factory=list)  # likewise because they are copies of recordings that are there
+    empty: list[Path] = field(default_factory=list)  # likewise because they have no tick to learn from
 
     @property
     def sha256(self) -> str:
@@ -130,17 +131,18 @@ def read_training_data(places: list[Path], without: Iterable[str] = ()) -> Train
 def _read(file: Path, kept: TrainingData, avoided: Mapping[str, set[str]]) -> list[str]:
     """Add a file to what is kept, unless somebody who is to be avoided plays in it: returns by which of the names."""
     correction = load_correction(file) if file.name.endswith(SUFFIX) else None
-    found = [correction.trajectory] if correction else read_trajectories([file])
-    players = {name for one in found for name in _players(one)}
+    found = correction.trajectory if correction else read_trajectory(file)
+    players = _players(found) if found else frozenset()
     if met := [name for name, calls in avoided.items() if calls & players]:
         return met
-    if not all(one.ticks for one in found):
-        return []  # labels on a map that was delivered from the start
+    if found and not found.ticks:  # an agent failed at once, or labels on a map that was delivered from the start
+        kept.empty.append(file)
+        return []
     kept.files.append(file)
     if correction:
         kept.corrections.append(correction)
-    else:
-        kept.trajectories.extend(found)
+    elif found:
+        kept.trajectories.append(found)
     return []
 
 

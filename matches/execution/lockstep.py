@@ -145,8 +145,15 @@ class Lockstep:
 
     def play(self, matches: Iterable[Match]) -> Iterator[MatchResult]:
         """Yield results as matches end. Raises RecordingError when a recording cannot be written."""
-        waiting = iter(matches)
         playing: list[RunningMatch] = []
+        try:
+            yield from self._play(iter(matches), playing)
+        except BaseException:  # Ctrl-C in a notebook, which keeps what was open then
+            for live in playing:
+                live.abandon()
+            raise
+
+    def _play(self, waiting: Iterator[Match], playing: list[RunningMatch]) -> Iterator[MatchResult]:
         self._cpu_s = time.process_time()
         while True:
             with self._timer.running():

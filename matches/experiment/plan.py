@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from movingout.agents.base import Agent
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.families import group, member, to_try
@@ -52,11 +53,21 @@ def missing_agents(grid: Grid) -> list[str]:
     sentences = []
     for agent_id in sorted(_agent_ids(grid)):
         try:
-            load_agent(agent_id)
+            load_for_workers(agent_id)
         except AgentError as error:
             hint = needs.get(agent_id, "")
             sentences.append(f"{agent_id}: {error}" + (f" (to get it: {hint})" if hint else ""))
     return sentences
+
+
+def load_for_workers(agent_id: str) -> Agent:
+    """An agent that worker processes can make, too. Raises AgentError."""
+    if "__main__:" in agent_id:
+        raise AgentError(
+            "worker processes do not have what this script or notebook defines; give the class itself to play(), "
+            "or put it into a file of its own"
+        )
+    return load_agent(agent_id)
 
 
 def agent_for_seed(agent_id: str, seed: int, other: bool = False) -> str:

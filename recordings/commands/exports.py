@@ -14,9 +14,11 @@ from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import SPLIT_BY, obtained
 from movingout.recordings.exports.trajectories import VIEWS
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
-from movingout.recordings.storage.listing import is_tutorial
+from movingout.recordings.storage.listing import is_tutorial, read_summary
 from movingout.recordings.storage.study_rounds import counted_recordings
 from movingout.world.observation import LAYOUTS
+
+LEARNED = ("lerobot", "robomimic", "official")  # formats of which an episode without a tick is no part
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -57,7 +59,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def perform(args: argparse.Namespace) -> int:
     if args.images and args.to != "lerobot":
         raise RecordingError(f"--images is for --to lerobot; {args.to} has no images")
-    recordings, left_out = _chosen(expanded(args.paths), args.paths)
+    recordings, left_out = _chosen(expanded(args.paths), args.paths, played=args.to in LEARNED)
     if left_out:
         print(f"left out {', '.join(left_out)}; name a file to export it all the same")
     plan = ExportPlan(
@@ -82,12 +84,28 @@ def perform(args: argparse.Namespace) -> int:
     return 0
 
 
-def _chosen(found: Sequence[Path], named: Collection[Path]) -> tuple[list[Path], list[str]]:
-    """What is exported of the files found, and words for the rest: only of folders, never a file that is named."""
+def _chosen(found: Sequence[Path], named: Collection[Path], played: bool) -> tuple[list[Path], list[str]]:
+    """What is exported of the files found, and words for the rest: only of folders, never a file that is named.
+
+    `played` leaves out those without a tick, which nobody learns from.
+    """
     counting = set(counted_recordings([path for path in found if path not in named])).union(named)
     valid = [path for path in found if path in counting]
     finished = [path for path in valid if path in named or not path.name.endswith(JOURNAL_SUFFIX)]
-    chosen = [path for path in finished if path in named or not is_tutorial(path)]
-    numbers = {"unfinished recording": len(valid) - len(finished), "tutorial recording": len(finished) - len(chosen)}
+    shown = [path for path in finished if path in named or not is_tutorial(path)]
+    chosen = [path for path in shown if not played or path in named or _has_tick(path)]
+    numbers = {
+        "unfinished recording": len(valid) - len(finished),
+        "tutorial recording": len(finished) - len(shown),
+        "empty recording": len(shown) - len(chosen),
+    }
     words = [counted(number, what) for what, number in numbers.items() if number]
     return chosen, words + left_out_words(len(found) - len(valid), 0)
+
+
+def _has_tick(path: Path) -> bool:
+    """False where an agent failed at once; True for what cannot be read, which the export names."""
+    try:
+        return read_summary(path).ticks > 0
+    except RecordingError:
+        return True

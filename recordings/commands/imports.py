@@ -18,6 +18,7 @@ from movingout.recordings.imports.participants import read_participants, with_pa
 from movingout.recordings.imports.sources import find, read, without_copies
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.terminal import printable
+from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
 
 PUBLIC_SALT = "movingout"
 GUESSED = "whoever guesses a name can check it by its pseudonym; import with a secret --salt, into a new folder"
@@ -52,6 +53,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="FILE.csv",
         help="who played, where the files do not say it: trajectory_id,blue,red",
     )
+    parser.add_argument(
+        "--limit-ticks",
+        type=positive,
+        default=LIMIT_TICKS,
+        metavar="N",
+        help="after how many ticks an episode was out of time, where the file does not say it (default: %(default)s)",
+    )
     parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1, help="processes (default: all cores)")
     add_json(parser)
     parser.set_defaults(perform=perform)
@@ -68,7 +76,11 @@ def perform(args: argparse.Namespace) -> int:
     if args.salt == PUBLIC_SALT and any(names_people(source, args.kind) for source in sources):
         print(f"movingout: {GUESSED}", file=sys.stderr)
     known = known_plays(folder, maps_of(sources), args.workers)
-    convert = partial(import_source, folder=folder, salt=args.salt, kind=args.kind, known=known)
+    if args.limit_ticks > MAX_TICKS:
+        raise RecordingError(f"--limit-ticks is at most {MAX_TICKS}")
+    convert = partial(
+        import_source, folder=folder, salt=args.salt, kind=args.kind, known=known, limit_ticks=args.limit_ticks
+    )
     reports = list(map_in_processes(convert, sources, args.workers, "importing"))
     if args.json:
         trajectories = [report.to_json() for report in reports]
@@ -112,9 +124,20 @@ def _page(reports: Sequence[ImportReport], folder: Path, copies: int) -> list[st
         f"  positions outside the arena: {sum(r.outside for r in made)}",
         f"  last tick: {sum(r.last_tick == 'simulated' for r in made)} simulated, "
         f"{sum(r.last_tick == 'left out' for r in made)} left out",
+        *_stopped(new),
         *([f"  ! {nameless} name no participants: {NAMELESS}"] if nameless else []),
         *_drifting(made),
     ]
+
+
+def _stopped(new: Sequence[ImportReport]) -> list[str]:
+    """What reports leave out of their averages, which may be short limits of time."""
+    stopped = [report.limit_ticks for report in new if report.outcome == "stopped" and not report.outcome_known]
+    if not stopped:
+        return []
+    limit = " or ".join(str(ticks) for ticks in sorted(set(stopped)))
+    said = "their limit was shorter? Import them into a new folder with --limit-ticks"
+    return [f"  ! {len(stopped)} ended undelivered before {limit} ticks, and are left out of averages: {said}"]
 
 
 def _drifting(made: Sequence[ImportReport]) -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from movingout.maps.library import is_generated_or_shipped
+from movingout.maps.randomize import SPLITS
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.hdf5_file import hdf5_file
 from movingout.recordings.exports.plan import ExportPlan
@@ -19,6 +20,7 @@ from movingout.recordings.exports.trajectories import ExportedTrajectory, action
 SUFFIXES = ("", ".hdf5", ".h5")
 OBSERVATION = "flat"  # the one low-dimensional modality, by the name that robomimic gives it in Gym environments
 ENVIRONMENT = "movingout.agents.environment:MovingOut-v1"  # also without `import movingout`
+Task = tuple[str, str]  # a map and the split of its variants, "" for the map as designed
 GYM = 2  # robomimic's number of this kind of environment
 
 
@@ -27,7 +29,7 @@ def write(plan: ExportPlan) -> None:
     if plan.target.suffix not in SUFFIXES:
         raise RecordingError(f"{plan.target.name}: a robomimic file ends in .hdf5")
     names: dict[str, list[str]] = {"train": [], "valid": []}
-    total = 0
+    total, played = 0, Counter[Task]()
     with new_target(plan.target) as path, hdf5_file(path) as file:
         data = file.create_group("data")
         make = partial(all_trajectories, view=plan.view, layout=plan.layout)
@@ -37,10 +39,11 @@ def write(plan: ExportPlan) -> None:
                 _write_demo(data.create_group(name), trajectory)
                 names["train" if trajectory.split == TRAIN else "valid"].append(name)
                 total += len(trajectory.actions)
+                played[_task(trajectory)] += 1
         if not total:
             raise RecordingError("no ticks in these recordings, so there is nothing to train on")
         data.attrs["total"] = total
-        data.attrs["env_args"] = json.dumps(_environment(plan))
+        data.attrs["env_args"] = json.dumps(_environment(plan, played))
         for mask, demos in names.items():
             if demos:
                 file.create_dataset(f"mask/{mask}", data=np.array(demos, dtype="S"))
@@ -63,7 +66,13 @@ def _write_demo(group: Any, trajectory: ExportedTrajectory) -> None:
         group.create_dataset(name, data=values, compression="gzip")
 
 
-def _environment(plan: ExportPlan) -> dict[str, Any]:
+def _task(trajectory: ExportedTrajectory) -> Task:
+    """What was played: a variant is of the split that its name says, as `challenge2-train-7`."""
+    parts = trajectory.variant.split("-")
+    return trajectory.map, parts[1] if parts[0] == "challenge2" and parts[1] in SPLITS else trajectory.variant
+
+
+def _environment(plan: ExportPlan, played: Counter[Task]) -> dict[str, Any]:
     """What robomimic keeps about the environment: its name for Gymnasium and the arguments that make it.
 
     With both actions in one, which no seat can play, there is no such environment.
@@ -71,20 +80,25 @@ def _environment(plan: ExportPlan) -> dict[str, Any]:
     about = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view)}
     if plan.view == "joint":
         return {"env_name": "moving_out", "type": GYM, "env_kwargs": {}, "movingout": about}
-    arguments = {"map": _most_played(plan), "partner": "scripted", "seat": "blue", "layout": plan.layout}
+    name, split = _most_played(played)
+    arguments = {"map": name, "partner": "scripted", "seat": "blue", "layout": plan.layout}
+    if split in SPLITS:
+        arguments["split"] = split
     return {"env_name": ENVIRONMENT, "type": GYM, "env_kwargs": arguments, "movingout": about}
 
 
-def _most_played(plan: ExportPlan) -> str:
-    """The map of most recordings that comes with the project; else that of most, with a warning.
+def _most_played(played: Counter[Task]) -> Task:
+    """What most demonstrations show. Warns of others among them, and of a map of one's own: its name finds no file."""
+    ((task, number),) = played.most_common(1)
+    name, split = task
+    if not is_generated_or_shipped(name):
+        _warn(f"env_args name {name}, which is a map of your own: put the path of its file there before rollouts")
+    drawn = split in SPLITS
+    if others := played.total() - (number if drawn or not split else 0):
+        what = f"variants of {name} ({split})" if drawn else f"{name} as designed"
+        _warn(f"env_args name {what}, but {others} of {played.total()} demos are of another map or other variants")
+    return task
 
-    A map of one's own is not found by its name.
-    """
-    played = Counter(players.map for players in plan.players)
-    known = [name for name, _ in played.most_common() if is_generated_or_shipped(name)]
-    if known:
-        return known[0]
-    own: str = played.most_common(1)[0][0]
-    sentence = f"env_args name {own}, which is a map of your own: put the path of its file there before rollouts"
+
+def _warn(sentence: str) -> None:
     warnings.warn(sentence, RuntimeWarning, stacklevel=2)
-    return own

@@ -30,6 +30,8 @@ class ExportedTrajectory:
     seat: int
     task: str  # one line
     split: str
+    map: str  # its name
+    variant: str  # of Challenge 2, empty on a map as designed
     observations: Singles  # (T + 1, D)
     actions: Singles  # (T, 4) or (T, 8): blue's, then red's
     rewards: Singles  # (T,) the paper's dense reward, of the seat or of both together
@@ -49,7 +51,7 @@ def trajectories(episode: Episode, split: str, view: str, layout: str) -> Iterat
     rewards = _rewards(episode)
     dones = np.array([all(tick.delivered) for tick in episode.ticks])
     task = f"{episode.header.map.title}: {episode.header.map.description}"
-    common = (task, split)
+    common = (task, split, episode.header.map.name, episode.header.map.variant)
     episode_id = episode.header.episode_id
     if view == "joint":
         both = actions.reshape(len(actions), 8)

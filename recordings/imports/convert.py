@@ -56,6 +56,9 @@ class ImportReport:
     idle_presses: int = 0  # without any effect
     unpressed_changes: int = 0  # holds that changed without a press
     inferred_holds: int = 0  # robot-states whose item was not named
+    outcome: str = ""
+    outcome_known: bool = False  # the file says it; else delivered, time or stopped, by the states and the limit
+    limit_ticks: int = 0
     last_tick: str = ""  # "recorded", "simulated" or "left out"
     drift: float = 0.0  # largest distance between recorded and re-simulated positions
     drift_tick: int = -1  # first tick that differs by more than 1e-9, -1 for none
@@ -65,14 +68,20 @@ class ImportReport:
 
 
 def import_source(
-    source: TrajectoryFile, folder: Path, salt: str, kind: str = "", known: KnownPlays | None = None
+    source: TrajectoryFile,
+    folder: Path,
+    salt: str,
+    kind: str = "",
+    known: KnownPlays | None = None,
+    limit_ticks: int = LIMIT_TICKS,
 ) -> ImportReport:
     """Write one trajectory into `folder`. Never raises for what is in it: the report says why it was refused.
 
     `kind` is who played, "human" or "agent"; without it what the file says, or its shape suggests. What is `known`
-    (`known_plays`) is not written again.
+    (`known_plays`) is not written again. `limit_ticks`: after how many ticks an episode was out of time, where the file
+    does not say it.
     """
-    source = _played_by(source, kind)
+    source = _limited(_played_by(source, kind), limit_ticks)
     try:
         return _import(source, folder, salt, known or {})
     except RecordingError as error:
@@ -114,7 +123,8 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
     path = folder / f"{header.episode_id}{SUFFIX}"
     there = _made_before(path, known.get(_digest(spec, steps, before)))
     unchanged = _known(there, source, path) if there else ""
-    path = there or _written(source, folder, header, states, actions)
+    outcome = _outcome(source, delivered_items(spec, states[-1].item_poses).tolist(), len(actions))
+    path = there or _written(source, folder, header, states, actions, outcome)
     return ImportReport(
         *_origin(source),
         map=spec.name,
@@ -124,6 +134,9 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
         differences=tuple(differences),
         participants_known=bool(source.blue and source.red),
         **_checks(states, actions, steps),
+        outcome=outcome,
+        outcome_known=source.outcome is not None,
+        limit_ticks=source.limit_ticks,
         last_tick=last,
         drift=drift,
         drift_tick=drift_tick,
@@ -215,7 +228,12 @@ def _known(path: Path, source: TrajectoryFile, own: Path) -> str:
 
 
 def _written(
-    source: TrajectoryFile, folder: Path, header: EpisodeHeader, states: list[WorldState], actions: Floats
+    source: TrajectoryFile,
+    folder: Path,
+    header: EpisodeHeader,
+    states: list[WorldState],
+    actions: Floats,
+    outcome: Outcome,
 ) -> Path:
     spec, started, kinds = header.map, header.started_ns, _kinds(source)
     remove_left(folder / f"{header.episode_id}{JOURNAL_SUFFIX}")
@@ -228,7 +246,7 @@ def _written(
             writer.event(event)
         writer.tick(TickRecord(action, kinds, (-1, -1), after, now, 0.0))
         delivered = now
-    return finalise(writer.close(_outcome(delivered, len(actions))))
+    return finalise(writer.close(outcome))
 
 
 def _header(source: TrajectoryFile, salt: str, spec: MapSpec) -> EpisodeHeader:
@@ -238,7 +256,7 @@ def _header(source: TrajectoryFile, salt: str, spec: MapSpec) -> EpisodeHeader:
         episode_id=f"import-{spec.name}-{source.id}",
         map=spec,
         seed=0,
-        limit_ticks=LIMIT_TICKS,
+        limit_ticks=source.limit_ticks,
         seats=(blue, red),
         started_ns=_started(source),
         source="import",
@@ -249,6 +267,10 @@ def _header(source: TrajectoryFile, salt: str, spec: MapSpec) -> EpisodeHeader:
 
 def _played_by(source: TrajectoryFile, kind: str) -> TrajectoryFile:
     return replace(source, kinds=(kind, kind)) if kind else source
+
+
+def _limited(source: TrajectoryFile, limit_ticks: int) -> TrajectoryFile:
+    return source if source.limit_ticks else replace(source, limit_ticks=limit_ticks)
 
 
 def _kinds(source: TrajectoryFile) -> tuple[SeatKind, SeatKind]:
@@ -283,7 +305,10 @@ def _events(before: WorldState, after: WorldState, was: tuple[bool, ...], now: t
     return found
 
 
-def _outcome(delivered: tuple[bool, ...], ticks: int) -> Outcome:
+def _outcome(source: TrajectoryFile, delivered: list[bool], ticks: int) -> Outcome:
+    """How it ended, as the states show it or the file says; the last action may have been left out."""
     if all(delivered):
         return "delivered"
-    return "time" if ticks >= LIMIT_TICKS - 1 else "stopped"
+    if source.outcome not in (None, "delivered"):
+        return source.outcome
+    return "time" if ticks >= source.limit_ticks - 1 else "stopped"

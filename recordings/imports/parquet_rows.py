@@ -8,7 +8,10 @@ from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.records import MOST_PER_BYTE
 
-COLUMNS = ("map_name", "steps_data", "blue", "red", "trajectory_id", "blue_kind", "red_kind", "simulated")
+COLUMNS = (
+    *("map_name", "steps_data", "blue", "red", "trajectory_id"),
+    *("blue_kind", "red_kind", "simulated", "outcome", "limit_ticks"),
+)
 """What `sources` takes of a row; others are not read."""
 ALWAYS_POSSIBLE = 1 << 30  # decompressed bytes; more has to have a file of some size
 _BYTES_PER_VALUE = 64  # of Python, for a number in a list and its share of what holds it

@@ -8,11 +8,13 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
+from movingout.recordings.episode import Outcome
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.reader import read_bytes
 from movingout.recordings.imports.parquet_rows import parquet_rows
+from movingout.world.constants import MAX_TICKS
 
 SUFFIXES = (".json", ".jsonl", ".parquet")
 Shape = Literal["recorder", "evaluator", "dataset"]
@@ -34,6 +36,8 @@ class TrajectoryFile:
     trajectory_id: str = ""  # of a row that has one
     kinds: tuple[str, str] = ("", "")  # of blue and red where the file says them, as our own exports do
     simulated: bool = False  # by programs that took part in a rehearsal, as our own exports say
+    outcome: Outcome | None = None  # where the file says it, as our own exports do
+    limit_ticks: int = 0  # likewise; 0 where it does not
 
     @property
     def id(self) -> str:
@@ -105,9 +109,9 @@ def _episodes(file: Path, document: Any) -> Iterator[TrajectoryFile]:
     episodes = document if isinstance(document[0], list) else [document]
     for number, steps in enumerate(episodes):
         place = f"episode {number}"
-        if not isinstance(steps, list) or not steps or not all(_is_step(step) for step in steps):
+        if not isinstance(steps, list) or not all(_is_step(step) for step in steps):
             raise RecordingError(f"{file.name}, {place}: each step needs 'id', 'states' and 'action'")
-        first = steps[0]
+        first = steps[0] if steps else {"id": ""}  # one without a step is refused by itself
         blue, red = str(first.get("blue_name") or ""), str(first.get("red_name") or "")
         evaluated = {blue, red} == {"model_1", "model_2"}
         yield TrajectoryFile(
@@ -139,7 +143,14 @@ def _row(file: Path, number: int, row: Any) -> TrajectoryFile:
         trajectory_id=str(row["trajectory_id"]) if row.get("trajectory_id") is not None else "",  # 0 is one
         kinds=(str(row.get("blue_kind") or ""), str(row.get("red_kind") or "")),
         simulated=row.get("simulated") == "yes",
+        outcome=row["outcome"] if row.get("outcome") in get_args(Outcome) else None,
+        limit_ticks=_limit(row.get("limit_ticks")),
     )
+
+
+def _limit(value: Any) -> int:
+    """The longest that an episode could last [ticks], 0 where a row does not say it."""
+    return value if type(value) is int and 1 <= value <= MAX_TICKS else 0
 
 
 def _is_row(value: Any) -> bool:

@@ -84,7 +84,9 @@ def _loaded(steps: Any) -> Any:
 
 
 def _listed(steps: Any) -> list[Any]:
-    if not isinstance(steps, list) or not 1 <= len(steps) <= MAX_STEPS:
+    if isinstance(steps, list) and not steps:
+        raise RecordingError("it has no step: nothing was played")
+    if not isinstance(steps, list) or len(steps) > MAX_STEPS:
         raise RecordingError(f"a list of 1 to {MAX_STEPS} steps is needed")
     for number, row in enumerate(steps):
         if not isinstance(row, list | tuple) or len(row) != 3:

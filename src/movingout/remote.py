@@ -139,15 +139,23 @@ class Client:
         self._send_row()
 
     async def play(self, agent: "Agent", seed: int = 0) -> RoundResult:
-        """Let an agent play a round: `reset`, then `act` for each state, in a thread of its own."""
+        """Let an agent play a round, in a thread of its own: `reset`, then `act` whenever its last chunk is used up.
+
+        As in matches, these are all its rows, or as many as the agent's `execute_rows` says.
+        """
         if isinstance(agent, str | type) or not (hasattr(agent, "reset") and hasattr(agent, "act")):
             raise RemoteError(f"an agent is an object with reset() and act(), as of load_agent(…), not {agent!r:.80}")
-        started = False
+        from movingout.agents.action_chunk import checked_chunk, rows_to_execute
+
+        started, due = False, 0
         async for observation in self.observations():
             if not started:
                 await asyncio.to_thread(agent.reset, self._seated.episode(seed))
                 started = True
-            self.act(await asyncio.to_thread(agent.act, observation))
+            if observation.tick >= due:
+                chunk = await asyncio.to_thread(agent.act, observation)
+                self.act(chunk)
+                due = self._seated.tick + rows_to_execute(agent, checked_chunk(chunk))
         assert self.result is not None
         return self.result
 

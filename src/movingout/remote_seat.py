@@ -34,6 +34,11 @@ class RemoteSeat:
         self._seq = self._grabs = self._tick = self._epoch = 0
         self._silent = False  # nothing was sent for the newest state
 
+    @property
+    def tick(self) -> int:
+        """The newest tick that was received."""
+        return self._tick
+
     def begin(self, message: Mapping[str, Any]) -> None:
         """A round is coming: the server's message of type `round`."""
         self.map, self.limit_ticks = map_from_json(message["map"]), message["limit_ticks"]

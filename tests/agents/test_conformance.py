@@ -4,7 +4,7 @@ import json
 import random
 from collections.abc import Callable, Hashable, Sequence
 from itertools import count
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.catalogue import agent_cards, load_agent
 from movingout.agents.conformance import Conformance, ConformanceError
+from movingout.maps import MovingOutError
 from movingout.server.cli import main
 from tests.agents.support import HERE, Forward
 
@@ -145,6 +146,8 @@ ONE = Forward()
         (_answers(np.nan, 1.0, 0.0, 0.0), "tick 0: an action chunk must hold finite numbers"),
         (_answers(0.5, 0.0, 0.0, 0.0), "cosine and sine of the heading, never both 0"),
         (_answers(1.5, 1.0, 0.0, 0.0), "distance 1.5 in column 0; clip it to -1 to 1"),
+        (_answers(1.0000001, 1.0, 0.0, 0.0), "distance 1.0000001 in column 0"),
+        (_answers(1.0, 1.0, 0.0, 0.99999999), "grasp toggle 0.99999999 in column 3"),
         (_answers(1.0, 1.0, 0.0, 0.7), "grasp toggle 0.7 in column 3; it is 1 to press and 0 not to"),
         (Writing, "act changed the observation's arrays; copy them before you write"),
         (Forgetful, "decision 1 is another after another reset, .* should forget the last episode"),
@@ -164,6 +167,26 @@ def test_a_broken_agent_is_told_what_is_wrong_and_what_would_be_right(
     with pytest.raises(ConformanceError, match=sentence) as raised:
         check_agent(factory, ticks=FEW_TICKS)
     assert isinstance(raised.value, AssertionError)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("scripted",), r"not its id: check_agent\(lambda: load_agent\('scripted'\)\)"),
+        ((ONE,), "its class or a function, not an agent that is made already"),
+        ((Forward, []), "name a map to play on"),
+        ((Forward, "H"), "unknown map 'H'"),
+        *(((Forward, "HandOff", ticks), "ticks is a whole number from 1 to 36000") for ticks in (-3, 0, 2.5, True)),
+    ],
+)
+def test_other_arguments_are_refused_in_a_sentence(arguments: tuple[Any, ...], sentence: str) -> None:
+    with pytest.raises(MovingOutError, match=sentence) as raised:
+        check_agent(*arguments)
+    assert not isinstance(raised.value, ConformanceError)
+
+
+def test_a_single_map_is_one() -> None:
+    assert check_agent(Forward, "HandOff", ticks=2).episodes == 10
 
 
 class Late(Forward):

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map, map_to_json
 from movingout.matches import MatchError, MatchResult, open_run, play, run_grid
@@ -272,6 +273,20 @@ def test_a_full_disk_is_said_and_keeps_what_is_finished(tmp_path: Path) -> None:
 def test_an_agent_that_is_missing_is_said_before_anything_is_played(tmp_path: Path) -> None:
     grid = small_grid(agents=[{"agent": "dp@nowhere", "needs": "train it"}, "idle"])
     with pytest.raises(MatchError, match=r"needs agents that are not here: dp@nowhere: .*\(to get it: train it\)"):
+        run_grid(grid, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("agent", ["__main__:Mine", "late:agent=__main__:Mine", "__main__:Mine:lag=2"])
+def test_a_class_of_the_notebook_is_refused_by_its_name_before_anything_is_played(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, agent: str
+) -> None:
+    """It was found here and not in the workers: every match failed."""
+    monkeypatch.setattr(sys.modules["__main__"], "Mine", lambda: load_agent("idle"), raising=False)
+    with pytest.raises(AgentError, match="give the class itself to play"):
+        play(agent, "idle", "HandOff", ticks=2)
+    grid = Grid.model_validate({"name": "x", "agents": [agent], "maps": ["HandOff"], "seeds": 1})
+    with pytest.raises(MatchError, match="or put it into a file of its own"):
         run_grid(grid, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

@@ -9,14 +9,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import to_builtins
 from websockets.asyncio.server import ServerConnection, serve
 
 from movingout import remote, remote_seat
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.catalogue import load_agent
+from movingout.maps import load_map
+from movingout.maps.json_format import map_to_json
 from movingout.remote import Client, RemoteError
 from movingout.server import messages as m
+from movingout.server.frames import FRAME_FIELDS, Input
 from movingout.world.metrics import METRICS
 from tests.server.live import Live
+from tests.server.support import make_bundle
 
 
 def test_importing_the_client_loads_no_numbers_and_no_world() -> None:
@@ -59,6 +65,47 @@ def test_a_message_that_cannot_be_read_ends_the_wait_of_a_program(said: str | by
 
     with pytest.raises(RemoteError, match="cannot read what the server says: "):
         asyncio.run(asyncio.wait_for(played(), 20))
+
+
+class InChunks:
+    """Stands still for three ticks and presses in the fourth."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        self.asked: list[int] = []
+
+    def act(self, observation: Observation) -> ActionChunk:
+        self.asked.append(observation.tick)
+        return np.array([[0.0, 1.0, 0.0, row == 3] for row in range(4)])
+
+
+def test_an_agent_is_asked_again_when_the_rows_of_its_chunk_are_played() -> None:
+    """It was asked at every state, so that no row but the first was ever played."""
+    pressed: list[int] = []
+
+    async def speak(socket: ServerConnection) -> None:
+        seats = [{"seat": 0, "token": "t"}]
+        await socket.send(json.dumps({"type": "welcome", "seats": seats, "frames": to_builtins(FRAME_FIELDS)}))
+        the_map = map_to_json(load_map("Simple"))
+        await socket.send(json.dumps({"type": "round", "map": the_map, "limit_ticks": 16, "epoch": 1}))
+        await socket.recv()  # join
+        await socket.recv()  # ready
+        poses = np.zeros((5, 2 + len(load_map("Simple").items), 3))
+        for tick in range(1, 17):
+            await socket.send(make_bundle(epoch=1, tick=tick, poses=poses).encode())
+            pressed.append(Input.decode(await socket.recv()).grabs)  # type: ignore[arg-type]
+        await socket.send(json.dumps({"type": "result", "outcome": "time", "ticks": 16, "recording": ""}))
+        await socket.wait_closed()
+
+    async def played(agent: InChunks) -> None:
+        async with serve(speak, "127.0.0.1", 0, subprotocols=["movingout.v1"]) as server:  # type: ignore[list-item]
+            port = next(iter(server.sockets)).getsockname()[1]
+            async with Client(f"http://127.0.0.1:{port}", "x") as client:
+                await client.play(agent)
+
+    agent = InChunks()
+    asyncio.run(asyncio.wait_for(played(agent), 20))
+    assert len(agent.asked) >= 2 and all(later - earlier >= 4 for earlier, later in pairwise(agent.asked))
+    assert max(pressed) >= 2
 
 
 @pytest.mark.slow

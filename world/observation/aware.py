@@ -65,6 +65,7 @@ class AwareEncoder(ArrayEncoder):
 
     def __init__(self, map_spec: MapSpec) -> None:
         """Raises WorldError for a map that does not fit into the layout."""
+        WITH_MAP.slots.check(map_spec, AWARE_LAYOUT)
         self.map = map_spec
         self._base = Encoder(map_spec, WITH_MAP)
         self._bulk = np.array([[item.scale, math.log1p(item.mass) / 4] for item in map_spec.items]).reshape(-1, 2)

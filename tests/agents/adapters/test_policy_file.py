@@ -11,6 +11,7 @@ import pytest
 import torch
 from onnx import TensorProto, helper, numpy_helper
 
+from movingout.agents.adapters.chunk_player import VectorPlayer
 from movingout.agents.adapters.layout_choice import LAYOUT_KEY
 from movingout.agents.adapters.option_files import file_fingerprint
 from movingout.agents.base import Agent, EpisodeInfo
@@ -161,6 +162,29 @@ def test_a_torchscript_file_plays_in_the_layout_that_it_or_the_user_names(tmp_pa
         load_agent(f"torchscript:path={plain}")
     with pytest.raises(AgentError, match=r"does not take official-v1 \(121 numbers\): .*121"):
         load_agent(f"torchscript:path={plain},layout=official-v1")
+
+
+@pytest.mark.parametrize("history", [0, 2])
+def test_a_file_with_the_batch_of_its_training_says_so(tmp_path: Path, history: int) -> None:
+    """It said "Please fix either the inputs/outputs or the model" and nothing else."""
+    file = onnx_file(tmp_path / "p.onnx", 121, history=history, batch=8)
+    with pytest.raises(AgentError, match=r"the input obs has shape \[8, .*121\], with a batch of 8: .* a batch of 1"):
+        load_agent(f"onnx:path={file}")
+
+
+class Refusing(VectorPlayer):
+    said = ""
+
+    def _infer(self, seen: Any) -> Any:
+        raise RuntimeError(self.said)
+
+
+def test_all_that_a_library_says_is_given_and_of_a_long_traceback_its_end() -> None:
+    agent = Refusing("official-v1", 1, 0, "toggle")
+    for said, told in (("Got: 2\n index: 0\n Fix it.\n", "Got: 2 index: 0 Fix it."), ("x\n" * 200 + "end", "end")):
+        agent.said = said
+        with pytest.raises(AgentError, match=rf"does not take official-v1 \(121 numbers\): {told}$"):
+            agent._try(agent._infer)
 
 
 class Aimless(torch.nn.Module):

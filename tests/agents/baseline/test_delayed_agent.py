@@ -8,6 +8,7 @@ from movingout.agents.baseline.delayed_agent import DelayedAgent
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.observation.seat_observation import observe, start_state
+from movingout.agents.partners.late_hands import LateHands
 from movingout.maps import load_map
 
 THE_MAP = load_map("HandOff")
@@ -16,6 +17,8 @@ EPISODE = EpisodeInfo(THE_MAP, 0, 0, 100)
 
 class _Counting:
     """Says the tick it was asked for, in every row."""
+
+    deterministic = True
 
     def __init__(self, rows: int) -> None:
         self.rows = rows
@@ -49,6 +52,14 @@ def test_any_agent_takes_the_option_lag() -> None:
     agent = load_agent("scripted:seed=3,lag=1")
     assert isinstance(agent, DelayedAgent) and agent.lag == 1
     assert not isinstance(load_agent("scripted:lag=0"), DelayedAgent)
+
+
+def test_an_agent_that_is_not_deterministic_is_none_behind_lag_or_late_hands() -> None:
+    """It passed `agents check` alone and failed with a lag."""
+    inner = _Counting(1)
+    assert DelayedAgent(inner, 1).deterministic and LateHands(inner).deterministic
+    inner.deterministic = False
+    assert not DelayedAgent(inner, 1).deterministic and not LateHands(inner).deterministic
 
 
 @pytest.mark.parametrize("lag", ["-1", "11", "1.5", "much", "true"])

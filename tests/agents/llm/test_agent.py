@@ -69,7 +69,7 @@ def test_it_keeps_the_contract(server: StandIn) -> None:
     found = check_agent(lambda: load_agent(f"llm:model=m,url={server.url}"), ["HandOff"], 15)
     assert found.episodes == 6 and not found.deterministic
     found = check_agent(lambda: load_agent(f"llm:model=m,url={server.url},wait=yes,lag=1"), ["HandOff"], 8)
-    assert found.episodes == 10
+    assert found.episodes == 6 and not found.deterministic
 
 
 def test_slow_answers_hold_up_no_decision(server: StandIn) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from movingout.agents.data.corrections import save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
+from movingout.agents.data.dataset import read_trajectories
 from movingout.agents.data.demonstrations import EpisodeJob, label_all, write_all
 from movingout.agents.errors import DataError
 from movingout.agents.partners.families import group
@@ -61,6 +62,15 @@ def test_a_recording_that_is_there_twice_is_learned_from_once(tmp_path: Path) ->
         ["one.mcap", "two.mcap"],
         [tmp_path / "b" / "renamed.mcap"],
     )
+
+
+def test_a_recording_in_which_nothing_was_played_is_left_out(tmp_path: Path) -> None:
+    """One match whose agent failed at once blocked a training."""
+    empty = recorded(tmp_path, "empty", ticks=0, outcome="error")
+    one = recorded(tmp_path, "one", ticks=4)
+    data = read_training_data([tmp_path])
+    assert (data.files, data.empty, len(data.trajectories)) == ([one], [empty], 1)
+    assert len(read_trajectories([empty, one])) == 1
 
 
 def test_partners_of_a_list_are_left_out_of_demonstrations(tmp_path: Path) -> None:

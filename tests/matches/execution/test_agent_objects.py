@@ -133,3 +133,22 @@ def test_a_fault_is_told_with_its_place_and_what_is_no_agent_before_anything_is_
     ):
         with pytest.raises(MatchError, match=sentence):
             play(wrong, "idle", ticks=3)  # type: ignore[arg-type]
+
+
+class Stopped(Counting):
+    """Somebody presses Ctrl-C in its first episode."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        if self.episodes == 1 and observation.tick == 2:
+            raise KeyboardInterrupt
+        return super().act(observation)
+
+
+def test_after_ctrl_c_the_same_can_be_played_and_recorded_again(tmp_path: Path) -> None:
+    """A notebook keeps the traceback, and with it the journal, which was locked until the kernel was restarted."""
+    agent = Stopped()
+    with pytest.raises(KeyboardInterrupt) as kept:
+        play(agent, "idle", "HandOff", ticks=5, record=tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    (result,) = play(agent, "idle", "HandOff", ticks=5, record=tmp_path)
+    assert result.ticks == 5 and kept.tb is not None

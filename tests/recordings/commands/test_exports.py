@@ -47,6 +47,18 @@ def test_journals_are_left_out_unless_they_are_named(tmp_path: Path, capsys: pyt
     assert "left out" not in told and "wrote 1 recording to" in told
 
 
+@pytest.mark.parametrize(("to", "number"), [("official", 1), ("csv", 2)])
+def test_recordings_without_a_tick_are_no_demonstrations(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], to: str, number: int
+) -> None:
+    """The card of a data set counted them."""
+    finalise(record(tmp_path / "in", 3, episode_id="good")[0])
+    finalise(record(tmp_path / "in", 0, "error", episode_id="empty")[0])
+    assert main(["recordings", "export", str(tmp_path / "in"), "--to", to, "-o", str(tmp_path / "out")]) == 0
+    assert ("left out 1 empty recording" in capsys.readouterr().out) == (number == 1)
+    assert f"| episodes | {number}: " in (tmp_path / "out" / "README.md").read_text()
+
+
 def test_episodes_that_are_equal_are_not_divided_between_training_and_test(tmp_path: Path) -> None:
     """As four of the same pair of agents in which nothing is drawn: a test on what was learned by heart."""
     place = tmp_path / "recordings"

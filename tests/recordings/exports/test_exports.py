@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
-from movingout.maps import load_map, map_to_json
+from movingout.maps import load_map
 from movingout.maps.extras import MissingExtraError
 from movingout.recordings import Episode, RecordingError, SeatInfo, finalise, read_episode
 from movingout.recordings.exports import FORMATS, export
@@ -138,6 +138,7 @@ def test_the_tables_say_what_their_split_keeps_apart(
 # ---- training formats --------------------------------------------------------------------------------------
 
 
+@pytest.mark.filterwarnings("ignore:env_args name AdaptiveAssist")
 def test_robomimic_demos_pair_what_was_seen_with_what_was_done(
     recordings: list[Path], episode: Episode, tmp_path: Path
 ) -> None:
@@ -161,24 +162,6 @@ def test_robomimic_demos_pair_what_was_seen_with_what_was_done(
     assert masks["train"] | masks["valid"] == set(demos)
     assert masks["valid"] in ({"demo_0", "demo_1"}, {"demo_2", "demo_3"}), "both seats of an episode go together"
     np.testing.assert_allclose(to_world(expected)[:, 0], episode.actions[:, 1, 0], atol=1e-6)
-
-
-@pytest.mark.parametrize("name", ["generated:awareness:20000", "HandOff:mirror"])
-def test_robomimic_names_the_map_that_was_played(name: str, tmp_path: Path) -> None:
-    """It named HandOff for generated maps."""
-    file = finalise(record(tmp_path, ticks=3, map_name=name)[0])
-    with h5py.File(made("robomimic", [file], tmp_path / "demos.hdf5")) as demos:
-        assert json.loads(demos["data"].attrs["env_args"])["env_kwargs"]["map"] == name
-
-
-def test_robomimic_warns_of_a_map_of_ones_own(tmp_path: Path) -> None:
-    own = tmp_path / "own.json"
-    own.write_text(json.dumps(map_to_json(load_map("HandOff")) | {"name": "Own"}))
-    file = finalise(record(tmp_path, ticks=3, map_name=str(own))[0])
-    with pytest.warns(RuntimeWarning, match="env_args name Own, which is a map of your own: put the path of its file"):
-        path = made("robomimic", [file], tmp_path / "demos.hdf5")
-    with h5py.File(path) as demos:
-        assert json.loads(demos["data"].attrs["env_args"])["env_kwargs"]["map"] == "Own"
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)

@@ -317,7 +317,7 @@ def test_a_fault_is_named_with_its_step_and_nothing_is_written(
         ("x.json", b"{", "not JSON"),
         ("x.json", b"{}", "a list of episodes is needed"),
         ("x.json", b"[]", "a list of episodes is needed"),
-        ("x.json", b"[[]]", "each step needs"),
+        ("x.json", b"[[{}]]", "each step needs"),
         ("x.json", b"\xff\xfe", "not text"),
         ("x.jsonl", b'{"map_name": "HandOff"}', "row 0: 'map_name' and 'steps_data' are needed"),
         ("x.parquet", b"PAR1", "not a readable Parquet file"),
@@ -348,6 +348,15 @@ def test_one_malformed_trajectory_does_not_stop_the_others(
     assert main(["recordings", "import", str(recorder.parent), *options]) == 1
     out = capsys.readouterr().out
     assert "1 of 4 trajectories imported" in out and out.count("refused: rows.json") == 3
+
+
+def test_an_episode_without_a_step_does_not_stop_the_others(
+    recorder: Path, episode: Episode, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(recorder, [[], recorder_steps(episode)])
+    assert main(["recordings", "import", str(recorder), "--out", str(tmp_path / "in"), "--workers", "1"]) == 1
+    out = capsys.readouterr().out
+    assert "1 of 2 trajectories imported" in out and "episode 0: it has no step: nothing was played" in out
 
 
 def test_the_command_imports_what_it_can_and_says_what_it_cannot(

@@ -40,6 +40,42 @@ def test_an_exported_folder_comes_back_once_with_the_kinds(
     assert {tick.sources for tick in episode.ticks} == {("human", "agent")}
 
 
+def imported_again(tmp_path: Path, *options: str) -> list[str]:
+    """The command that imports the export of one recording that ran out of time after eight ticks of eight."""
+    recording, _ = record(tmp_path, ticks=8, map_name="LeftRight", limit_ticks=8)
+    export("official", ExportPlan([finalise(recording)], tmp_path / "out"))
+    return ["recordings", "import", *options, "--out", str(tmp_path / "in"), "--workers", "1"]
+
+
+@pytest.mark.parametrize("shape", ["dataset.jsonl", "dataset.parquet"])
+def test_an_episode_out_of_time_comes_back_as_one(tmp_path: Path, shape: str) -> None:
+    """It was "stopped", which reports leave out: averages were those of successes alone."""
+    command = imported_again(tmp_path, str(tmp_path / "out" / shape))
+    rows = [json.loads(line) for line in (tmp_path / "out" / "dataset.jsonl").read_text().splitlines()]
+    pq.write_table(pa.Table.from_pylist(rows), tmp_path / "out" / "dataset.parquet")
+    assert main(command) == 0
+    episode = read_episode(next((tmp_path / "in").glob("*.mcap")))
+    assert (episode.outcome, episode.header.limit_ticks) == ("time", 8)
+
+
+@pytest.mark.parametrize(("limit", "outcome"), [("8", "time"), ("500", "stopped")])
+def test_where_a_file_does_not_say_its_limit_an_option_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], limit: str, outcome: str
+) -> None:
+    assert main([*imported_again(tmp_path, str(tmp_path / "out" / "recorder")), "--limit-ticks", limit]) == 0
+    said = "1 ended undelivered before 500 ticks, and are left out of averages" in capsys.readouterr().out
+    episode = read_episode(next((tmp_path / "in").glob("*.mcap")))
+    assert (episode.outcome, episode.header.limit_ticks, said) == (outcome, int(limit), outcome == "stopped")
+
+
+def test_an_episode_without_a_tick_is_not_exported(exported: Path, tmp_path: Path) -> None:
+    """It was `[[]]`, which the import refused with all the others."""
+    empty, _ = record(tmp_path, ticks=0, outcome="error", episode_id="empty", map_name="LeftRight")
+    files = [*tmp_path.glob("*.mcap"), finalise(empty)]
+    export("official", ExportPlan(files, tmp_path / "both"))
+    assert [file.name for file in (tmp_path / "both" / "recorder").iterdir()] == ["LeftRight_first.json"]
+
+
 @pytest.mark.parametrize("shape", ["recorder", "dataset.jsonl", "evaluator.json"])
 def test_beside_the_recording_that_it_was_made_from_nothing_is_imported(
     exported: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], shape: str

@@ -1,5 +1,7 @@
 """The layout of a learned policy's observation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -49,6 +51,14 @@ def test_the_aware_layout_says_who_holds_what_and_which_way_the_goal_is() -> Non
     assert np.allclose(rows[0][item + 4 : item + 6], trajectory.item_poses[0, 2, :2] - own)
     assert np.allclose(rows[0][169:171], trajectory.robot_poses[0, 1, :2] - own)
     assert rows[0][173 + 15 * len(the_map.items) :].tolist() == [0.0] * 15 * (7 - len(the_map.items))
+
+
+def test_a_map_with_too_many_goals_is_refused_in_the_layouts_own_name() -> None:
+    """It was refused in that of map-v1, which nobody had chosen."""
+    the_map = load_map("HandOff")
+    crowded = replace(the_map, goals=the_map.goals * 5)
+    with pytest.raises(WorldError, match="the layout aware-v1 has 4 slots for goals; HandOff has "):
+        encoder(crowded, "aware-v1")
 
 
 def test_an_unknown_layout_is_answered_with_those_that_exist() -> None:
