@@ -8,7 +8,7 @@ from starlette.routing import WebSocketRoute
 from starlette.types import Lifespan
 
 from movingout.server.api import agent_debug, pages, routes
-from movingout.server.api.middleware import BodyLimit, HeadOfPages, KnownHosts, SecureHeaders
+from movingout.server.api.middleware import BodyLimit, HeadOfPages, InPieces, KnownHosts, SecureHeaders
 from movingout.server.api.request_limit import RequestLimit
 from movingout.server.connection.asgi import App
 from movingout.server.host import Host
@@ -41,6 +41,7 @@ def assemble(host: PublicHost, endpoint: App, lifespan: Lifespan[FastAPI], *firs
     app.mount("/static", pages.StaticModules())
     app.router.routes.append(WebSocketRoute("/ws", endpoint))
     app.router.routes.append(WebSocketRoute("/ws/{room}", endpoint))
+    app.add_middleware(InPieces)
     app.add_middleware(HeadOfPages)
     app.add_middleware(BodyLimit, limit=host.settings.limits.body_bytes)
     app.add_middleware(RequestLimit, admission=host.admission)

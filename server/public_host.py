@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import itertools
 import logging
 import shutil
 import time
@@ -30,7 +31,7 @@ from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.prepared_maps import PreparedMaps, Variant
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_notices import NOBODY_HERE
-from movingout.server.rooms.room_view import PlayedRound, RoomView
+from movingout.server.rooms.room_view import PlayedRound, RoomView, end_if_left, left_state, longest_left
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import hash_token, new_token, token_matches
@@ -39,7 +40,7 @@ from movingout.server.settings import Settings
 log = logging.getLogger(__name__)
 
 DRAIN_LOOK_S = 0.2
-LEFT_BEHIND_S = 60.0  # a room that was empty for so long may give way to another one of the same address
+ROOMS_AT_ONCE = 20  # that are asked about between two ticks
 Given = ParamSpec("Given")
 Found = TypeVar("Found")
 
@@ -267,24 +268,42 @@ class PublicHost(ABC):
     async def _has_place(self, address: str, elsewhere: RoomCount) -> bool:
         """Whether the rooms that an address has leave one for the last of those that are being opened."""
         limits, new = self.settings.limits, self.admission.being_opened(address)
-        opened = [state for room in self.admission.rooms_of(address) if (state := await self._left_state(room))]
+        opened = await self._left_states(self.admission.rooms_of(address))
         unjoined = sum(not was_joined for _, was_joined, _ in opened)
         if new + unjoined + elsewhere.unjoined > limits.unjoined_rooms_per_address:
             return False
         over = new + len(opened) + elsewhere.open - limits.open_rooms_per_address
         in_return = min(max(over, 0), new)  # those for the ones before may be closed only after this has asked
-        left = sorted((state for state in opened if state[0] >= LEFT_BEHIND_S), reverse=True)[:in_return]
+        left = longest_left(opened)
         if len(left) < in_return:
             return False
-        for _, _, room in left:
-            with contextlib.suppress(NoRoom):
-                await self.close_room(room, m.CLOSE_ROOM_OVER, NOBODY_HERE)
+        for room in left:
+            if in_return and await self._close_if_left(room):
+                in_return -= 1
+        return not in_return
+
+    async def _left_states(self, rooms: Collection[str]) -> list[tuple[float, bool, str]]:
+        """What `_left_state` says of each room that is still there."""
+        waiting = iter(rooms)
+        found: list[tuple[float, bool, str] | None] = []
+        while some := list(itertools.islice(waiting, ROOMS_AT_ONCE)):
+            found += await asyncio.gather(*map(self._left_state, some))
+        return [state for state in found if state is not None]
+
+    async def _close_if_left(self, room_id: str) -> bool:
+        """Close a room, unless somebody has come since it was asked; whether it is gone."""
+        try:
+            if not await self.ask(room_id, end_if_left):
+                return False
+            await self.close_room(room_id, m.CLOSE_ROOM_OVER, NOBODY_HERE)
+        except NoRoom:
+            pass
         return True
 
     async def _left_state(self, room_id: str) -> tuple[float, bool, str] | None:
         """For how long a room is empty, whether it was joined or is watched now, and its id; None when it is gone."""
         try:
-            return await self.ask(room_id, _left_state)
+            return await self.ask(room_id, left_state)
         except NoRoom:
             return None
 
@@ -310,11 +329,9 @@ class PublicHost(ABC):
         if self.refusal(for_operator).code != "rooms_in_use":
             return  # there is place, or a server that ends opens none
         opened = [room for _, rooms in self.admission.rooms_by_owner().values() for room in rooms]
-        found = [state for room in opened if (state := await self._left_state(room))]
-        empty_s, _, room_id = max(found, default=(0.0, False, ""))
-        if empty_s >= LEFT_BEHIND_S:
-            with contextlib.suppress(NoRoom):
-                await self.close_room(room_id, m.CLOSE_ROOM_OVER, NOBODY_HERE)
+        for room in longest_left(await self._left_states(opened)):
+            if await self._close_if_left(room):
+                return
 
     def faults(self) -> list[str]:
         """What does not work and will not by itself, in English."""
@@ -370,8 +387,3 @@ class PublicHost(ABC):
             await self._prepare(wanted, address)
         except MovingOutError as error:  # the room asks for what it misses when its round comes
             log.warning("a map of a series was not varied ahead: %s", error)
-
-
-def _left_state(room: Room) -> tuple[float, bool, str]:
-    joined = room.was_joined or bool(room.seating.clients)
-    return room.empty_s(time.monotonic()), joined, room.id

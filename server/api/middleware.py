@@ -1,4 +1,4 @@
-"""Security headers of every response, and the limit on the size of request bodies."""
+"""Of every response: security headers, and pieces sent one by one; the limit on the size of request bodies."""
 
 import logging
 import re
@@ -61,6 +61,30 @@ class SecureHeaders:
 
 
 HSTS = (b"strict-transport-security", b"max-age=31536000")
+
+
+PIECE_BYTES = 16 * 1024
+
+
+class InPieces:
+    """ASGI middleware: hands a long body on in pieces, each when the connection has taken the one before.
+
+    Of one long piece TLS would encrypt everything at once, and nobody would hear that its reader takes nothing.
+    """
+
+    def __init__(self, app: App) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
+        async def send_in_pieces(message: Message) -> None:
+            body = message.get("body", b"")
+            for end in range(PIECE_BYTES, len(body), PIECE_BYTES):
+                await send({**message, "body": body[end - PIECE_BYTES : end], "more_body": True})
+            if len(body) > PIECE_BYTES:
+                message = {**message, "body": body[(len(body) - 1) // PIECE_BYTES * PIECE_BYTES :]}
+            await send(message)
+
+        await self._app(scope, receive, send_in_pieces if scope["type"] == "http" else send)
 
 
 class HeadOfPages:

@@ -29,6 +29,7 @@ log = logging.getLogger(__name__)
 Parsed = TypeVar("Parsed")
 Said = TypeVar("Said")
 Kept = Callable[[], Awaitable[None]]
+STATES_S = 0.2  # from one whole state that a client asks for to the next
 KEPT_S = 2.0  # that a welcome waits for: with a disk that hangs people play on
 
 LOCKED = Notice("locked", "Too many wrong keys from your address; wait a minute.")
@@ -65,6 +66,8 @@ class ClientConnection:
         self._seats = 0
         self._confirmed = False
         self._bucket = TokenBucket(self._limits.messages_per_s, self._limits.message_burst, time.monotonic())
+        self._next_state_at = 0.0
+        self._state_due: asyncio.TimerHandle | None = None
         self._closing: CloseConnection | None = None  # raised in a callback, where nothing catches it
         self.client = SendQueue(wire.write, self._wake.set)
 
@@ -111,6 +114,8 @@ class ClientConnection:
         listener.cancel()
         await asyncio.gather(sender, listener, return_exceptions=True)
         self._wire.stop_listening()
+        if self._state_due is not None:
+            self._state_due.cancel()
         if closing.code == 0 or self.client.blocked_since or self.client.lost:
             self._wire.abort()
             return
@@ -189,7 +194,22 @@ class ClientConnection:
         self._count_message(now)
         self._confirm()
         message = _parse(_decode_control, text)
-        self._attempt(control_messages.handle, message, now)
+        if isinstance(message, m.Keyframe):
+            self._ask_state(now)
+        else:
+            self._attempt(control_messages.handle, message, now)
+
+    def _ask_state(self, now: float) -> None:
+        """The whole state, now or as soon as the last one is old enough; who asks again meanwhile is answered by it."""
+        if self._state_due is None and now >= self._next_state_at:
+            self._tell_state()
+        elif self._state_due is None:
+            self._state_due = asyncio.get_running_loop().call_later(self._next_state_at - now, self._tell_state)
+
+    def _tell_state(self) -> None:
+        now = time.monotonic()
+        self._state_due, self._next_state_at = None, now + STATES_S
+        self._attempt(control_messages.handle, m.Keyframe(), now)
 
     def _attempt(self, request: Callable[[Room, SendQueue, Said, float], None], said: Said, now: float) -> None:
         if self._room is None:

@@ -24,6 +24,7 @@ CONTROL_BURST = 50.0
 MOST_FRAGMENTS = 8  # of one message; ours are never cut
 AFTER_CLOSE_BYTES = 16 * 1024
 LEAST_READ_PER_S = 1000  # bytes of an answer, on average
+TLS_WAITING_BYTES = 16 * 1024  # encrypted, before more is held back; by default half a megabyte
 GOODBYE_S = 10.0  # for a client to hang up, as long as Uvicorn waits for the answer to its close frame
 FINAL_TEXT = 0x81
 FINAL_BINARY = 0x82
@@ -75,6 +76,8 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
 
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
             super().connection_made(transport)
+            if transport.get_extra_info("ssl_object") is not None:
+                transport.set_write_buffer_limits(TLS_WAITING_BYTES)
             counted = self.counted_for is not None
             self._address = self.counted_for or (self.client[0] if self.client else "")
             if counted or connections.opened(self._address):

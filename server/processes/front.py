@@ -29,7 +29,7 @@ from movingout.server.processes.homes import home_of
 from movingout.server.processes.room_link import RoomLink
 from movingout.server.processes.room_process import Start
 from movingout.server.processes.template import TemplateProcess
-from movingout.server.public_host import AgentUse, Found, Given, PublicHost
+from movingout.server.public_host import ROOMS_AT_ONCE, AgentUse, Found, Given, PublicHost
 from movingout.server.room_host import warm_up
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.prepared_maps import PreparedMaps, Variant
@@ -44,7 +44,6 @@ from movingout.server.status import process_report, server_report
 log = logging.getLogger(__name__)
 
 START_S = 90.0
-ROOMS_AT_ONCE = 20  # that a process is asked about between two ticks
 TRIES = 2  # of a call whose process ends meanwhile
 
 

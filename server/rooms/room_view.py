@@ -1,4 +1,4 @@
-"""What a study sees of a room, and does to it, wherever the room is: functions and values that can be sent there.
+"""What others see of a room, and do to it, wherever the room is: functions and values that can be sent there.
 
 `PublicHost.ask(room_id, work)` does such work in the process of the room.
 """
@@ -11,8 +11,11 @@ from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
 from movingout.server.notices import Notice
 from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_notices import NOBODY_HERE
 from movingout.server.rooms.seat import Seat
 from movingout.server.security.tokens import Hash
+
+LEFT_BEHIND_S = 60.0  # a room that was empty for so long may give way to another one
 
 
 class SeatStatus(NamedTuple):
@@ -148,3 +151,22 @@ def give_keys(room: Room, keys: Mapping[int, Hash]) -> RoomView:
     for seat, key in keys.items():
         room.seats[seat].key = key
     return room_view(room)
+
+
+def left_state(room: Room) -> tuple[float, bool, str]:
+    """For how long a room is empty, whether it was joined or is watched now, and its id."""
+    joined = room.was_joined or bool(room.seating.clients)
+    return room.empty_s(time.monotonic()), joined, room.id
+
+
+def longest_left(states: list[tuple[float, bool, str]]) -> list[str]:
+    """The rooms that may give way to others, the one that was left first before the others."""
+    return [room for empty_s, _, room in sorted(states, reverse=True) if empty_s >= LEFT_BEHIND_S]
+
+
+def end_if_left(room: Room) -> bool:
+    """End a room that nobody has come back to; done where it is, so that nobody arrives in between."""
+    left = room.empty_s(time.monotonic()) >= LEFT_BEHIND_S
+    if left:
+        room.close(m.CLOSE_ROOM_OVER, NOBODY_HERE)
+    return left

@@ -12,7 +12,8 @@ from movingout.maps import MapSpec
 from movingout.server.host import Host
 from movingout.server.notices import Notice
 from movingout.server.own_maps.workers import Busy
-from movingout.server.public_host import LEFT_BEHIND_S, Away, NoRoom
+from movingout.server.public_host import Away, NoRoom
+from movingout.server.rooms.room_view import LEFT_BEHIND_S
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
 from tests.server.live import limits
@@ -29,11 +30,13 @@ class FarHost(Host):
         for room in states:
             self.admission.opened_room(self.admission.owner(ADDRESS), room)
 
-    async def ask(self, room_id: str, *work: Any) -> Any:  # type: ignore[override]
+    async def ask(self, room_id: str, work: Any) -> Any:  # type: ignore[override]
         await asyncio.sleep(0)
         if room_id not in self.states:
             raise NoRoom
-        return (*self.states[room_id], room_id)
+        empty_s, joined = self.states[room_id]
+        room = {"id": room_id, "was_joined": joined, "seating": SimpleNamespace(clients=())}
+        return work(SimpleNamespace(**room, empty_s=lambda now: empty_s, close=lambda code, notice: None))
 
     async def close_room(self, room_id: str, code: int, notice: Notice, *how: Any) -> Any:
         await asyncio.sleep(0)
@@ -80,11 +83,50 @@ def test_where_all_rooms_are_in_use_the_one_left_longest_gives_way(tmp_path: Pat
     assert set(host.states) == {"played", "new", "another", "a third"}, "whoever has just left may come back"
 
 
+class FoundAgain(FarHost):
+    """To the room that was left longest somebody comes while the others are asked."""
+
+    async def ask(self, room_id: str, work: Any) -> Any:  # type: ignore[override]
+        state = await super().ask(room_id, work)
+        if room_id == "left long ago":
+            self.states[room_id] = 0.0, True
+        return state
+
+
+def test_a_room_to_which_somebody_has_come_meanwhile_stays_and_another_gives_way(tmp_path: Path) -> None:
+    states = {"left long ago": (2 * LEFT_BEHIND_S, True), "left": (LEFT_BEHIND_S, True), "played": (0.0, True)}
+    host = FoundAgain(tmp_path, dict(states), rooms=3, rooms_for_operator=0)
+    asyncio.run(host.make_place())
+    assert set(host.states) == {"left long ago", "played"}
+    host = FoundAgain(tmp_path, dict(states), open_rooms_per_address=3)
+    assert asyncio.run(host.openings(1)) == [True]
+    assert set(host.states) == {"left long ago", "played"}
+
+
+def test_rooms_are_asked_some_at_a_time(tmp_path: Path) -> None:
+    host = FarHost(tmp_path, {f"room{number:03}": (0.0, True) for number in range(100)}, rooms=100)
+    turns = 0
+
+    async def count() -> None:
+        nonlocal turns
+        while True:
+            await asyncio.sleep(0)
+            turns += 1
+
+    async def make_place() -> None:
+        counting = asyncio.create_task(count())
+        await host.make_place()
+        counting.cancel()
+
+    asyncio.run(make_place())
+    assert 5 <= turns < 50
+
+
 @pytest.mark.parametrize("error", [Away("restarting"), asyncio.CancelledError()], ids=["away", "cancelled"])
 def test_an_opening_that_fails_while_rooms_are_asked_counts_no_longer(tmp_path: Path, error: BaseException) -> None:
     host = FarHost(tmp_path, {"room": (0.0, True)})
 
-    async def ask(room_id: str, *work: Any) -> Any:
+    async def ask(room_id: str, work: Any) -> Any:
         assert host.admission.being_opened(ADDRESS) == 1
         raise error
 

@@ -194,9 +194,10 @@ def test_a_worker_that_cannot_be_started_is_tried_again_and_is_a_fault_meanwhile
             broken.setattr(process, "_spawn", no_more)
             seat = open_seat(pool, f"{HERE}:Forward")
             await until(lambda: pool.report()[0]["restarts"] >= MANY)
-            assert [*pool.faults()] == [f"an agent worker: ended {MANY} times within a minute"]
+            (fault,) = pool.faults()  # it may have ended once more since it was counted
+            assert re.fullmatch(r"an agent worker: ended \d+ times within a minute", fault)
             broken.setattr(process_restarts, "AWAY_S", -1.0)
-            assert "an agent worker: away for 0 s" in [*pool.faults()]
+            assert any(re.fullmatch(r"an agent worker: away for \d+ s", fault) for fault in pool.faults())
         await until(lambda: seat.ready)
         assert (await ask(seat, 1)).action[0] == 1.0
         assert caplog.messages[0] == f"an agent worker cannot be run: {error}"

@@ -5,7 +5,7 @@ import logging
 
 import pytest
 
-from movingout.server.api.middleware import FORGOTTEN_PROXY, KnownHosts
+from movingout.server.api.middleware import FORGOTTEN_PROXY, PIECE_BYTES, InPieces, KnownHosts
 from movingout.server.connection.asgi import Message, Receive, Send
 from movingout.server.settings import Settings
 
@@ -35,3 +35,24 @@ def test_a_forgotten_proxy_is_told_once(proxies: tuple[str, ...], told: int, cap
         for _ in range(3):
             asked((b"x-forwarded-for", b"203.0.113.9"))
     assert [record.getMessage() for record in caplog.records] == [FORGOTTEN_PROXY] * told
+
+
+@pytest.mark.parametrize("more", [False, True])
+@pytest.mark.parametrize("size", [0, 1, PIECE_BYTES, PIECE_BYTES + 1, 3 * PIECE_BYTES])
+def test_a_long_body_is_sent_in_pieces(size: int, more: bool) -> None:
+    body = bytes(index % 251 for index in range(size))
+    sent: list[Message] = []
+
+    async def answer(_scope: Message, _receive: Receive, send: Send) -> None:
+        await send({"type": "http.response.start", "status": 200})
+        await send({"type": "http.response.body", "body": body, "more_body": more})
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    asyncio.run(InPieces(answer)({"type": "http"}, None, send))  # type: ignore[arg-type]
+    start, *pieces = sent
+    assert start == {"type": "http.response.start", "status": 200}
+    assert b"".join(piece["body"] for piece in pieces) == body
+    assert all(len(piece["body"]) <= PIECE_BYTES for piece in pieces)
+    assert [piece["more_body"] for piece in pieces] == [True] * (len(pieces) - 1) + [more]

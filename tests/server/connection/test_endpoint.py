@@ -1,6 +1,7 @@
 """The conversation over real sockets, as docs/protocol.md tells it."""
 
 import json
+import time
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from websockets.sync.client import connect
 
 from movingout.recordings import read_episode, verify
 from movingout.server import messages as m
+from movingout.server.connection.client_connection import STATES_S
 from movingout.server.frames import Ping, Pong
 from tests.server.live import Live, Person, serve
 
@@ -112,6 +114,22 @@ def test_a_request_that_does_not_fit_is_answered_and_the_socket_stays(live: Live
     assert blue.wait_for("error")["code"] == "not_your_seat"
     blue.say(type="keyframe")
     assert blue.wait_for("keyframe")["tick"] == 0
+
+
+def test_whoever_asks_for_the_state_all_the_time_gets_it_now_and_then(live: Live) -> None:
+    _, blue, _ = two_people(live)
+    blue.wait_for("keyframe")  # part of the welcome
+    asked = time.monotonic()
+    for _ in range(30):
+        blue.say(type="keyframe")
+    for _ in range(2):
+        blue.wait_for("keyframe")
+    assert time.monotonic() - asked >= STATES_S
+    time.sleep(2 * STATES_S)
+    blue.say(type="pause", seat=0)
+    blue.wait_for("error")
+    times = (time.monotonic() - asked) / STATES_S
+    assert sum(told["type"] == "keyframe" for told in blue.told) <= 2 + times
 
 
 @pytest.mark.parametrize(

@@ -6,14 +6,19 @@ import ssl
 from pathlib import Path
 
 import pytest
+from fastapi import FastAPI
+from starlette.responses import Response
 
 from movingout.server import uvicorn_server
+from movingout.server.app import create_app
 from movingout.server.connection import uvicorn_protocols
 from movingout.server.connection.connection_limits import ConnectionLimits
 from movingout.server.security.certificate import certificate_in
+from movingout.server.settings import Settings
 from tests.server.live import WAIT_S, Live, handshake, limits, raw_socket, serve, wait_until
 
 MOST = 3
+LONG = 3_000_000  # more bytes than both ends of a connection keep
 NO_JOIN = b"\x81\x82" + bytes(4) + b"{}"  # a masked text frame
 CLOSE_FRAME = b"\x88\x02"
 
@@ -95,3 +100,31 @@ def test_a_connection_that_was_handed_over_counts_from_then_on(tmp_path: Path) -
         with handed_over() as client:
             assert client.recv(100) == b""
         wait_until(lambda: counts(live)._total == 0)
+
+
+def app_with_a_long_answer(settings: Settings) -> FastAPI:
+    app = create_app(settings)
+    app.add_api_route("/long", lambda: Response(bytes(LONG) + b"the end"))
+    app.router.routes.insert(0, app.router.routes.pop())
+    return app
+
+
+def test_over_tls_too_whoever_takes_nothing_of_a_long_answer_is_dropped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(uvicorn_server, "GOODBYE_S", 60.0)  # after an idle connection was closed
+    certificate = certificate_in(tmp_path / "tls", "127.0.0.1")
+    context = ssl.create_default_context(cafile=str(certificate.certificate))
+    with serve(tmp_path, limits(unread_s=0.3), app_with_a_long_answer, certificate=certificate) as live:
+
+        def asked() -> ssl.SSLSocket:
+            client = context.wrap_socket(raw_socket(live), server_hostname="localhost")
+            client.sendall(b"GET /long HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            return client
+
+        with asked() as reader:
+            while not reader.recv(1_000_000).endswith(b"the end"):
+                pass
+        with asked():
+            wait_until(lambda: counts(live)._total == 1)
+            wait_until(lambda: counts(live)._total == 0)

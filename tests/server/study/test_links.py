@@ -284,6 +284,13 @@ def slots_done(study: RunningStudy) -> list[int]:
     return sorted(one.slot for one in study.databases.store.done_units())
 
 
+async def is_full_after_one_more_pair(study: RunningStudy) -> bool:
+    assert (study.participants.complete_units, await is_full(study)) == (1, False), "a slot is to be given again"
+    async with study.transaction() as tx:
+        await ended(study, tx, "done", "done")
+    return (study.participants.complete_units, await is_full(study), slots_done(study)) == (2, True, [0, 1, 2])
+
+
 def test_a_study_is_full_only_when_every_planned_slot_is_done(tmp_path: Path) -> None:
     """Three pairs came at once, for two slots; one of these two is left."""
 
@@ -295,12 +302,7 @@ def test_a_study_is_full_only_when_every_planned_slot_is_done(tmp_path: Path) ->
                 outcomes: tuple[Outcome, ...] = ("done", "withdrew", "done")
                 for members, outcome in zip(pairs, outcomes, strict=True):
                     await finished(study, tx, members, (outcome, "done"))
-            assert (study.participants.complete_units, await is_full(study)) == (1, False), (
-                "slot 1 is to be given again"
-            )
-            async with study.transaction() as tx:
-                await ended(study, tx, "done", "done")
-            assert (study.participants.complete_units, await is_full(study), slots_done(study)) == (2, True, [0, 1, 2])
+            assert await is_full_after_one_more_pair(study)
         finally:
             study.databases.close()
 
@@ -319,10 +321,7 @@ def test_a_planned_slot_that_an_earlier_version_gave_to_one_with_an_agent_is_mad
                 await study.participants.refresh(tx, session)
                 await finished(study, tx, [session], ["done"])
                 await ended(study, tx, "done", "done")
-            assert (study.participants.complete_units, await is_full(study)) == (1, False)
-            async with study.transaction() as tx:
-                await ended(study, tx, "done", "done")
-            assert (study.participants.complete_units, await is_full(study), slots_done(study)) == (2, True, [0, 1, 2])
+            assert await is_full_after_one_more_pair(study)
         finally:
             study.databases.close()
 
