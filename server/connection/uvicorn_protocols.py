@@ -36,6 +36,7 @@ CONTINUATION, PING, PONG = 0x0, 0x9, 0xA
 INVALID_DATA = 1007  # close code (RFC 6455, 7.4.1)
 URL_BYTES = 4 * 1024
 HEAD_BYTES = 16 * 1024  # of a request, without its body
+NODE_BYTES = 256 * 1024  # of the longest body that is announced: what nodes of a cluster tell each other
 TOO_LARGE = (
     b"HTTP/1.1 431 Request Header Fields Too Large\r\ncontent-type: text/plain; charset=utf-8\r\n"
     b"connection: close\r\n\r\nThe address or the headers of this request are too long.\n"
@@ -72,6 +73,8 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
         _head_bytes = 0  # received since the request began, while its head is not whole
         _head_is_whole = True
         _named_bytes = 0  # of the headers received so far
+        _later_bytes = 0  # received since the head was whole
+        _announced = 0  # bytes of the body
         url = b""  # before the first request too
 
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -115,14 +118,26 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
 
         def data_received(self, data: bytes) -> None:
             super().data_received(data)
-            if not self._head_is_whole and not self.transport.is_closing():
+            if self.transport.is_closing():
+                return
+            if not self._head_is_whole:
                 self._head_bytes += len(data)
                 if self._head_bytes > HEAD_BYTES:
                     self._refuse_head()
+                return
+            self._later_bytes += len(data)
+            if self._later_bytes > self._most_later:
+                self.transport.abort()
+
+        @property
+        def _most_later(self) -> int:
+            """Of a body in small chunks, the trailer, and what is no request: also of a body that no route reads."""
+            return 2 * limits.body_bytes + HEAD_BYTES + min(self._announced, NODE_BYTES)
 
         def on_message_begin(self) -> None:
             self._set_deadline()
             self._head_is_whole, self._head_bytes, self._named_bytes = False, 0, 0
+            self._later_bytes = self._announced = 0
             super().on_message_begin()
 
         def on_url(self, url: bytes) -> None:
@@ -135,6 +150,8 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
             self._named_bytes += len(name) + len(value)
             if self._named_bytes > HEAD_BYTES:
                 raise HeadTooLarge
+            if name.lower() == b"content-length" and value.isdigit():
+                self._announced = int(value)
             super().on_header(name, value)
 
         def on_headers_complete(self) -> None:

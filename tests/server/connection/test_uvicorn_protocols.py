@@ -3,6 +3,7 @@
 import asyncio
 import socket
 import ssl
+import time
 from pathlib import Path
 
 import pytest
@@ -128,3 +129,24 @@ def test_over_tls_too_whoever_takes_nothing_of_a_long_answer_is_dropped(
         with asked():
             wait_until(lambda: counts(live)._total == 1)
             wait_until(lambda: counts(live)._total == 0)
+
+
+@pytest.mark.parametrize("after", [b"1\r\nx\r\n", b"\r\n"], ids=["a body that no route reads", "no request"])
+def test_what_comes_after_the_head_of_a_request_has_an_end(live: Live, after: bytes) -> None:
+    chunked = b"POST /healthz HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n"
+    plain = b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
+    with raw_socket(live) as client:
+        client.sendall(plain if after == b"\r\n" else chunked)
+        read_until(client, b"\r\n\r\n")
+        with pytest.raises(ConnectionError):
+            for _ in range(100):
+                client.sendall(after * (16_000 // len(after)))
+                time.sleep(0.001)
+
+
+def test_a_body_as_long_as_it_may_be_in_chunks_of_a_few_bytes_is_read(live: Live) -> None:
+    with raw_socket(live) as client:
+        client.sendall(b"POST /api/rooms HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n")
+        client.sendall(b"10\r\n" + b" " * 16 + b"\r\n")
+        client.sendall((b"10\r\n" + b" " * 16 + b"\r\n") * 1_000 + b"0\r\n\r\n")
+        assert b" 422 " in read_until(client, b"\r\n")
