@@ -90,14 +90,23 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
 
         def connection_lost(self, exc: Exception | None) -> None:
             self._clear_deadline()
-            self.resume_writing()
+            if self._write_deadline is not None:
+                self._write_deadline.cancel()
             connections.closed(self._address)
             super().connection_lost(exc)
 
         def pause_writing(self) -> None:
             """More waits to be sent than should; whoever takes too little of it is gone, or wants us to keep it."""
             super().pause_writing()
-            if self._write_deadline is None:
+            self._see_that_it_is_taken()
+
+        def on_response_complete(self) -> None:
+            """The end of an answer may wait to be sent, too little of it for `pause_writing`, also after a close."""
+            super().on_response_complete()
+            self._see_that_it_is_taken()
+
+        def _see_that_it_is_taken(self) -> None:
+            if self._write_deadline is None and self.transport.get_write_buffer_size():
                 self._wait_for_reader()
 
         def _wait_for_reader(self) -> None:
@@ -105,20 +114,18 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
             self._write_deadline = self.loop.call_later(limits.unread_s, self._drop_unless_read)
 
         def _drop_unless_read(self) -> None:
+            self._write_deadline = None
+            if not self.transport.get_write_buffer_size():
+                return
             if taken_bytes(self.transport) - self._taken < LEAST_READ_PER_S * limits.unread_s:
                 self.transport.abort()
             else:
                 self._wait_for_reader()
 
-        def resume_writing(self) -> None:
-            if self._write_deadline is not None:
-                self._write_deadline.cancel()
-                self._write_deadline = None
-            super().resume_writing()
-
         def data_received(self, data: bytes) -> None:
             super().data_received(data)
             if self.transport.is_closing():
+                self._see_that_it_is_taken()
                 return
             if not self._head_is_whole:
                 self._head_bytes += len(data)
@@ -128,6 +135,8 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
             self._later_bytes += len(data)
             if self._later_bytes > self._most_later:
                 self.transport.abort()
+            elif self.cycle is not None and self.cycle.response_complete and self.transport.get_protocol() is self:
+                self._set_deadline()  # for any byte, even of no request, Uvicorn forgets that this one is idle
 
         @property
         def _most_later(self) -> int:
