@@ -61,6 +61,7 @@ class AdmissionControl:
         self._study_changes: dict[str, TokenBucket] = {}  # by participant
         self._unknown_tokens: dict[str, TokenBucket] = {}
         self._requests: dict[str, TokenBucket] = {}
+        self._being_answered: Counter[str] = Counter()  # requests by address
         self._answered: dict[str, TokenBucket] = {}  # bytes that may still be answered
         self._recorded: dict[str, TokenBucket] = {}  # bytes that may still be recorded, by owner
         self.refusals: Counter[str] = Counter()  # by reason
@@ -150,6 +151,23 @@ class AdmissionControl:
         allowed = self._requests[group].take(self._clock(), cost)
         self.refusals["requests"] += not allowed
         return allowed
+
+    def begin_answer(self, address: str) -> bool:
+        """Whether one more request of this address may be answered at the same time; it counts until `end_answer`.
+
+        Connections are limited already, but those of a trusted proxy.
+        """
+        group = address_group(address)
+        allowed = self._being_answered[group] < self._limits.connections_per_address
+        self._being_answered[group] += allowed
+        self.refusals["requests"] += not allowed
+        return allowed
+
+    def end_answer(self, address: str) -> None:
+        group = address_group(address)
+        self._being_answered[group] -= 1
+        if not self._being_answered[group]:
+            del self._being_answered[group]
 
     def recorded(self, room_id: str, size: int) -> None:
         """A room has recorded a round of so many bytes."""
