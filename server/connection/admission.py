@@ -59,6 +59,7 @@ class AdmissionControl:
         self._drawings: dict[str, TokenBucket] = {}
         self._study_arrivals: dict[str, TokenBucket] = {}
         self._study_changes: dict[str, TokenBucket] = {}  # by participant
+        self._study_answers: dict[str, TokenBucket] = {}  # by participant
         self._unknown_tokens: dict[str, TokenBucket] = {}
         self._requests: dict[str, TokenBucket] = {}
         self._being_answered: Counter[str] = Counter()  # requests by address
@@ -260,10 +261,16 @@ class AdmissionControl:
 
     def may_change(self, pid: str) -> bool:
         """Whether this participant of a study may ask for one more change now: each waits for all others'."""
-        per_s = self._limits.study_changes_per_s
-        if pid not in self._study_changes:
-            keep(self._study_changes, pid, TokenBucket(per_s, 10.0 * per_s, self._clock()))
-        return self._study_changes[pid].take(self._clock())
+        return self._take_of(self._study_changes, pid, self._limits.study_changes_per_s)
+
+    def may_save_answer(self, pid: str) -> bool:
+        """Whether this participant of a study may have one more answer written now."""
+        return self._take_of(self._study_answers, pid, self._limits.study_answers_per_s)
+
+    def _take_of(self, buckets: dict[str, TokenBucket], pid: str, per_s: float) -> bool:
+        if pid not in buckets:
+            keep(buckets, pid, TokenBucket(per_s, 10.0 * per_s, self._clock()))
+        return buckets[pid].take(self._clock())
 
     def may_try_token(self, address: str) -> bool:
         """Whether a participant's token that is not in memory may be looked up for this address now."""
