@@ -48,7 +48,7 @@ class Room:
         self.was_joined = progress.joined  # whether anybody ever took a seat, or came where agents have both
         self.held = NOTHING  # why the person who runs a study has stopped the clock
         self._held_next = NOTHING  # why no further round begins
-        self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id)
+        self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id, not config.study)
         self._services = services
         self._due = now  # of the newest tick
         self._announced = self._empty_since = self._over_since = now
@@ -381,9 +381,9 @@ class Room:
 
     def state(self) -> m.RoomState:
         return m.RoomState(
-            phase=self.phase, reason=self.notice.message, until_ms=self.until * 1e3,
-            seats=[seat.view() for seat in self.seats], spectators=self.seating.spectators, recording=self.recording,
-            reason_code=self.notice.code, reason_values=self.notice.values,
+            phase=self.phase, until_ms=self.until * 1e3, seats=[seat.view() for seat in self.seats],
+            spectators=self.seating.spectators, recording=self.recording, reason_code=self.notice.code,
+            reason=notices.reason(self.notice, bool(self.config.study)), reason_values=self.notice.values,
         )  # fmt: skip
 
     @property
