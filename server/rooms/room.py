@@ -51,7 +51,7 @@ class Room:
         self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id, not config.study)
         self._services = services
         self._due = now  # of the newest tick
-        self._announced = self._empty_since = self._over_since = now
+        self._announced = self._empty_since = self._over_since = self.unchanged_since = now
         self.series = RoundSeries(config, seats, services, progress, room_id)
         self.round = self.series.prepare()
 
@@ -259,6 +259,7 @@ class Room:
     def _move(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
         """Change to the phase that follows. Raises PhaseError when the event cannot happen now."""
         self.phase, self.notice, self.until = next_phase(self.phase, event), notice, until
+        self.unchanged_since = self._due
 
     def _enter(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
         """Change the phase and announce it."""

@@ -16,6 +16,7 @@ RESTARTING = Notice("restarting", "The server is being restarted; this page come
 RESTART_SOON = Notice("restart_soon", "The server restarts in a moment; the next round begins after that.")
 REPLACED = Notice("replaced", "This seat is now played from another window.")
 NOBODY_HERE = Notice("nobody_here", "Nobody was here for a while.")
+ROOM_IDLE = Notice("room_idle", "Nothing happened here for a while, and others needed the room.")
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 
 
