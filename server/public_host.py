@@ -31,7 +31,7 @@ from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.prepared_maps import PreparedMaps, Variant
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_notices import NOBODY_HERE
-from movingout.server.rooms.room_view import PlayedRound, RoomView, end_if_left, left_state, longest_left
+from movingout.server.rooms.room_view import LeftState, PlayedRound, RoomView, end_if_left, left_state, longest_left
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import hash_token, new_token, token_matches
@@ -269,7 +269,7 @@ class PublicHost(ABC):
         """Whether the rooms that an address has leave one for the last of those that are being opened."""
         limits, new = self.settings.limits, self.admission.being_opened(address)
         opened = await self._left_states(self.admission.rooms_of(address))
-        unjoined = sum(not was_joined for _, was_joined, _ in opened)
+        unjoined = sum(not room.joined for room in opened)
         if new + unjoined + elsewhere.unjoined > limits.unjoined_rooms_per_address:
             return False
         over = new + len(opened) + elsewhere.open - limits.open_rooms_per_address
@@ -282,10 +282,10 @@ class PublicHost(ABC):
                 in_return -= 1
         return not in_return
 
-    async def _left_states(self, rooms: Collection[str]) -> list[tuple[float, bool, str]]:
+    async def _left_states(self, rooms: Collection[str]) -> list[LeftState]:
         """What `_left_state` says of each room that is still there."""
         waiting = iter(rooms)
-        found: list[tuple[float, bool, str] | None] = []
+        found: list[LeftState | None] = []
         while some := list(itertools.islice(waiting, ROOMS_AT_ONCE)):
             found += await asyncio.gather(*map(self._left_state, some))
         return [state for state in found if state is not None]
@@ -300,8 +300,8 @@ class PublicHost(ABC):
             pass
         return True
 
-    async def _left_state(self, room_id: str) -> tuple[float, bool, str] | None:
-        """For how long a room is empty, whether it was joined or is watched now, and its id; None when it is gone."""
+    async def _left_state(self, room_id: str) -> LeftState | None:
+        """How much a room is needed; None when it is gone."""
         try:
             return await self.ask(room_id, left_state)
         except NoRoom:
@@ -325,7 +325,7 @@ class PublicHost(ABC):
         return self.most_rooms - reserve
 
     async def make_place(self, for_operator: bool = False) -> None:
-        """Where all rooms are in use, close the one that was left behind longest, whichever visitor opened it."""
+        """Where all rooms are in use, close the one that was left behind or idle longest, whichever visitor's it is."""
         if self.refusal(for_operator).code != "rooms_in_use":
             return  # there is place, or a server that ends opens none
         opened = [room for _, rooms in self.admission.rooms_by_owner().values() for room in rooms]

@@ -4,7 +4,7 @@ import orjson
 
 from movingout.server.api.errors import error_json
 from movingout.server.connection.admission import AdmissionControl
-from movingout.server.connection.asgi import App, Message, Receive, Send
+from movingout.server.connection.asgi import App, Message, Receive, Send, refuse
 
 FILE_COST = 0.25  # of a request: files come from memory
 TEXT = "Too many requests come from your address; wait a few seconds."
@@ -13,20 +13,31 @@ HEADERS = ((b"content-type", b"application/json"), (b"retry-after", b"5"), (b"co
 
 
 class RequestLimit:
-    """ASGI middleware: so many requests per address (or /64 network), in bursts."""
+    """ASGI middleware: so many requests per address (or /64 network), in bursts, and so many answers at once.
+
+    The handshake of a websocket is a request, too; open ones are counted elsewhere.
+    """
 
     def __init__(self, app: App, admission: AdmissionControl) -> None:
         self._app = app
         self._admission = admission
 
     async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http" and not self._allowed(scope):
+        address = scope["client"][0] if scope.get("client") else ""
+        if scope["type"] == "websocket" and not self._admission.may_request(address, 1.0):
+            await receive()  # websocket.connect
+            await refuse(send, 429, TEXT)
+        elif scope["type"] != "http":
+            await self._app(scope, receive, send)
+        elif not (self._admission.may_request(address, _cost(scope)) and self._admission.begin_answer(address)):
             await send({"type": "http.response.start", "status": 429, "headers": [*HEADERS]})
             await send({"type": "http.response.body", "body": BODY})
-            return
-        await self._app(scope, receive, send)
+        else:
+            try:
+                await self._app(scope, receive, send)
+            finally:
+                self._admission.end_answer(address)
 
-    def _allowed(self, scope: Message) -> bool:
-        address = scope["client"][0] if scope.get("client") else ""
-        cost = 1.0 if scope["path"].startswith("/api/") else FILE_COST
-        return self._admission.may_request(address, cost)
+
+def _cost(scope: Message) -> float:
+    return 1.0 if scope["path"].startswith("/api/") else FILE_COST

@@ -5,13 +5,14 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Literal, TypeVar
 
+from movingout.server.connection.networks import counted_as, take_of_all
 from movingout.server.connection.other_nodes import OtherNodes
 from movingout.server.connection.socket_counts import SocketCounts
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.security.tokens import new_token, pseudonym
 from movingout.server.settings import Limits
 
-MOST_KEPT = 10_000  # addresses; then the oldest is forgotten
+MOST_KEPT = 10_000  # addresses; then who came longest ago is forgotten
 LOCK_S = 60.0
 FLOODS_PER_MINUTE = 10
 BAN_S = 10.0
@@ -50,7 +51,7 @@ class AdmissionControl:
         self._secret = secret or new_token()
         self.on_socket: Callable[[SocketNews, str], None] = lambda news, address: None
         self.other_nodes = OtherNodes()
-        self._guesses: dict[tuple[str, Secret], TokenBucket] = {}
+        self._guesses: dict[Secret, dict[str, TokenBucket]] = {"seat": {}, "admin": {}}
         self._openings: dict[str, TokenBucket] = {}
         self._checks: dict[str, TokenBucket] = {}
         self._solves: dict[str, TokenBucket] = {}
@@ -59,8 +60,10 @@ class AdmissionControl:
         self._drawings: dict[str, TokenBucket] = {}
         self._study_arrivals: dict[str, TokenBucket] = {}
         self._study_changes: dict[str, TokenBucket] = {}  # by participant
+        self._study_answers: dict[str, TokenBucket] = {}  # by participant
         self._unknown_tokens: dict[str, TokenBucket] = {}
         self._requests: dict[str, TokenBucket] = {}
+        self._being_answered: Counter[str] = Counter()  # requests by address
         self._answered: dict[str, TokenBucket] = {}  # bytes that may still be answered
         self._recorded: dict[str, TokenBucket] = {}  # bytes that may still be recorded, by owner
         self.refusals: Counter[str] = Counter()  # by reason
@@ -92,11 +95,13 @@ class AdmissionControl:
             return "Connections from your address have flooded this server; wait a few seconds."
         if sum(each.total for each in counts) >= limits.sockets:
             return "The server is full; try again in a minute."
-        if sum(each.open.get(address, 0) for each in counts) >= limits.sockets_per_address:
-            return f"There are {limits.sockets_per_address} connections from your address already; close some of them."
-        if sum(each.waiting.get(address, 0) for each in counts) >= limits.waiting_per_address:
-            return "Too many connections from your address have not joined a room yet; try again in a few seconds."
-        if not self._bucket(self._arrivals, address, limits.connects_per_address_per_minute).take(self._clock()):
+        for group, times in counted_as(address):
+            most = times * limits.sockets_per_address
+            if sum(each.open.get(group, 0) for each in counts) >= most:
+                return f"There are {most} connections from your address already; close some of them."
+            if sum(each.waiting.get(group, 0) for each in counts) >= times * limits.waiting_per_address:
+                return "Too many connections from your address have not joined a room yet; try again in a few seconds."
+        if not self._take_in_minute(self._arrivals, address, limits.connects_per_address_per_minute):
             return "Too many connections were made from your address in the last minute; wait a few seconds."
         return ""
 
@@ -121,10 +126,11 @@ class AdmissionControl:
     def strike(self, address: str) -> bool:
         """The same for a socket of another process, which counts the refusal."""
         address = address_group(address)
-        strikes = self._bucket(self._floods, address, FLOODS_PER_MINUTE)
-        first = strikes.full(self._clock())
-        if not strikes.take(self._clock()):
-            keep(self._banned, address, self._clock() + BAN_S)
+        now = self._clock()
+        strikes = used(self._floods, address, FLOODS_PER_MINUTE / 60.0, FLOODS_PER_MINUTE, now)
+        first = strikes.full(now)
+        if not strikes.take(now):
+            keep(self._banned, address, now + BAN_S)
         return first
 
     async def guesses_too_often(self, address: str, secret: Secret) -> bool:
@@ -136,7 +142,7 @@ class AdmissionControl:
         key, now = (address_group(address), secret), self._clock()
         if now < self._locked.get(key, 0.0):
             return True
-        few = self._bucket(self._guesses, key, self._limits.wrong_tokens_per_minute).take(now)
+        few = self._take_in_minute(self._guesses[secret], key[0], self._limits.wrong_tokens_per_minute)
         if few and await self.other_nodes.may_guess(*key):
             return False
         keep(self._locked, key, now + LOCK_S)
@@ -144,12 +150,28 @@ class AdmissionControl:
 
     def may_request(self, address: str, cost: float) -> bool:
         """Whether an HTTP request may be answered for this address now; refusals are counted."""
-        group, per_s = address_group(address), self._limits.requests_per_address_per_s
-        if group not in self._requests:
-            keep(self._requests, group, TokenBucket(per_s, 30.0 * per_s, self._clock()))
-        allowed = self._requests[group].take(self._clock(), cost)
+        per_s = self._limits.requests_per_address_per_s
+        allowed = self._take(self._requests, address_group(address), per_s, 30.0 * per_s, cost)
         self.refusals["requests"] += not allowed
         return allowed
+
+    def begin_answer(self, address: str) -> bool:
+        """Whether one more request of this address may be answered at the same time; it counts until `end_answer`.
+
+        Connections are limited already, but those of a trusted proxy.
+        """
+        counted, most = counted_as(address_group(address)), self._limits.connections_per_address
+        allowed = all(self._being_answered[group] < times * most for group, times in counted)
+        if allowed:
+            self._being_answered.update(group for group, _ in counted)
+        self.refusals["requests"] += not allowed
+        return allowed
+
+    def end_answer(self, address: str) -> None:
+        for group, _ in counted_as(address_group(address)):
+            self._being_answered[group] -= 1
+            if not self._being_answered[group]:
+                del self._being_answered[group]
 
     def recorded(self, room_id: str, size: int) -> None:
         """A room has recorded a round of so many bytes."""
@@ -157,10 +179,9 @@ class AdmissionControl:
         if owner is None:
             return
         now, per_day = self._clock(), self._limits.recorded_per_address_per_day
-        if owner not in self._recorded:
-            keep(self._recorded, owner, TokenBucket(per_day / DAY_S, per_day, now))
-        if not self._recorded[owner].take(now, size):
-            self._recorded[owner].empty(now)
+        left = used(self._recorded, owner, per_day / DAY_S, per_day, now)
+        if not left.take(now, size):
+            left.empty(now)
         self.other_nodes.recorded(owner, size)
 
     def may_record(self, address: str) -> bool:
@@ -170,10 +191,8 @@ class AdmissionControl:
 
     def may_answer(self, address: str, size: int) -> bool:
         """Whether answers of so many bytes may be kept for this address now: they stay on the disk."""
-        group, per_day = address_group(address), self._limits.answered_per_address_per_day
-        if group not in self._answered:
-            keep(self._answered, group, TokenBucket(per_day / DAY_S, per_day, self._clock()))
-        return self._answered[group].take(self._clock(), size)
+        per_day = self._limits.answered_per_address_per_day
+        return self._take(self._answered, address_group(address), per_day / DAY_S, per_day, size)
 
     def opening_began(self, address: str) -> None:
         """Until `opening_ended`, a room that is being opened counts as one that nobody has joined."""
@@ -192,7 +211,7 @@ class AdmissionControl:
 
     def may_open_room(self, address: str) -> bool:
         per_minute = self._limits.rooms_per_address_per_minute
-        return self._bucket(self._openings, address_group(address), per_minute).take(self._clock())
+        return self._take_in_minute(self._openings, address_group(address), per_minute)
 
     def name_owners_by(self, secret: str) -> None:
         """Nodes that share a secret know each other's owners; call it before there are rooms."""
@@ -229,52 +248,54 @@ class AdmissionControl:
 
     def may_draw(self, address: str) -> bool:
         """Whether a picture of a round may be drawn for this address now."""
-        return self._bucket(self._drawings, address_group(address), PICTURES_PER_MINUTE).take(self._clock())
+        return self._take_in_minute(self._drawings, address_group(address), PICTURES_PER_MINUTE)
 
     def may_replay(self, address: str) -> bool:
         """Whether a recording may be read for this address now."""
-        return self._bucket(self._replays, address_group(address), REPLAYS_PER_MINUTE).take(self._clock())
+        return self._take_in_minute(self._replays, address_group(address), REPLAYS_PER_MINUTE)
 
     def may_arrive(self, address: str) -> bool:
         """Whether one more participant of a study may open a link here now."""
         per_minute = self._limits.study_arrivals_per_minute
-        return self._bucket(self._study_arrivals, address_group(address), per_minute).take(self._clock())
+        return self._take_in_minute(self._study_arrivals, address_group(address), per_minute)
 
     def may_change(self, pid: str) -> bool:
         """Whether this participant of a study may ask for one more change now: each waits for all others'."""
-        per_s = self._limits.study_changes_per_s
-        if pid not in self._study_changes:
-            keep(self._study_changes, pid, TokenBucket(per_s, 10.0 * per_s, self._clock()))
-        return self._study_changes[pid].take(self._clock())
+        return self._take_of(self._study_changes, pid, self._limits.study_changes_per_s)
+
+    def may_save_answer(self, pid: str) -> bool:
+        """Whether this participant of a study may have one more answer written now."""
+        return self._take_of(self._study_answers, pid, self._limits.study_answers_per_s)
+
+    def _take_of(self, buckets: dict[str, TokenBucket], pid: str, per_s: float) -> bool:
+        now = self._clock()
+        return used(buckets, pid, per_s, 10.0 * per_s, now).take(now)
 
     def may_try_token(self, address: str) -> bool:
         """Whether a participant's token that is not in memory may be looked up for this address now."""
-        group, per_s = address_group(address), self._limits.study_unknown_tokens_per_s
-        if group not in self._unknown_tokens:
-            keep(self._unknown_tokens, group, TokenBucket(per_s, 100.0 * per_s, self._clock()))
-        return self._unknown_tokens[group].take(self._clock())
+        per_s = self._limits.study_unknown_tokens_per_s
+        return self._take(self._unknown_tokens, address_group(address), per_s, 100.0 * per_s)
 
     def may_check_map(self, address: str) -> bool:
-        return self._bucket(self._checks, address_group(address), self._limits.map_checks_per_minute).take(
-            self._clock()
-        )
+        return self._take_in_minute(self._checks, address_group(address), self._limits.map_checks_per_minute)
 
     def worked_on_map(self, address: str, seconds: float) -> None:
         """A process has worked so long on a map for this address: MAP_WORK_S of that are all the checks of a minute."""
         per_minute, now = self._limits.map_checks_per_minute, self._clock()
-        checks = self._bucket(self._checks, address_group(address), per_minute)
-        if not checks.take(now, seconds / MAP_WORK_S * per_minute):
-            checks.empty(now)
+        for group, times in counted_as(address_group(address)):
+            checks = used(self._checks, group, times * per_minute / 60.0, times * per_minute, now)
+            if not checks.take(now, seconds / MAP_WORK_S * per_minute):
+                checks.empty(now)
 
     def may_solve_map(self, address: str) -> bool:
-        return self._bucket(self._solves, address_group(address), self._limits.map_solves_per_minute).take(
-            self._clock()
-        )
+        return self._take_in_minute(self._solves, address_group(address), self._limits.map_solves_per_minute)
 
-    def _bucket(self, buckets: dict[Key, TokenBucket], key: Key, per_minute: int) -> TokenBucket:
-        if key not in buckets:
-            keep(buckets, key, TokenBucket(per_minute / 60.0, per_minute, self._clock()))
-        return buckets[key]
+    def _take_in_minute(self, buckets: dict[str, TokenBucket], group: str, per_minute: int) -> bool:
+        return self._take(buckets, group, per_minute / 60.0, per_minute)
+
+    def _take(self, buckets: dict[str, TokenBucket], group: str, per_s: float, burst: float, cost: float = 1.0) -> bool:
+        now = self._clock()
+        return take_of_all(group, cost, now, lambda each, times: used(buckets, each, times * per_s, times * burst, now))
 
 
 def address_group(address: str) -> str:
@@ -296,3 +317,10 @@ def keep(kept: dict[Key, Kept], key: Key, value: Kept) -> None:
     kept[key] = value
     if len(kept) > MOST_KEPT:
         del kept[next(iter(kept))]
+
+
+def used(buckets: dict[Key, TokenBucket], key: Key, per_s: float, burst: float, now: float) -> TokenBucket:
+    """The bucket of a key, which is the newest from now on; a full one where there is none."""
+    bucket = buckets.get(key) or TokenBucket(per_s, burst, now)
+    keep(buckets, key, bucket)
+    return bucket

@@ -5,7 +5,8 @@ import math
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection
 
-from movingout.server.connection.admission import address_group, keep
+from movingout.server.connection.admission import address_group, used
+from movingout.server.connection.networks import counted_as, take_of_all
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.settings import Limits
 
@@ -47,25 +48,23 @@ class ConnectionLimits:
         return allowed
 
     def _within_limits(self, group: str, tls: bool) -> bool:
-        self._open[group] += 1
-        cost = HANDSHAKE_COST if tls else 1.0
-        return self._open[group] <= self._limits.connections_per_address and self._bucket(group).take(
-            self._clock(), cost
+        counted, most, now = counted_as(group), self._limits.connections_per_address, self._clock()
+        for each, _ in counted:
+            self._open[each] += 1
+        per_s, cost = self._limits.accepts_per_address_per_s, HANDSHAKE_COST if tls else 1.0
+        return all(self._open[each] <= times * most for each, times in counted) and take_of_all(
+            group, cost, now, lambda each, times: used(self._opened, each, times * per_s, times * 10.0 * per_s, now)
         )
 
     def closed(self, address: str) -> None:
         self._total -= 1
-        group = address_group(address)
-        if group in self._open:
-            self._open[group] -= 1
-            if self._open[group] <= 0:
-                del self._open[group]
-
-    def _bucket(self, group: str) -> TokenBucket:
-        if group not in self._opened:
-            per_s = self._limits.accepts_per_address_per_s
-            keep(self._opened, group, TokenBucket(per_s, 10.0 * per_s, self._clock()))
-        return self._opened[group]
+        if is_trusted(address, self._proxies):
+            return
+        for group, _ in counted_as(address_group(address)):
+            if group in self._open:
+                self._open[group] -= 1
+                if self._open[group] <= 0:
+                    del self._open[group]
 
 
 def is_trusted(address: str, proxies: Collection[str]) -> bool:

@@ -2,9 +2,11 @@
 
 from collections import defaultdict
 
+from movingout.server.connection.networks import counted_as
+
 
 class SocketCounts:
-    """Of one process. Addresses are groups as `admission.address_group` makes them."""
+    """Of one process. Addresses are groups as `admission.address_group` makes them; their networks count, too."""
 
     def __init__(self) -> None:
         self.total = 0
@@ -14,8 +16,9 @@ class SocketCounts:
     def entered(self, address: str) -> None:
         """One more; it is to be `joined` and `left`."""
         self.total += 1
-        self.open[address] += 1
-        self.waiting[address] += 1
+        for group, _ in counted_as(address):
+            self.open[group] += 1
+            self.waiting[group] += 1
 
     def joined(self, address: str) -> None:
         _count_down(self.waiting, address)
@@ -26,6 +29,7 @@ class SocketCounts:
 
 
 def _count_down(counts: defaultdict[str, int], address: str) -> None:
-    counts[address] -= 1
-    if counts[address] <= 0:
-        del counts[address]
+    for group, _ in counted_as(address):
+        counts[group] -= 1
+        if counts[group] <= 0:
+            del counts[group]

@@ -36,6 +36,7 @@ CONTINUATION, PING, PONG = 0x0, 0x9, 0xA
 INVALID_DATA = 1007  # close code (RFC 6455, 7.4.1)
 URL_BYTES = 4 * 1024
 HEAD_BYTES = 16 * 1024  # of a request, without its body
+NODE_BYTES = 256 * 1024  # of the longest body that is announced: what nodes of a cluster tell each other
 TOO_LARGE = (
     b"HTTP/1.1 431 Request Header Fields Too Large\r\ncontent-type: text/plain; charset=utf-8\r\n"
     b"connection: close\r\n\r\nThe address or the headers of this request are too long.\n"
@@ -72,6 +73,8 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
         _head_bytes = 0  # received since the request began, while its head is not whole
         _head_is_whole = True
         _named_bytes = 0  # of the headers received so far
+        _later_bytes = 0  # received since the head was whole
+        _announced = 0  # bytes of the body
         url = b""  # before the first request too
 
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -87,14 +90,23 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
 
         def connection_lost(self, exc: Exception | None) -> None:
             self._clear_deadline()
-            self.resume_writing()
+            if self._write_deadline is not None:
+                self._write_deadline.cancel()
             connections.closed(self._address)
             super().connection_lost(exc)
 
         def pause_writing(self) -> None:
             """More waits to be sent than should; whoever takes too little of it is gone, or wants us to keep it."""
             super().pause_writing()
-            if self._write_deadline is None:
+            self._see_that_it_is_taken()
+
+        def on_response_complete(self) -> None:
+            """The end of an answer may wait to be sent, too little of it for `pause_writing`, also after a close."""
+            super().on_response_complete()
+            self._see_that_it_is_taken()
+
+        def _see_that_it_is_taken(self) -> None:
+            if self._write_deadline is None and self.transport.get_write_buffer_size():
                 self._wait_for_reader()
 
         def _wait_for_reader(self) -> None:
@@ -102,27 +114,39 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
             self._write_deadline = self.loop.call_later(limits.unread_s, self._drop_unless_read)
 
         def _drop_unless_read(self) -> None:
+            self._write_deadline = None
+            if not self.transport.get_write_buffer_size():
+                return
             if taken_bytes(self.transport) - self._taken < LEAST_READ_PER_S * limits.unread_s:
                 self.transport.abort()
             else:
                 self._wait_for_reader()
 
-        def resume_writing(self) -> None:
-            if self._write_deadline is not None:
-                self._write_deadline.cancel()
-                self._write_deadline = None
-            super().resume_writing()
-
         def data_received(self, data: bytes) -> None:
             super().data_received(data)
-            if not self._head_is_whole and not self.transport.is_closing():
+            if self.transport.is_closing():
+                self._see_that_it_is_taken()
+                return
+            if not self._head_is_whole:
                 self._head_bytes += len(data)
                 if self._head_bytes > HEAD_BYTES:
                     self._refuse_head()
+                return
+            self._later_bytes += len(data)
+            if self._later_bytes > self._most_later:
+                self.transport.abort()
+            elif self.cycle is not None and self.cycle.response_complete and self.transport.get_protocol() is self:
+                self._set_deadline()  # for any byte, even of no request, Uvicorn forgets that this one is idle
+
+        @property
+        def _most_later(self) -> int:
+            """Of a body in small chunks, the trailer, and what is no request: also of a body that no route reads."""
+            return 2 * limits.body_bytes + HEAD_BYTES + min(self._announced, NODE_BYTES)
 
         def on_message_begin(self) -> None:
             self._set_deadline()
             self._head_is_whole, self._head_bytes, self._named_bytes = False, 0, 0
+            self._later_bytes = self._announced = 0
             super().on_message_begin()
 
         def on_url(self, url: bytes) -> None:
@@ -135,6 +159,8 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
             self._named_bytes += len(name) + len(value)
             if self._named_bytes > HEAD_BYTES:
                 raise HeadTooLarge
+            if name.lower() == b"content-length" and value.isdigit():
+                self._announced = int(value)
             super().on_header(name, value)
 
         def on_headers_complete(self) -> None:

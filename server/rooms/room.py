@@ -48,10 +48,10 @@ class Room:
         self.was_joined = progress.joined  # whether anybody ever took a seat, or came where agents have both
         self.held = NOTHING  # why the person who runs a study has stopped the clock
         self._held_next = NOTHING  # why no further round begins
-        self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id)
+        self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id, not config.study)
         self._services = services
         self._due = now  # of the newest tick
-        self._announced = self._empty_since = self._over_since = now
+        self._announced = self._empty_since = self._over_since = self.unchanged_since = now
         self.series = RoundSeries(config, seats, services, progress, room_id)
         self.round = self.series.prepare()
 
@@ -259,6 +259,7 @@ class Room:
     def _move(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
         """Change to the phase that follows. Raises PhaseError when the event cannot happen now."""
         self.phase, self.notice, self.until = next_phase(self.phase, event), notice, until
+        self.unchanged_since = self._due
 
     def _enter(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
         """Change the phase and announce it."""
@@ -381,9 +382,9 @@ class Room:
 
     def state(self) -> m.RoomState:
         return m.RoomState(
-            phase=self.phase, reason=self.notice.message, until_ms=self.until * 1e3,
-            seats=[seat.view() for seat in self.seats], spectators=self.seating.spectators, recording=self.recording,
-            reason_code=self.notice.code, reason_values=self.notice.values,
+            phase=self.phase, until_ms=self.until * 1e3, seats=[seat.view() for seat in self.seats],
+            spectators=self.seating.spectators, recording=self.recording, reason_code=self.notice.code,
+            reason=notices.reason(self.notice, bool(self.config.study)), reason_values=self.notice.values,
         )  # fmt: skip
 
     @property

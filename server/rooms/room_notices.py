@@ -1,6 +1,7 @@
 """What a room tells its people about itself, as codes and values."""
 
 import errno
+import logging
 from collections.abc import Sequence
 
 from movingout.recordings import RecordingError
@@ -8,11 +9,14 @@ from movingout.server.notices import NOTHING, Notice, ReasonCode
 from movingout.server.rooms.seat import Seat
 from movingout.world.constants import TICK_SECONDS
 
+log = logging.getLogger(__name__)
+
 RESTARTED = Notice("restarted_anew", "The server was restarted; this round starts again.")
 RESTARTING = Notice("restarting", "The server is being restarted; this page comes back by itself.")
 RESTART_SOON = Notice("restart_soon", "The server restarts in a moment; the next round begins after that.")
 REPLACED = Notice("replaced", "This seat is now played from another window.")
 NOBODY_HERE = Notice("nobody_here", "Nobody was here for a while.")
+ROOM_IDLE = Notice("room_idle", "Nothing happened here for a while, and others needed the room.")
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -28,8 +32,18 @@ def agent_notice(seats: Sequence[Seat], with_cautions: bool) -> Notice:
     unseen = [seat for seat in seats if seat.agent_caution and with_cautions]
     message = " ".join([seat.agent_failure for seat in failed] + [seat.agent_caution for seat in unseen])
     if failed:
+        log.warning("%s", message)
         return Notice("agent_failed", message, {"players": _names(failed)})
     return Notice("agent_unseen", message, {"players": _names(unseen)}) if unseen else NOTHING
+
+
+def reason(notice: Notice, study: bool) -> str:
+    """The sentence of a notice; a participant of a study must not read which agent the partner is, or its files."""
+    if study and notice.code == "agent_failed":
+        return f"{' and '.join(notice.values['players'])} cannot play."
+    if study and notice.code == "cannot_start":
+        return "This round cannot start."
+    return notice.message
 
 
 def resumed(tick: int) -> Notice:

@@ -10,12 +10,14 @@ from typing import NamedTuple
 from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
 from movingout.server.notices import Notice
+from movingout.server.rooms.phases import IN_ROUND
 from movingout.server.rooms.room import Room
-from movingout.server.rooms.room_notices import NOBODY_HERE
+from movingout.server.rooms.room_notices import NOBODY_HERE, ROOM_IDLE
 from movingout.server.rooms.seat import Seat
 from movingout.server.security.tokens import Hash
 
 LEFT_BEHIND_S = 60.0  # a room that was empty for so long may give way to another one
+IDLE_S = 900.0  # and so may, after those, one where somebody waits for so long
 
 
 class SeatStatus(NamedTuple):
@@ -153,20 +155,37 @@ def give_keys(room: Room, keys: Mapping[int, Hash]) -> RoomView:
     return room_view(room)
 
 
-def left_state(room: Room) -> tuple[float, bool, str]:
-    """For how long a room is empty, whether it was joined or is watched now, and its id."""
+class LeftState(NamedTuple):
+    """How much a room is needed."""
+
+    empty_s: float
+    idle_s: float  # outside of a round
+    joined: bool  # it was joined or is watched now
+    id: str
+
+
+def left_state(room: Room) -> LeftState:
+    """For how long a room is empty and idle, and whether anybody ever came."""
+    now = time.monotonic()
     joined = room.was_joined or bool(room.seating.clients)
-    return room.empty_s(time.monotonic()), joined, room.id
+    idle_s = 0.0 if room.phase in IN_ROUND else now - room.unchanged_since
+    return LeftState(empty_s=room.empty_s(now), idle_s=idle_s, joined=joined, id=room.id)
 
 
-def longest_left(states: list[tuple[float, bool, str]]) -> list[str]:
-    """The rooms that may give way to others, the one that was left first before the others."""
-    return [room for empty_s, _, room in sorted(states, reverse=True) if empty_s >= LEFT_BEHIND_S]
+def longest_left(states: list[LeftState]) -> list[str]:
+    """The rooms that may give way to others, the one that was left first before the others; then idle ones."""
+    left = sorted((each for each in states if each.empty_s >= LEFT_BEHIND_S), reverse=True)
+    idle = [each for each in states if each.empty_s < LEFT_BEHIND_S and each.idle_s >= IDLE_S]
+    return [each.id for each in (*left, *sorted(idle, key=lambda each: each.idle_s, reverse=True))]
 
 
 def end_if_left(room: Room) -> bool:
-    """End a room that nobody has come back to; done where it is, so that nobody arrives in between."""
-    left = room.empty_s(time.monotonic()) >= LEFT_BEHIND_S
-    if left:
+    """End a room that nobody has come back to, or that is idle; done where it is, so that nobody arrives in between."""
+    state = left_state(room)
+    if state.empty_s >= LEFT_BEHIND_S:
         room.close(m.CLOSE_ROOM_OVER, NOBODY_HERE)
-    return left
+    elif state.idle_s >= IDLE_S:
+        room.close(m.CLOSE_ROOM_OVER, ROOM_IDLE)
+    else:
+        return False
+    return True

@@ -18,14 +18,21 @@ class SeatAssignment:
     """The clients of one room and the seats they hold."""
 
     def __init__(
-        self, room_id: str, seats: list[Seat], new_token: Callable[[], str], new_id: Callable[[], str]
+        self,
+        room_id: str,
+        seats: list[Seat],
+        new_token: Callable[[], str],
+        new_id: Callable[[], str],
+        takes_names: bool = True,
     ) -> None:
+        """`takes_names`: whether people are called what they say; in a study nobody can tell a partner anything."""
         self.clients: list[ClientHandle] = []
         self._spectators: list[ClientHandle] = []  # of the clients, those who joined to watch
         self._room_id = room_id
         self._seats = seats
         self._new_token = new_token
         self._new_id = new_id
+        self._takes_names = takes_names
 
     @property
     def spectators(self) -> int:
@@ -133,5 +140,5 @@ class SeatAssignment:
     def _sit(self, client: ClientHandle, seat: Seat, name: str) -> m.SeatGrant:
         token = self._new_token()
         seat.alias = seat.alias or f"person-{self._new_id()[:6]}"
-        seat.sit(client, token, name)
+        seat.sit(client, token, name if self._takes_names else "")
         return m.SeatGrant(seat.index, token)

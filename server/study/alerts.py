@@ -11,6 +11,7 @@ from movingout.server.notices import AlertCode
 log = logging.getLogger(__name__)
 
 MAX_ALERTS = 100  # older ones are dropped
+MOST_ALIKE = 25  # with one code, so that many of one kind hide no other
 REPEAT_S = 60.0  # the same alert is not added again within this time
 
 
@@ -27,7 +28,7 @@ class Alert:
 
 
 class Alerts:
-    """The newest alerts. May be used from any thread."""
+    """The newest alerts, of each code so many. May be used from any thread."""
 
     def __init__(self, now: Callable[[], float] = time.time) -> None:
         self._now = now
@@ -47,7 +48,9 @@ class Alerts:
         text = _with_detail(text, detail)
         log.warning("alert: %s", text)
         self._number += 1
-        self._alerts = [*self._alerts, Alert(self._number, now, about, text, values, detail)][-MAX_ALERTS:]
+        alike = [one for one in self._alerts if one.about == about]
+        kept = [one for one in self._alerts if len(alike) < MOST_ALIKE or one is not alike[0]]
+        self._alerts = [*kept, Alert(self._number, now, about, text, values, detail)][-MAX_ALERTS:]
 
     @property
     def number(self) -> int:

@@ -108,11 +108,14 @@ class StudyMonitor:
             await departures.dismiss(tx, absent[0], "dropped-out")
 
     def _notice_absent(self, now: float) -> None:
-        """Alert once to each participant who was here and has been away for a while; a pause is no absence."""
+        """Alert once to each participant who was here and has been away for a while; a pause is no absence.
+
+        Who has not consented takes part in nothing: many open a link and close it again.
+        """
         for session in self._running.participants:
             if session.absence_told or session.finished or self._running.progress.is_paused(session):
                 continue
-            if session.absent_s(now) > AWAY_S:
+            if session.has_consented and session.absent_s(now) > AWAY_S:
                 session.absence_told = True
                 self._running.alerts.add("away", f"{session.pid} has been away for two minutes.", pid=session.pid)
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import gc
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +14,7 @@ from movingout.server.host import Host
 from movingout.server.notices import Notice
 from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import Away, NoRoom
-from movingout.server.rooms.room_view import LEFT_BEHIND_S
+from movingout.server.rooms.room_view import IDLE_S, LEFT_BEHIND_S
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
 from tests.server.live import limits
@@ -22,11 +23,15 @@ ADDRESS = "192.0.2.1"
 
 
 class FarHost(Host):
-    """A host whose rooms are in other processes. `states` says how long each is empty, and whether somebody came."""
+    """A host whose rooms are in other processes. `states` says how long each is empty, and whether somebody came.
+
+    `idle` says how long those are without a round in which somebody waits.
+    """
 
     def __init__(self, data: Path, states: dict[str, tuple[float, bool]], **limited: int) -> None:
         super().__init__(Settings(data=data, limits=limits(rooms_per_address_per_minute=1000, **limited)))
         self.states = states
+        self.idle: dict[str, float] = {}
         for room in states:
             self.admission.opened_room(self.admission.owner(ADDRESS), room)
 
@@ -36,6 +41,7 @@ class FarHost(Host):
             raise NoRoom
         empty_s, joined = self.states[room_id]
         room = {"id": room_id, "was_joined": joined, "seating": SimpleNamespace(clients=())}
+        room |= {"phase": "lobby", "unchanged_since": time.monotonic() - self.idle.get(room_id, 0.0)}
         return work(SimpleNamespace(**room, empty_s=lambda now: empty_s, close=lambda code, notice: None))
 
     async def close_room(self, room_id: str, code: int, notice: Notice, *how: Any) -> Any:
@@ -81,6 +87,18 @@ def test_where_all_rooms_are_in_use_the_one_left_longest_gives_way(tmp_path: Pat
     host.states |= {"another": (LEFT_BEHIND_S - 1, True), "a third": (0.0, True)}
     asyncio.run(host.make_place())
     assert set(host.states) == {"played", "new", "another", "a third"}, "whoever has just left may come back"
+
+
+def test_after_those_that_are_empty_the_one_that_waits_longest_for_a_round_gives_way(tmp_path: Path) -> None:
+    """A few addresses could hold all rooms, with a connection in each that is never ready."""
+    states = {"held": (0.0, True), "held longest": (0.0, True), "left": (LEFT_BEHIND_S, True), "waits": (0.0, True)}
+    host = FarHost(tmp_path, states, rooms=4, rooms_for_operator=0)
+    host.idle = {"held": IDLE_S + 1, "held longest": 2 * IDLE_S, "waits": IDLE_S - 1}
+    for given in ("left", "held longest", "held", ""):
+        asyncio.run(host.make_place())
+        assert given not in host.states and len(host.states) == 4 - bool(given)
+        host.states[f"new {given}"] = 0.0, True
+    assert "waits" in host.states
 
 
 class FoundAgain(FarHost):

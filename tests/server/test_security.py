@@ -14,9 +14,9 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from movingout.server import messages as m
-from movingout.server import public_host
 from movingout.server.api import routes
 from movingout.server.host import Host
+from movingout.server.rooms import room_view
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.time_limits import UNJOINED_S
 from movingout.server.settings import Limits, Settings
@@ -123,7 +123,7 @@ def test_3_a_room_left_behind_gives_way_to_another_one_of_the_same_address(
         live.person(left["room"], tokens=left["tokens"][:1]).connection.close()
         status, answer = live.call("/api/rooms", SEATS)
         assert (status, answer["error"]["code"]) == (429, "too_many_rooms"), "whoever left may come back for a while"
-        monkeypatch.setattr(public_host, "LEFT_BEHIND_S", 0.0)
+        monkeypatch.setattr(room_view, "LEFT_BEHIND_S", 0.0)
         opened = live.call("/api/rooms", SEATS)[1]["room"]
         assert {room.id for room in live.rooms} == {kept["room"], opened}
 

@@ -107,6 +107,8 @@ class ParticipantApi:
         session, given = await self._session(request), await body_of(request, StudyAnswerRequest)
         if session is None:
             raise ApiError(409, "elsewhere", "The study was opened in another window; go on there.")
+        if not self._running.host.admission.may_save_answer(session.pid):
+            raise _too_often()
         await limit_answers(self._running.host, request)
         await self._actions.answer(session, given)
         return {"saved": True}
@@ -165,10 +167,14 @@ class ParticipantApi:
     def _limit_changes(self, session: ParticipantSession) -> None:
         """Changes are made one after another: nobody keeps all others waiting. Raises ApiError."""
         if not self._running.host.admission.may_change(session.pid):
-            raise ApiError(429, "too_many_requests", "Too many requests from this page; wait a second.", retry_s=1)
+            raise _too_often()
 
     async def _shown(self, session: ParticipantSession | None) -> dict[str, View]:
         if session is None:
             return {"view": self._views.elsewhere()}
         await self._actions.skip_unplayable(session)
         return {"view": await self._views.view(session)}
+
+
+def _too_often() -> ApiError:
+    return ApiError(429, "too_many_requests", "Too many requests from this page; wait a second.", retry_s=1)

@@ -145,6 +145,7 @@ def _settings(args: argparse.Namespace) -> Settings:
         requests_per_address_per_s=AT_ONE_ADDRESS * max(1.0, speed),
         study_arrivals_per_minute=round(AT_ONE_ADDRESS * max(1.0, speed)),
         study_changes_per_s=Limits().study_changes_per_s * max(1.0, speed),
+        study_answers_per_s=Limits().study_answers_per_s * max(1.0, speed),
         messages_per_s=Limits().messages_per_s * max(1.0, speed),
         message_burst=Limits().message_burst * max(1.0, speed),
     )

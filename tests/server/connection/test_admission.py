@@ -6,6 +6,7 @@ import pytest
 
 from movingout.server.connection import admission
 from movingout.server.connection.admission import LEAST_BYTES, ROUND_BYTES, AdmissionControl, Secret, address_group
+from movingout.server.connection.connection_limits import ConnectionLimits
 from movingout.server.settings import Limits
 
 
@@ -105,6 +106,38 @@ def test_many_addresses_free_only_the_oldest(monkeypatch: pytest.MonkeyPatch) ->
             guesses(gate, f"192.0.2.{count}", "seat")
     assert guesses(gate, "192.0.2.59", "seat"), "still locked"
     assert not guesses(gate, "192.0.2.0", "seat"), "forgotten"
+
+
+def test_who_is_still_there_is_not_forgotten_for_those_who_came_later(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(admission, "MOST_KEPT", 50)
+    gate = control(rooms_per_address_per_minute=2)
+    allowed = []
+    for turn in range(3):
+        allowed.append(gate.may_open_room("192.0.2.1"))
+        for count in range(30):
+            gate.may_open_room(f"198.51.{turn}.{count}")
+    assert allowed == [True, True, False]
+
+
+def test_a_48_network_has_four_times_what_a_64_network_has() -> None:
+    gate = control(rooms_per_address_per_minute=2, sockets_per_address=2, connections_per_address=2)
+    connections = ConnectionLimits(Limits(connections_per_address=2), ("2001:db8:1:7::7",), Clock())
+    networks = [f"2001:db8:1:{number}::1" for number in range(12)]
+    eight = [True] * 8 + [False] * 4
+    assert [gate.may_open_room(each) for each in networks] == eight
+    assert [gate.enter(each) == "" for each in networks] == eight
+    assert [gate.begin_answer(each) for each in networks] == eight
+    assert [connections.opened(each) for each in networks] == eight
+    for elsewhere in ("2001:db8:2::1", "192.0.2.1", "192.0.2.1/64"):
+        assert gate.may_open_room(elsewhere) and gate.enter(elsewhere) == "" and connections.opened(elsewhere)
+    gate.leave(networks[0])
+    gate.end_answer(networks[0])
+    for each in networks[:5]:
+        connections.closed(each)
+    connections.opened("2001:db8:1:7::7")
+    connections.closed("2001:db8:1:7::7")
+    assert gate.enter(networks[-1]) == "" and gate.begin_answer(networks[-1])
+    assert [connections.opened(networks[-1]) for _ in range(2)] == [True, False]
 
 
 def test_connecting_again_and_again_has_to_wait() -> None:

@@ -3,6 +3,8 @@
 import asyncio
 import socket
 import ssl
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -102,11 +104,14 @@ def test_a_connection_that_was_handed_over_counts_from_then_on(tmp_path: Path) -
         wait_until(lambda: counts(live)._total == 0)
 
 
-def app_with_a_long_answer(settings: Settings) -> FastAPI:
-    app = create_app(settings)
-    app.add_api_route("/long", lambda: Response(bytes(LONG) + b"the end"))
-    app.router.routes.insert(0, app.router.routes.pop())
-    return app
+def app_with_answers_of(size: int) -> Callable[[Settings], FastAPI]:
+    def create(settings: Settings) -> FastAPI:
+        app = create_app(settings)
+        app.add_api_route("/long", lambda: Response(bytes(size) + b"the end"))
+        app.router.routes.insert(0, app.router.routes.pop())
+        return app
+
+    return create
 
 
 def test_over_tls_too_whoever_takes_nothing_of_a_long_answer_is_dropped(
@@ -115,7 +120,7 @@ def test_over_tls_too_whoever_takes_nothing_of_a_long_answer_is_dropped(
     monkeypatch.setattr(uvicorn_server, "GOODBYE_S", 60.0)  # after an idle connection was closed
     certificate = certificate_in(tmp_path / "tls", "127.0.0.1")
     context = ssl.create_default_context(cafile=str(certificate.certificate))
-    with serve(tmp_path, limits(unread_s=0.3), app_with_a_long_answer, certificate=certificate) as live:
+    with serve(tmp_path, limits(unread_s=0.3), app_with_answers_of(LONG), certificate=certificate) as live:
 
         def asked() -> ssl.SSLSocket:
             client = context.wrap_socket(raw_socket(live), server_hostname="localhost")
@@ -128,3 +133,55 @@ def test_over_tls_too_whoever_takes_nothing_of_a_long_answer_is_dropped(
         with asked():
             wait_until(lambda: counts(live)._total == 1)
             wait_until(lambda: counts(live)._total == 0)
+
+
+@pytest.mark.parametrize("after", [b"1\r\nx\r\n", b"\r\n"], ids=["a body that no route reads", "no request"])
+def test_what_comes_after_the_head_of_a_request_has_an_end(live: Live, after: bytes) -> None:
+    chunked = b"POST /healthz HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n"
+    plain = b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
+    with raw_socket(live) as client:
+        client.sendall(plain if after == b"\r\n" else chunked)
+        read_until(client, b"\r\n\r\n")
+        with pytest.raises(ConnectionError):
+            for _ in range(100):
+                client.sendall(after * (16_000 // len(after)))
+                time.sleep(0.001)
+
+
+def test_a_body_as_long_as_it_may_be_in_chunks_of_a_few_bytes_is_read(live: Live) -> None:
+    with raw_socket(live) as client:
+        client.sendall(b"POST /api/rooms HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n")
+        client.sendall(b"10\r\n" + b" " * 16 + b"\r\n")
+        client.sendall((b"10\r\n" + b" " * 16 + b"\r\n") * 1_000 + b"0\r\n\r\n")
+        assert b" 422 " in read_until(client, b"\r\n")
+
+
+def test_an_idle_connection_that_sends_what_is_no_request_has_a_deadline_again(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(header_s=0.3)) as live, raw_socket(live) as client:
+        client.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+        read_until(client, b"}")
+        client.sendall(b"\r\n")
+        wait_until(lambda: counts(live)._total == 0)
+
+
+def test_a_websocket_on_a_connection_that_had_an_answer_before_has_no_deadline(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(header_s=0.3)) as live, raw_socket(live) as client:
+        client.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+        read_until(client, b"}")
+        client.sendall(handshake())
+        read_until(client, b"\r\n\r\n")
+        time.sleep(0.6)
+        client.sendall(NO_JOIN)
+        read_until(client, CLOSE_FRAME)
+
+
+@pytest.mark.parametrize("closes", [b"", b"Connection: close\r\n"], ids=["stays", "closes"])
+def test_the_end_of_answers_that_waits_to_be_read_has_a_deadline_too(tmp_path: Path, closes: bytes) -> None:
+    """It is less than what makes the transport say that it is full."""
+    with serve(tmp_path, limits(unread_s=0.3), app_with_answers_of(20_000)) as live, socket.socket() as client:
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        client.connect(("127.0.0.1", live.port))
+        ask = b"GET /long HTTP/1.1\r\nHost: x\r\n"
+        client.sendall((ask + b"\r\n") * 3 + ask + closes + b"\r\n")
+        wait_until(lambda: counts(live)._total == 1)
+        wait_until(lambda: counts(live)._total == 0)

@@ -1,10 +1,14 @@
 """The room, by time stepped by hand: phases, seats, pauses, series."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from movingout.server import messages as m
 from movingout.server.persistence.room_snapshot import room_again, room_file
+from movingout.server.rooms import room_view
+from movingout.server.rooms.room_notices import ROOM_IDLE
 from movingout.server.rooms.round_series import KEPT_RESULTS
 from movingout.server.rooms.services import RESUME_S, Refused
 from movingout.world.metrics import METRICS
@@ -267,3 +271,20 @@ def test_of_a_map_played_again_and_again_the_newest_results_are_kept() -> None:
     file.results = results  # written by an earlier version
     again = room_again(file, None, table.services, table.now)
     assert list(again.series.results) == results[-KEPT_RESULTS:]
+
+
+def test_a_room_where_somebody_is_never_ready_may_give_way_and_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    table = Table()
+    blue, red = table.pair()
+    monkeypatch.setattr(room_view, "time", SimpleNamespace(monotonic=lambda: table.now))
+    table.now += room_view.IDLE_S - 1
+    assert not room_view.end_if_left(table.room)
+    table.ready(blue, red)
+    table.seconds(5)
+    assert table.phase == "playing" and room_view.left_state(table.room).idle_s == 0.0
+    table.say(blue, m.Leave(0))
+    table.now += room_view.IDLE_S - 1
+    assert not room_view.end_if_left(table.room), "a round has ended since"
+    table.now += 2
+    assert room_view.end_if_left(table.room)
+    assert red.goodbye == (m.CLOSE_ROOM_OVER, ROOM_IDLE)

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from movingout.recordings import read_episode
@@ -35,6 +36,36 @@ def test_the_key_of_a_study_lets_in_again_and_again() -> None:
     again = table.join(tokens=["key 0"])
     assert again.seats == [0] and blue.goodbye is not None
     assert table.join(tokens=again.tokens).seats == [0], "and so does the newest token"
+
+
+def test_a_name_that_a_program_gives_itself_is_not_shown_to_a_partner_in_a_study() -> None:
+    table = study_table()
+    table.seats[0].key = hash_token("key 0")
+    table.join(tokens=["key 0"], name="I am the human :-)")
+    assert [seat.name for seat in table.room.state().seats] == ["", ""]
+
+
+@pytest.mark.parametrize(("study", "said"), [(STUDY, False), ({}, True)])
+def test_a_participant_does_not_read_why_an_agent_cannot_play(
+    study: dict[str, str], said: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The agent's own sentence names it, its options and files."""
+    seats = [Seat(0, "human", shared=True), Seat(1, "agent", "bass", name="Partner A")]
+    table = Table(seats=seats, study=study)
+    blue = table.join(claim=1)
+    table.services.agents.players[0].failed = "bass@all:path=/home/lab/net cannot be loaded"
+    table.ready(blue)
+    told = [one for one in blue.told if isinstance(one, m.RoomState) and one.reason_code == "agent_failed"]
+    assert {one.reason.startswith("Partner A cannot play") for one in told} == {True}
+    assert {"bass" in msgspec.json.encode(one).decode() for one in told} == {said}
+    assert "/home/lab/net" in caplog.text
+
+
+def test_a_participant_does_not_read_which_agent_is_not_free() -> None:
+    services = FakeServices()
+    table = Table(services=services, seats=[Seat(0, "human", shared=True), Seat(1, "agent", "bass")], study=STUDY)
+    table.room.notice = Notice("cannot_start", "bass@all needs more of a core than is left")
+    assert table.room.state().reason == "This round cannot start."
 
 
 def test_a_round_of_a_study_is_played_once_and_told_to_the_study(tmp_path: Path) -> None:

@@ -289,6 +289,7 @@ def served(
         waiting_per_address=500,
         wrong_tokens_per_minute=100_000,
         study_changes_per_s=2.0 * SPEED,
+        study_answers_per_s=5.0 * SPEED,
         messages_per_s=60.0 * SPEED,
         message_burst=60.0 * SPEED,
     )

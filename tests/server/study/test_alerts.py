@@ -1,6 +1,6 @@
-"""Alerts for the experimenter: one is said once a minute, however its detail changes."""
+"""Alerts for the experimenter: one is said once a minute, however its detail changes, and many hide no other."""
 
-from movingout.server.study.alerts import REPEAT_S, Alerts
+from movingout.server.study.alerts import MAX_ALERTS, MOST_ALIKE, REPEAT_S, Alerts
 
 
 def test_a_detail_with_a_changing_figure_does_not_repeat_an_alert_and_another_unit_does() -> None:
@@ -29,3 +29,13 @@ def test_a_name_in_a_detail_that_is_no_utf8_can_be_sent_to_the_page() -> None:
     alerts = Alerts()
     alerts.add("deletion", "The data of P1 could not be deleted.", "cannot read caf\udce9.mcap", pid="P1")
     assert alerts.to_json()[0]["detail"].encode() == rb"cannot read caf\udce9.mcap"
+
+
+def test_many_alerts_of_one_kind_hide_no_other() -> None:
+    alerts = Alerts()
+    alerts.add("disk", "The disk is almost full.")
+    for number in range(2 * MAX_ALERTS):
+        alerts.add("away", f"P{number} has been away for two minutes.", pid=f"P{number}")
+    found = alerts.to_json()
+    assert [one["about"] for one in found] == ["away"] * MOST_ALIKE + ["disk"]
+    assert found[0]["values"] == {"pid": f"P{2 * MAX_ALERTS - 1}"} and alerts.number == 2 * MAX_ALERTS + 1

@@ -140,6 +140,14 @@ def test_whoever_was_here_and_is_away_for_two_minutes_is_told_of_once(solo: Serv
     assert told().count(visitor.pid) == 1
 
 
+def test_who_opens_the_link_and_leaves_without_a_consent_is_no_alert(solo: Served) -> None:
+    visitor = solo.visitor()
+    solo.later(121)
+    solo.look()
+    assert visitor.pid not in [one["values"].get("pid") for one in solo.running.alerts.to_json()]
+    assert not solo.row(visitor.pid)["present"]
+
+
 def test_a_row_of_somebody_who_has_finished_has_code_and_minutes(solo: Served) -> None:
     visitor = solo.visitor().go_to("form")
     assert (solo.row(visitor.pid)["code"], solo.row(visitor.pid)["minutes"]) == (None, None)

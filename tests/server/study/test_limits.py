@@ -78,6 +78,20 @@ def test_one_page_that_changes_without_end_keeps_nobody_waiting(solo: Served, mo
     assert [restless.call(f"view?lang={language}")[0] for language in ("de", "en", "de")] == [200, 200, 429]
 
 
+def test_one_page_that_answers_without_end_does_not_keep_the_database_full(
+    solo: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = [0.0]
+    hasty, other = (solo.visitor().go_to("questionnaire") for _ in range(2))
+    monkeypatch.setattr(solo.live.host, "admission", AdmissionControl(limits(study_answers_per_s=0.5), lambda: now[0]))
+    told = [hasty.answer("teamwork", 1 + count % 7) for count in range(7)]
+    assert [status for status, _ in told] == [200] * 5 + [429] * 2
+    assert told[-1][1]["error"]["code"] == "too_many_requests"
+    assert other.answer("teamwork", 3)[0] == 200
+    now[0] = 2.0
+    assert [hasty.answer("teamwork", 4)[0] for _ in range(2)] == [200, 429]
+
+
 def test_unknown_tokens_from_one_address_are_looked_up_so_often(solo: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     few = AdmissionControl(limits(study_unknown_tokens_per_s=0.05), lambda: 0.0)
     monkeypatch.setattr(solo.live.host, "admission", few)
