@@ -14,6 +14,7 @@ from movingout.study.analysis.sessions import Sessions, sessions_of
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
 from movingout.study.questionnaire import NO_ANSWER
+from movingout.study.store.removal import undecided
 from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, counts, participants, players, rounds, tombstones, units
 from movingout.world.metrics import METRICS
@@ -137,7 +138,8 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
     `annotations` are files of verdicts besides the one beside the recordings. Rounds and answers of participants who
     did not want their data kept are left out.
     """
-    people = store.rows(participants)
+    waiting = undecided(store)
+    people = [row for row in store.rows(participants) if row["pid"] not in waiting]
     refused = {row["pid"] for row in people if row["keep"] is False}
     left_out = {row["unit"] for row in people if row["pid"] in refused}
     kept = [row for row in store.rows(rounds) if row["unit"] not in left_out]

@@ -33,6 +33,7 @@ from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
 from movingout.study.questionnaire import NO_ANSWER
 from movingout.study.store.frozen_study import frozen_study
+from movingout.study.store.removal import undecided
 from movingout.study.store.store import Store
 from movingout.study.store.tables import exported
 
@@ -99,6 +100,8 @@ def _tables(study: Study, store: Store) -> dict[str, list[Row]]:
     for name, table in store.tables().items():
         names = [column.name for column in exported(table)]
         tables[name] = [{key: row[key] for key in names} for row in store.rows(table)]
+    waiting = undecided(store)
+    tables["participants"] = [row for row in tables["participants"] if row["pid"] not in waiting]
     _mark_newest(tables["answers"])
     tables["allocation"] = list(_allocation(study, tables["units"]))
     return tables

@@ -9,6 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from movingout.server.cli import main
+from movingout.study.analysis.results import collect
 from movingout.study.data.erasure import DAY_MS, due_now, erase, purge
 from movingout.study.data.export import Options, export_study
 from movingout.study.errors import StudyError
@@ -46,6 +47,17 @@ def test_all_formats_of_an_export_hold_the_same_rows(tmp_path: Path) -> None:
         assert pq.read_table(tmp_path / "out" / f"{name}.parquet").to_pylist() == documents
         assert [{key: "" if value is None else str(value) for key, value in row.items()} for row in documents] == rows
     assert {row["pid"] for row in read_csv(tmp_path / "out" / "participants.csv")} == set(pids)
+
+
+def test_who_only_opened_the_link_is_in_no_export_and_no_report(tmp_path: Path) -> None:
+    study, text = template("human_study", **SHORT)
+    place, store, pids = fill(tmp_path, study, text, 1)
+    store.arrive("PLOOKED", "en")
+    done = export_study(place, store, tmp_path / "out", Options(training=False))
+    assert done.rows["participants"] == 1
+    assert [row["pid"] for row in read_csv(tmp_path / "out" / "participants.csv")] == pids
+    flow = dict(collect(study, store, place.recordings).flow)
+    assert (flow["came"], flow["open"]) == (1, 0)
 
 
 def test_a_round_that_was_played_again_is_counted_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
