@@ -41,11 +41,11 @@ class Progress:
 
     async def advance(self, tx: Transaction, session: ParticipantSession) -> None:
         """To the next step, or to the completion code."""
-        rounds, unit = self._databases.rounds, session.record.unit
+        unit = session.record.unit
         over, played = frozenset[str](), frozenset[str]()
         if unit is not None and any(block.limit_minutes for block in self._study.blocks):
             over = await self._units.blocks_over(tx, unit)
-            played = await tx.run(rounds.finished_steps, unit)
+            played = await self._units.finished_steps(tx, unit)
         step = next_step(session.steps, session.record.step, over, played)
         if step.kind == "code":
             await self._participants.finish(tx, session, "done")
