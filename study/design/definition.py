@@ -5,6 +5,7 @@ the order and the seats follow from the participant's slot (`.allocation`). Time
 100 ms: 500 ticks are 50 s.
 """
 
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
@@ -305,6 +306,11 @@ class Study(StudyModel):
             if spec.id == name:
                 return spec.build(language)
         return instrument(name, language)
+
+    @property
+    def place(self) -> Path | None:
+        """The folder of its file, beside which its maps lie; None of a text."""
+        return self._map_files.folder
 
     @property
     def own_maps(self) -> tuple[str, ...]:
