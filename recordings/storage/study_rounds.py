@@ -2,7 +2,8 @@
 
 A recording never changes once it is finished, so that a round which an experimenter marks as invalid later, and the
 rounds of somebody who declines to have their data kept, are known to the database of the study alone. It lies beside
-the recordings: data/recordings and data/studies/*/study.sqlite. A study in PostgreSQL has none there.
+the recordings: data/recordings and data/studies/*/study.sqlite; in a backup BACKUP/recordings and BACKUP/study.sqlite.
+A study in PostgreSQL has none but in its backups.
 """
 
 import os
@@ -24,9 +25,11 @@ _QUERY = """
 
 def uncounted_episodes(recordings: Iterable[Path]) -> frozenset[str]:
     """Ids of the episodes that the studies beside these recordings do not count. Raises RecordingError."""
-    folders = {Path(os.path.realpath(path)).parents[1] / "studies" for path in recordings}  # resolve() refuses loops
-    databases = sorted(found for folder in folders for found in folder.glob("*/study.sqlite"))
-    return frozenset(episode for database in databases for episode in _of_study(database))
+    folders = {Path(os.path.realpath(path)).parents[1] for path in recordings}  # resolve() refuses loops
+    databases = {found for folder in folders for found in folder.glob("studies/*/study.sqlite")}
+    backups = {folder / "study.sqlite" for folder in folders if (folder / "manifest.json").is_file()}
+    databases |= {database for database in backups if database.is_file()}
+    return frozenset(episode for database in sorted(databases) for episode in _of_study(database))
 
 
 def uncounted_in(folder: Path) -> frozenset[str]:

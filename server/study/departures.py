@@ -61,6 +61,7 @@ class Departures:
         """
         tx.check()
         if session.finished:
+            await self._note_late_wish(tx, session, keep)
             return
         if keep is not None:
             await tx.run(self._databases.store.keep_data, session.pid, keep)
@@ -74,6 +75,16 @@ class Departures:
         finally:  # the machine of their room may be away
             if keep is False:
                 self.delete_data(session)
+
+    async def _note_late_wish(self, tx: Transaction, session: ParticipantSession, keep: bool | None) -> None:
+        """Of two who stop at the same time, the second has a code by the time they ask for the deletion."""
+        if keep is None or session.declined or session.record.keep is not None:
+            return
+        await tx.run(self._databases.store.keep_data, session.pid, keep)
+        await self._participants.refresh(tx, session)
+        notify([session])
+        if not keep:
+            self.delete_data(session)
 
     async def release_partners(self, tx: Transaction, unit: StudyUnit) -> None:
         """Somebody of the unit has left: finish those whose remaining rounds cannot be played."""

@@ -1,6 +1,7 @@
 """What the experimenter can do to a running study. Every action leaves a row in the audit or a note."""
 
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +17,17 @@ from movingout.server.study.unit import StudyUnit
 from movingout.study.errors import StudyError
 
 RESTARTED = Notice("round_restarted", "The experimenter starts this round again.")
-PAYMENT_COLUMNS = ("source", "id", "pid", "outcome", "code", "minutes", "amount", "currency", "data_kept")
+PAYMENT_COLUMNS = (
+    *("source", "id", "pid", "outcome", "code", "minutes", "amount", "currency", "data_kept"),
+    *("assignment", "task"),
+)
+
+
+def _assignment(parameters: Mapping[str, str]) -> dict[str, str]:
+    """What a platform calls what is paid, and the task that it is of; empty elsewhere."""
+    names = {"assignment": ("assignmentId", "SESSION_ID"), "task": ("hitId", "STUDY_ID")}
+    given = {column: [parameters[name] for name in of if name in parameters] for column, of in names.items()}
+    return {column: safe_text(found[0]) if found else "" for column, found in given.items()}
 
 
 class ExperimenterRequest(msgspec.Struct):
@@ -119,9 +130,13 @@ class ExperimenterActions:
     async def payments(self) -> list[dict[str, Any]]:
         """One row per completion code: the id at the recruitment platform, and what is due."""
         known = await self._databases.run(self._databases.identities.everybody)
+        kept = await self._databases.run(self._databases.identities.parameters)
         await self._databases.run(self._databases.store.audit, "experimenter", "payments")
         finished = [session for session in self._running.participants if session.record.code is not None]
-        return [self._payment(session, *known.get(session.pid, ("", ""))) for session in finished]
+        return [
+            self._payment(session, *known.get(session.pid, ("", ""))) | _assignment(kept.get(session.pid, {}))
+            for session in finished
+        ]
 
     def _payment(self, session: ParticipantSession, source: str, external_id: str) -> dict[str, Any]:
         record = session.record

@@ -94,7 +94,8 @@ class StudyMonitor:
     async def _dismiss_absent(self, tx: Transaction, unit: StudyUnit, now: float) -> None:
         """Nobody waits for ever for a partner who is gone."""
         departures = self._running.departures
-        if any(one.finished and one.record.outcome != "done" for one in unit.members):
+        left = any(one.finished and one.record.outcome != "done" for one in unit.members)
+        if left or await self._is_left_at_a_round(tx, unit):
             await departures.release_partners(tx, unit)  # where a kill or a database error interrupted `dismiss`
         return_s = self._running.study.pairing.return_s
         absent = [one for one in unit.members if not one.finished and one.is_gone(now, return_s)]
@@ -106,6 +107,17 @@ class StudyMonitor:
                 "gone", f"{pid} did not come back; {partner} was given a code.", pid=pid, partner=partner
             )
             await departures.dismiss(tx, absent[0], "dropped-out")
+
+    async def _is_left_at_a_round(self, tx: Transaction, unit: StudyUnit) -> bool:
+        """Whether somebody waits at a round for one who is done.
+
+        After a restart nothing tells that the time of a block was up whose rounds one of the two had deleted.
+        """
+        waiting = [one for one in unit.members if one.step is not None and one.step.kind == "round"]
+        if not waiting or not any(one.finished for one in unit.members):
+            return False
+        await self._running.progress.catch_up(tx, unit)  # it may be that the round has been played
+        return any(one.step is not None and one.step.kind == "round" for one in waiting)
 
     def _notice_absent(self, now: float) -> None:
         """Alert once to each participant who was here and has been away for a while; a pause is no absence.

@@ -218,7 +218,7 @@ class ParticipantActions:
                 await self._running.participants.decline(tx, session)
 
     async def stop(self, session: ParticipantSession, keep: bool) -> None:
-        """The participant stops, with or without the data; ignored after the end."""
+        """The participant stops, with or without the data; after the end it is only noted what becomes of the data."""
         async with self._running.transaction() as tx:
             if session.record.step == session.steps[0].key and not session.finished:
                 keep = False  # without consent there is nothing that could be kept

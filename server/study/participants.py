@@ -50,8 +50,11 @@ class Participants:
         for record in await tx.run(self._store.everybody):
             session = self._add(record, sources.get(record.pid, ""))
             session.present_since = session.last_seen_at  # who comes back first waits from the start on
-            if record.last_seen_ms is not None:
-                session.away_before_s = max(0.0, (self._store.now() - record.last_seen_ms) / 1e3)
+            seen_ms = record.last_seen_ms
+            if seen_ms is None and not session.has_consented:
+                seen_ms = record.arrived_ms  # within the last minute, or in data of earlier versions
+            if seen_ms is not None:
+                session.away_before_s = max(0.0, (self._store.now() - seen_ms) / 1e3)
         self._done_units = await tx.run(self._store.done_units)
 
     async def arrive(self, tx: Transaction, pid: str, language: str, source: str) -> ParticipantSession:
@@ -88,7 +91,8 @@ class Participants:
         undecided.sort(key=lambda one: one.absent_s(now), reverse=True)
         surplus = max(0, len(undecided) - MOST_UNDECIDED)
         crowded = [one for one in undecided[:surplus] if not one.present(now)]
-        return crowded + [one for one in undecided[surplus:] if one.absent_s(now) > UNDECIDED_S]
+        # a page that is still open may come back after a stop, however long that was
+        return crowded + [one for one in undecided[surplus:] if one.absent_s(now) - one.away_before_s > UNDECIDED_S]
 
     async def move(self, tx: Transaction, session: ParticipantSession, key: str) -> None:
         """To the step with this key."""
@@ -132,10 +136,10 @@ class Participants:
         await self.refresh(tx, session)
 
     async def note_last_seen(self, tx: Transaction) -> None:
-        """Keep until when those who have consented were here: an absence goes on over a stop of the server."""
+        """Keep until when everybody was here: an absence goes on over a stop of the server."""
         tx.check()
         now, now_ms = time.monotonic(), self._store.now()
-        on_their_way = [one for one in self if one.has_consented and not one.finished]
+        on_their_way = [one for one in self if not one.finished]
         seen = {one.pid: now_ms - round(1e3 * one.away_s(now)) for one in on_their_way}
         if seen:
             await tx.run(self._store.seen, seen)

@@ -52,11 +52,11 @@ class Progress:
         await self._advance(tx, session, unplayable=True)
 
     async def _advance(self, tx: Transaction, session: ParticipantSession, unplayable: bool = False) -> None:
-        rounds, unit = self._databases.rounds, session.record.unit
+        unit = session.record.unit
         over, played = frozenset[str](), frozenset[str]()
         if unit is not None and (unplayable or any(block.limit_minutes for block in self._study.blocks)):
             over = await self._units.blocks_over(tx, unit)
-            played = await tx.run(rounds.finished_steps, unit)
+            played = await self._units.finished_steps(tx, unit)
         step = next_step(session.steps, session.record.step, over, played, unplayable)
         if step.kind == "code":
             await self._participants.finish(tx, session, "done")

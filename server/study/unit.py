@@ -59,6 +59,8 @@ class StudyUnit:
     standing_since: float | None = None  # when a pause began that is still on, in seconds of the monotonic clock
     problem: str = ""  # why no round can begin now
     episode: str = ""  # the recording of the newest round
+    blocks_over: frozenset[str] = frozenset()  # whose time was up when it was last looked
+    finished_steps: frozenset[str] = frozenset()  # the rounds that were played by then
 
     @property
     def finished(self) -> bool:

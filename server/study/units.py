@@ -88,11 +88,28 @@ class Units:
         del self._units[unit.record.id]
 
     async def blocks_over(self, tx: Transaction, unit: int) -> frozenset[str]:
-        """The blocks whose time is up for a unit: their further rounds are left out."""
+        """The blocks whose time is up for a unit: their further rounds are left out.
+
+        They stay over for the other one where somebody has the rounds of a pair deleted.
+        """
         tx.check()
         if not any(block.limit_minutes for block in self._study.blocks):
             return frozenset()
-        return blocks_over(self._study, await tx.run(self._databases.rounds.block_seconds, unit))
+        over = blocks_over(self._study, await tx.run(self._databases.rounds.block_seconds, unit))
+        known = self.get(unit)
+        if known is None:
+            return over
+        known.blocks_over |= over
+        return known.blocks_over
+
+    async def finished_steps(self, tx: Transaction, unit: int) -> frozenset[str]:
+        """The keys of finished, valid rounds of a unit, also after they were deleted."""
+        finished = await tx.run(self._databases.rounds.finished_steps, unit)
+        known = self.get(unit)
+        if known is None:
+            return finished
+        known.finished_steps = finished or known.finished_steps
+        return known.finished_steps
 
     async def with_rounds_left(self, tx: Transaction, unit: StudyUnit) -> list[ParticipantSession]:
         """Who cannot finish without the others: somebody for whom rounds are still to come."""

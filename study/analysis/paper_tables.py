@@ -1,14 +1,15 @@
 """The tables that stand beside the paper's human study: its four metrics, and failure rates per session."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from movingout.matches.experiment.paper_reference import PAPER_METRICS, paper_figures
 from movingout.recordings.annotation.agreement import agreements, by_case
+from movingout.recordings.annotation.verdicts import Verdicts
 from movingout.recordings.report.failures import CASES, Case
 from movingout.recordings.report.words import Words
 from movingout.study.analysis.results import Results, Row
-from movingout.study.analysis.sessions import PAPER_FAILURES, PAPER_SESSIONS, by_partner, paper_label
-from movingout.study.analysis.tables import ENGLISH, Namer, ReportTable
+from movingout.study.analysis.sessions import PAPER_FAILURES, PAPER_SESSIONS, Session, by_partner, paper_label
+from movingout.study.analysis.tables import ENGLISH, Namer, ReportTable, block_cells
 from movingout.world.estimates import Estimate, estimate, estimate_text
 
 HUMAN_ROWS = "tab:task_1_results: Play with Human"
@@ -22,20 +23,30 @@ def paper_table(results: Results, name: Namer, words: Words = ENGLISH) -> Report
     None without such a partner, and in a blinded report: the paper's row names the agent. The paper prints no numbers
     of people in Challenge 2.
     """
-    say, rows = words.say, []
     if results.blinded:
         return None
+    say, blocks, rows = words.say, results.by_condition(), []
     for partner, label in _paper_partners(results).items():
-        for challenge in CHALLENGES:
-            played = _rounds(results, partner, challenge)
-            if played:
-                ours = name(partner), say("study.paper.ours"), str(challenge), str(len(played))
-                rows.append((*ours, *(estimate_text(estimate(_values(results, played, key))) for key in PAPER_METRICS)))
-                rows.append((label, say("study.paper.theirs"), str(challenge), "–", *_published(challenge, label)))
+        for where, part in blocks:
+            for challenge in CHALLENGES:
+                for source in _beside(part, partner, label, challenge, name, words):
+                    rows.append((*block_cells(blocks, where), *source))
     if not rows:
         return None
-    heads = (say("study.partner"), say("study.paper.source"), say("study.paper.challenge"), say("study.rounds"), *HEADS)
-    return ReportTable("paper", say("study.paper"), heads, tuple(rows), 2, say("study.paper.note"))
+    head = (*block_cells(blocks, say("study.block")), say("study.partner"), say("study.paper.source"))
+    heads = (*head, say("study.paper.challenge"), say("study.rounds"), *HEADS)
+    return ReportTable("paper", say("study.paper"), heads, tuple(rows), len(head), say("study.paper.note"))
+
+
+def _beside(
+    results: Results, partner: str, label: str, challenge: int, name: Namer, words: Words
+) -> Iterator[tuple[str, ...]]:
+    """Our row and the paper's, where there are rounds."""
+    played, say = _rounds(results, partner, challenge), words.say
+    if played:
+        ours = name(partner), say("study.paper.ours"), str(challenge), str(len(played))
+        yield (*ours, *(estimate_text(estimate(_values(results, played, key))) for key in PAPER_METRICS))
+        yield label, say("study.paper.theirs"), str(challenge), "–", *_published(challenge, label)
 
 
 def _rounds(results: Results, partner: str, challenge: int) -> list[Row]:
@@ -56,28 +67,31 @@ def _published(challenge: int, label: str) -> list[str]:
 
 def failure_table(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     """By partner and case, in how many sessions it occurs: by rules, confirmed, and in the paper unless blinded."""
-    labels, rows = _paper_partners(results), []
-    found, verdicts = by_partner(results.sessions.sessions), results.sessions.verdicts
-    for partner in (one for one in results.partners if one in found):
-        sessions = found[partner]
-        for case in CASES:
-            hits = sum(session.has(case) for session in sessions)
-            sure = sum(session.confirmed(case, verdicts) for session in sessions)
-            rows.append(
-                (
-                    *(name(partner), words.say(f"case.{case}"), str(len(sessions))),
-                    *(_share(hits, len(sessions)), _share(sure, len(sessions)) if verdicts else "–"),
-                    *([] if results.blinded else [_papers(labels.get(partner, ""), case)]),
-                )
-            )
-    say = words.say
+    blocks, say, rows = results.by_condition(), words.say, []
+    for where, part in blocks:
+        found, labels = by_partner(part.sessions.sessions), _paper_partners(part)
+        for partner in (one for one in part.partners if one in found):
+            papers = None if results.blinded else labels.get(partner, "")
+            for case in CASES:
+                cells = _failure_cells(found[partner], case, results.sessions.verdicts, papers)
+                rows.append((*block_cells(blocks, where), name(partner), say(f"case.{case}"), *cells))
+    head = (*block_cells(blocks, say("study.block")), say("study.partner"), say("study.failures.case"))
     heads = (
-        *(say("study.partner"), say("study.failures.case"), say("study.failures.sessions")),
+        *(*head, say("study.failures.sessions")),
         *(say("study.failures.rules"), say("study.failures.confirmed")),
         *([] if results.blinded else [say("study.paper.theirs")]),
     )
     title, note = say("study.failures"), say("study.failures.note", sessions=PAPER_SESSIONS)
-    return ReportTable("failures", title, heads, tuple(rows), 2, note, say("study.failures.empty"))
+    return ReportTable("failures", title, heads, tuple(rows), len(head), note, say("study.failures.empty"))
+
+
+def _failure_cells(sessions: Sequence[Session], case: Case, verdicts: Verdicts, papers: str | None) -> tuple[str, ...]:
+    """How many sessions, in how many of them, confirmed in how many, and the paper's share for its label `papers`."""
+    hits = sum(session.has(case) for session in sessions)
+    sure = sum(session.confirmed(case, verdicts) for session in sessions)
+    confirmed = _share(sure, len(sessions)) if verdicts else "–"
+    ours = str(len(sessions)), _share(hits, len(sessions)), confirmed
+    return ours if papers is None else (*ours, _papers(papers, case))
 
 
 def annotation_table(results: Results, words: Words = ENGLISH) -> ReportTable:

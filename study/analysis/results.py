@@ -14,6 +14,7 @@ from movingout.study.analysis.sessions import Sessions, sessions_of
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
 from movingout.study.questionnaire import NO_ANSWER
+from movingout.study.store.removal import undecided
 from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, counts, participants, players, rounds, tombstones, units
 from movingout.world.metrics import METRICS
@@ -106,12 +107,10 @@ class Results:
 
     def by_condition(self) -> tuple[tuple[str, "Results"], ...]:
         """The blocks that may be pooled, by name, with their rounds and answers; all, without a name, where all may."""
-        conditions: dict[tuple[object, ...], list[str]] = defaultdict(list)
-        for block in self.study.blocks:
-            conditions[block.challenge, block.pings, block.limit_ticks].append(block.id)
-        if len(conditions) == 1:
+        pooled = _pooled(self.study)
+        if len(pooled) == 1:
             return (("", self),)
-        return tuple((", ".join(blocks), self._of_blocks(blocks)) for blocks in conditions.values())
+        return tuple((", ".join(blocks), self._of_blocks(blocks)) for blocks in pooled)
 
     def by_condition_asked(self) -> tuple[tuple[str, "Results"], ...]:
         """The same for answers: where blocks are apart, so is what was asked before and after all of them."""
@@ -123,6 +122,7 @@ class Results:
         said = [row for row in self.answers if occasion(row["step"]) not in ABOUT_NOBODY]
         return replace(
             self,
+            sessions=self.sessions.of_blocks(blocks),
             rounds=tuple(row for row in self.rounds if row["block"] in blocks),
             answers=tuple(row for row in said if row["step"].partition("/")[0] in blocks),
             pings=tuple(one for one in self.pings if one.block in blocks),
@@ -132,13 +132,22 @@ class Results:
         return [row for row in self.answers if row["text"].strip()]
 
 
+def _pooled(study: Study) -> list[list[str]]:
+    """The blocks that ask the same of people, together."""
+    conditions: dict[tuple[object, ...], list[str]] = defaultdict(list)
+    for block in study.blocks:
+        conditions[block.challenge, block.pings, block.limit_ticks].append(block.id)
+    return list(conditions.values())
+
+
 def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[Path] = ()) -> Results:
     """Read a store, and its recordings: where there are pings in them, and where partners may have failed.
 
     `annotations` are files of verdicts besides the one beside the recordings. Rounds and answers of participants who
     did not want their data kept are left out.
     """
-    people = store.rows(participants)
+    waiting = undecided(store)
+    people = [row for row in store.rows(participants) if row["pid"] not in waiting]
     refused = {row["pid"] for row in people if row["keep"] is False}
     left_out = {row["unit"] for row in people if row["pid"] in refused}
     kept = [row for row in store.rows(rounds) if row["unit"] not in left_out]
@@ -157,7 +166,7 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
         answers=tuple(_about_what_counts(newest.values(), kept, counted, groups)),
         flags=(*_round_flags(study, store, kept), *_attention_flags(study, newest.values())),
         pings=ping_rounds(study, counted, store.rows(players), recordings),
-        sessions=sessions_of(counted, store.rows(players), recordings, annotations),
+        sessions=sessions_of(counted, store.rows(players), recordings, annotations, _pooled(study)),
     )
 
 

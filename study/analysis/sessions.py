@@ -4,8 +4,8 @@ The paper gives shares of 64 sessions, 32 participants in both seats ("Failure c
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,11 +34,12 @@ def paper_label(agent: str) -> str:
 
 @dataclass(slots=True)
 class Session:
-    """The rounds of one participant with one partner, in which the partner sat in one seat."""
+    """The rounds of one participant with one partner in one seat, in blocks that are pooled."""
 
     unit: int
     partner: str
     seat: int  # of the partner
+    block: str  # the first of those that are pooled with that of the rounds
     findings: list[Finding] = field(default_factory=list)  # where the partner failed
 
     def has(self, case: Case) -> bool:
@@ -58,6 +59,10 @@ class Sessions:
     recordings: tuple[SearchedRecording, ...] = ()  # of the rounds that count
     verdicts: Verdicts = field(default_factory=dict)
 
+    def of_blocks(self, blocks: Container[str]) -> "Sessions":
+        """Those of blocks that are pooled."""
+        return replace(self, sessions=tuple(one for one in self.sessions if one.block in blocks))
+
     @property
     def findings(self) -> list[Finding]:
         """Where partners failed, not participants."""
@@ -70,9 +75,13 @@ class Sessions:
 
 
 def sessions_of(
-    rounds: Sequence[dict[str, Any]], players: Iterable[dict[str, Any]], folder: Path, files: Sequence[Path]
+    rounds: Sequence[dict[str, Any]],
+    players: Iterable[dict[str, Any]],
+    folder: Path,
+    files: Sequence[Path],
+    pooled: Iterable[Sequence[str]],
 ) -> Sessions:
-    """The sessions of rounds with an agent; `files` are further annotations.
+    """The sessions of rounds with an agent; `files` are further annotations, `pooled` groups of blocks.
 
     Raises StudyError for annotations of other recordings.
     """
@@ -85,12 +94,13 @@ def sessions_of(
     except RecordingError as error:
         raise StudyError(str(error)) from error
     seated = {one["round"]: one["seat"] for one in players}
-    sessions: dict[tuple[int, str, int], Session] = {}
+    first = {block: blocks[0] for blocks in pooled for block in blocks}
+    sessions: dict[tuple[int, str, int, str], Session] = {}
     for recording in found:
         row = with_agent[recording.id]
         if row["id"] not in seated:
             continue
-        key = (row["unit"], row["partner"], 1 - seated[row["id"]])
+        key = (row["unit"], row["partner"], 1 - seated[row["id"]], first[row["block"]])
         session = sessions.setdefault(key, Session(*key))
         session.findings += [one for one in recording.findings if one.seat == session.seat]
     return Sessions(tuple(sessions.values()), found, verdicts)

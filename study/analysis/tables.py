@@ -230,6 +230,11 @@ def _p(p: float | None) -> str:
     return "–" if p is None else "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
+def block_cells(blocks: Sequence[tuple[str, Results]], label: str) -> tuple[str, ...]:
+    """The same for tables of other modules."""
+    return _block(blocks, label)
+
+
 def _block(blocks: Sequence[tuple[str, Results]], label: str) -> tuple[str, ...]:
     """The column of blocks, where there are several that may not be pooled."""
     return (label,) if len(blocks) > 1 else ()

@@ -46,11 +46,14 @@ def _back_up(args: argparse.Namespace) -> int:
     done = back_up(folder, target, time.time(), identities=not args.no_identities, previous=args.previous)
     if args.json:
         print(json.dumps({"backup": str(done.folder), "files": done.files, "bytes": done.size,
-                          "recordings": done.recordings, "missing": done.missing}, indent=2))  # fmt: skip
+                          "recordings": done.recordings, "missing": done.missing,
+                          "warnings": done.warnings}, indent=2))  # fmt: skip
         return 0
     print(f"wrote {done.folder}: {done.recordings} recordings, {done.size / 1e6:.1f} MB, every file with its checksum")
     for episode in done.missing:
         print(f"missing: the recording {episode} of a round is not in {folder.recordings}")
+    for sentence in done.warnings:
+        print(f"warning: {sentence}")
     if done.identities:
         print("it holds the identities of the participants: keep it as safe as the data folder")
     return 0

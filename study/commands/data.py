@@ -54,6 +54,7 @@ def configure(commands: Any) -> None:
         "--test-share", type=share, default=0.2, help="of the training set, by participants (%(default)s)"
     )
     export.add_argument("--no-training", action="store_true", help="tables only")
+    export.add_argument("--released", action="store_true", help="only who ticked the box `release`: for publishing")
     export.set_defaults(perform=_export)
 
     forgetting = commands.add_parser(
@@ -92,7 +93,7 @@ def _report(args: argparse.Namespace) -> int:
 
 def _export(args: argparse.Namespace) -> int:
     folder = folder_of(args)
-    options = Options(tuple(args.formats), args.test_share, not args.no_training)
+    options = Options(tuple(args.formats), args.test_share, not args.no_training, args.released)
     with closing(folder.open_existing()) as store:
         folder = as_frozen(folder, store, args.file)
         target = args.out or folder.output("export", frozen_study(store).simulated)

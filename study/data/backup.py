@@ -20,6 +20,7 @@ from movingout.recordings.storage.finished import SUFFIX, sync
 from movingout.study.data.database_copy import fill_databases, refuse_used, save_database
 from movingout.study.data.map_copies import copy_own_maps
 from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
 from movingout.study.store.database import Kind
 from movingout.study.store.frozen_study import frozen_study
@@ -42,6 +43,7 @@ class BackedUp:
     recordings: int
     missing: tuple[str, ...]  # recordings of rounds that are not there
     identities: bool
+    warnings: tuple[str, ...] = ()
 
 
 def back_up(
@@ -84,7 +86,8 @@ def _write(
             raise StudyError(f"the database holds the study {frozen.id}, not {folder.study.id}")
         (part / STUDY_FILE).write_text(frozen.file_text, encoding="utf-8")
         (part / MANIFEST).touch()  # a map of that name has no place here
-        copy_own_maps(folder.study, part)
+        study, warnings = _begun(folder, store)
+        copy_own_maps(study, part)
         rows = store.rows(rounds)
     episodes = [str(row["episode"]) for row in rows]
     _fold_in(part / MAIN)
@@ -106,7 +109,20 @@ def _write(
             sync(path)
     size = sum(path.stat().st_size for path in part.rglob("*") if path.is_file())
     copied = len(set(episodes)) - len(absent)
-    return BackedUp(target, folder.study.id, len(files), size, copied, missing, identities)
+    return BackedUp(target, folder.study.id, len(files), size, copied, missing, identities, warnings)
+
+
+def _begun(folder: StudyFolder, store: Store) -> tuple[Study, tuple[str, ...]]:
+    """The study as it began, whose maps its text names, and what is to be known about it.
+
+    A backup is made all the same where a map is gone: everything else is worth keeping.
+    """
+    try:
+        begun = folder.as_frozen(store, folder.study.place).study
+    except StudyError as error:
+        return folder.study, (f"the study of the backup cannot be read as it began: {error}",)
+    changed = "the study file has changed since the study began; the backup has the one from then"
+    return begun, () if begun == folder.study else (changed,)
 
 
 def _save(address: str | None, file: Path, kind: Kind, target: Path) -> None:

@@ -33,10 +33,12 @@ from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
 from movingout.study.questionnaire import NO_ANSWER
 from movingout.study.store.frozen_study import frozen_study
+from movingout.study.store.removal import undecided
 from movingout.study.store.store import Store
 from movingout.study.store.tables import exported
 
 FORMATS = ("csv", "parquet", "json")
+RELEASE = "release"  # the box of the consent that allows publishing
 FEW = 5  # members of a smaller group may be recognised
 Row = dict[str, Any]
 
@@ -48,6 +50,7 @@ class Options:
     formats: Sequence[str] = FORMATS
     test_share: float = 0.2  # of the training set, by participants
     training: bool = True
+    released: bool = False  # without those who did not allow publishing
 
 
 @dataclass(slots=True)
@@ -67,6 +70,7 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
     study, frozen = folder.study, frozen_study(store)
     tables = _tables(study, store)
     done.warnings += _leave_out_refused(tables)
+    done.warnings += _leave_out_unreleased(study, tables, options.released)
     done.repeated = sum(row["attempt"] > 1 for row in tables["rounds"])
     tables["recordings"] = _manifest(folder.recordings, tables["rounds"], done)
     done.warnings += _small_groups(study, tables["answers"])
@@ -99,17 +103,43 @@ def _tables(study: Study, store: Store) -> dict[str, list[Row]]:
     for name, table in store.tables().items():
         names = [column.name for column in exported(table)]
         tables[name] = [{key: row[key] for key in names} for row in store.rows(table)]
+    waiting = undecided(store)
+    tables["participants"] = [row for row in tables["participants"] if row["pid"] not in waiting]
     _mark_newest(tables["answers"])
     tables["allocation"] = list(_allocation(study, tables["units"]))
     return tables
 
 
 def _leave_out_refused(tables: dict[str, list[Row]]) -> list[str]:
-    """Leave out what is still there of people who said "delete", as the server is about to; a warning says so.
+    """Leave out what is still there of people who said "delete", as the server is about to; a warning says so."""
+    people = [row for row in tables["participants"] if row["keep"] is False]
+    left_out = _leave_out(tables, people)
+    people_text = counted(len(people), "participant")
+    return [f"{people_text} wanted their data deleted: {counted(left_out, 'row')} left out"] if left_out else []
+
+
+def _leave_out_unreleased(study: Study, tables: dict[str, list[Row]], released: bool) -> list[str]:
+    """Leave out who did not tick the box that allows publishing, or warn of them. Raises StudyError without a box."""
+    if not any(box.id == RELEASE for box in study.consent.boxes):
+        if released:
+            raise StudyError(f"the consent has no box {RELEASE!r}, so nobody was asked about publishing (--released)")
+        return []
+    allowed = {row["pid"] for row in tables["consents"] if RELEASE in json.loads(row["boxes"])}
+    people = [row for row in tables["participants"] if row["pid"] not in allowed]
+    if released:
+        _leave_out(tables, people)
+        for name in ("participants", "consents"):
+            tables[name] = [row for row in tables[name] if row["pid"] in allowed]
+    without = counted(sum(row["keep"] is not False for row in people), "participant")
+    what = "left out" if released else "--released leaves them out, before publishing"
+    return [f"{without} did not allow publishing (the box {RELEASE!r} of the consent): {what}"] if people else []
+
+
+def _leave_out(tables: dict[str, list[Row]], people: Sequence[Row]) -> int:
+    """Answers, rounds and notes of these; returns how many rows.
 
     A game of two goes for both, as in study/store/removal.py.
     """
-    people = [row for row in tables["participants"] if row["keep"] is False]
     pids = {row["pid"] for row in people}
     units = {row["unit"] for row in people} - {None}
     rounds = {row["id"] for row in tables["rounds"] if row["unit"] in units}
@@ -122,9 +152,7 @@ def _leave_out_refused(tables: dict[str, list[Row]]) -> list[str]:
     before = sum(len(tables[name]) for name in refused)
     for name, is_refused in refused.items():
         tables[name] = [row for row in tables[name] if not is_refused(row)]
-    left_out = before - sum(len(tables[name]) for name in refused)
-    people_text = counted(len(people), "participant")
-    return [f"{people_text} wanted their data deleted: {counted(left_out, 'row')} left out"] if left_out else []
+    return before - sum(len(tables[name]) for name in refused)
 
 
 def _mark_newest(answers: list[Row]) -> None:

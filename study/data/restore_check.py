@@ -5,7 +5,8 @@ from contextlib import closing
 from pathlib import Path
 
 from movingout.recordings.storage.index import list_recordings
-from movingout.study.data.backup import IDENTITY, MAIN, BackedUp, restore
+from movingout.study.data.backup import IDENTITY, MAIN, STUDY_FILE, BackedUp, restore
+from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
 from movingout.study.store.frozen_study import frozen_study
 from movingout.study.store.identity import IdentityStore
@@ -19,6 +20,7 @@ def check_backup(backup: Path) -> BackedUp:
             data = Path(folder)
             done = restore(backup, data)
             _read_databases(data / "studies" / done.study, done)
+            _read_study(backup)
             _, unreadable = list_recordings(data / "recordings")
     except OSError as error:
         raise StudyError(
@@ -28,6 +30,15 @@ def check_backup(backup: Path) -> BackedUp:
         names = ", ".join(one.path.name for one in unreadable[:5])
         raise StudyError(f"the backup {backup} has recordings that cannot be read: {names}")
     return done
+
+
+def _read_study(backup: Path) -> None:
+    """A report needs it, with its maps beside it."""
+    try:
+        text = (backup / STUDY_FILE).read_text(encoding="utf-8")
+        parse_study(text, STUDY_FILE, backup, begun=True)
+    except (OSError, ValueError, StudyError) as error:
+        raise StudyError(f"the study file in the backup {backup} cannot be read: {error}") from None
 
 
 def _read_databases(own: Path, done: BackedUp) -> None:

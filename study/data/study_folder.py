@@ -98,7 +98,7 @@ class StudyFolder:
         finally:
             lock.release()
 
-    def as_frozen(self, store: Store, beside: Path) -> "StudyFolder":
+    def as_frozen(self, store: Store, beside: Path | None) -> "StudyFolder":
         """The folder with the study as it was when the data were recorded, whatever its file says now.
 
         Texts that the study keeps in files are read from the folder `beside`. Raises StudyError.

@@ -5,9 +5,10 @@ the order and the seats follow from the participant's slot (`.allocation`). Time
 100 ms: 500 ticks are 50 s.
 """
 
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 from movingout.agents.built_in import TUTORIAL_PARTNER
 from movingout.maps import TUTORIAL, MapError, MapSpec, map_names
@@ -107,7 +108,7 @@ class QuestionSpec(StudyModel):
     label: str = ""
     options: tuple[LocalizedText, ...] = ()
     ends: tuple[LocalizedText, LocalizedText] | None = None
-    expected: int | None = None
+    expected: int | StrictBool | None = None  # a truth value, which earlier versions took for 0 or 1, is warned of
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -124,7 +125,8 @@ class QuestionSpec(StudyModel):
         ends = (self.ends[0].text(language), self.ends[1].text(language)) if self.ends else ("", "")
         options = tuple(option.text(language) for option in self.options)
         label = self.label or self.id.replace("_", " ").capitalize()
-        return QuestionnaireItem(self.id, self.kind, label, self.text.text(language), options, ends, self.expected)
+        expected = None if self.expected is None else int(self.expected)
+        return QuestionnaireItem(self.id, self.kind, label, self.text.text(language), options, ends, expected)
 
 
 def _expectable(item: QuestionnaireItem) -> str:
@@ -305,6 +307,11 @@ class Study(StudyModel):
             if spec.id == name:
                 return spec.build(language)
         return instrument(name, language)
+
+    @property
+    def place(self) -> Path | None:
+        """The folder of its file, beside which its maps lie; None of a text."""
+        return self._map_files.folder
 
     @property
     def own_maps(self) -> tuple[str, ...]:

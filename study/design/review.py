@@ -128,6 +128,16 @@ def _attention(study: Study) -> Iterator[str]:
                 yield f"attention item {item.id!r} of {spec.id} expects {item.expected}{option}"
 
 
+def _truth_values(study: Study) -> Iterator[str]:
+    for spec in study.questionnaires:
+        for item in spec.items:
+            if isinstance(item.expected, bool):
+                yield (
+                    f"attention item {item.id!r} of {spec.id} expects {int(item.expected)}, because YAML reads yes, "
+                    "no, on and off as truth values: write the number that is the right answer"
+                )
+
+
 def _missing(study: Study) -> Iterator[str]:
     return filter(None, map(_fault_of, agent_ids(study)))
 
@@ -181,6 +191,7 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
     yield from _impatient_partners(study)
     yield from origin_warnings(study)
     yield from map_warnings(study)
+    yield from _truth_values(study)
     missing = [name for name in get_args(Element) if name not in study.consent.covers]
     if missing:
         yield f"the consent does not mention (in `covers`): {', '.join(missing)}"

@@ -1,6 +1,7 @@
 """Reads study.yaml; every fault is reported with its line and the path of its field."""
 
 import json
+import re
 import typing
 from collections.abc import Iterable, Iterator
 from datetime import date
@@ -158,6 +159,8 @@ def _fault(document: YamlDocument, error: Any) -> FileFault:
         message = "this field is missing"
     elif error["type"] == "tuple_type":
         message = list_needed(None if path[-1] == "partners" else error["input"])  # these are no names, but objects
+    elif error["type"] == "model_type":
+        message = _fields_needed(path, error["input"])
     elif error["type"] in ("too_short", "string_too_short"):
         message = "at least one entry is needed" if error["type"] == "too_short" else "this text is empty"
     elif error["type"] == "string_type" and isinstance(error["input"], bool | int | float | date):
@@ -169,6 +172,15 @@ def _fault(document: YamlDocument, error: Any) -> FileFault:
 
 def _unknown_field(path: FieldPath) -> str:
     return f"there is no such field; {known_names(str(path[-1]), _model_at(path[:-1]).model_fields)}"
+
+
+def _fields_needed(path: FieldPath, value: object) -> str:
+    """What to say where an entry with fields is needed: how a partner is written that is only named."""
+    if path[:-1] == ("partners",) and isinstance(value, str):
+        name = re.sub(r"[^a-z0-9]+", "-", value.lower()).strip("-") or "NAME"
+        agent = value if re.fullmatch(r"[A-Za-z][A-Za-z0-9_@-]*", value) else json.dumps(value, ensure_ascii=False)
+        return f"a partner has a name in this study and an agent; write {{id: {name}, agent: {agent}}}"
+    return f"fields are needed here; known: {', '.join(_model_at(path).model_fields)}"
 
 
 def _model_at(path: FieldPath) -> type[BaseModel]:

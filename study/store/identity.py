@@ -82,6 +82,18 @@ class IdentityStore:
             rows = connection.execute(select(identities.c.pid, identities.c.source, identities.c.external_id))
             return {str(row.pid): (str(row.source), str(row.external_id)) for row in rows}
 
+    def parameters(self) -> dict[str, dict[str, str]]:
+        """By pseudonym, what else their link said, such as the assignment that is to be paid."""
+        with self.database.read() as connection:
+            rows = connection.execute(select(identities.c.pid, identities.c.parameters))
+            return {str(row.pid): dict(json.loads(row.parameters)) for row in rows}
+
+    def keep_parameters(self, pid: str, parameters: Mapping[str, str]) -> None:
+        """What the newest link of a participant said."""
+        change = update(identities).where(identities.c.pid == pid)
+        with self.database.write() as connection:
+            connection.execute(change.values(parameters=json.dumps(dict(parameters))))
+
     def drop(self, pids: Sequence[str]) -> None:
         """Delete people who never consented, without the cost of overwriting the whole file each time."""
         with self.database.write() as connection:

@@ -74,6 +74,13 @@ def drop_undecided(store: Store, pids: Sequence[str]) -> None:
         connection.execute(delete(participants).where(chosen))
 
 
+def undecided(store: Store) -> set[str]:
+    """Those who have not said whether they consent, and would be forgotten: they do not take part yet."""
+    on_their_way = select(participants.c.pid).where(participants.c.code.is_(None))
+    with store.database.read() as connection:
+        return set(connection.execute(on_their_way.where(participants.c.pid.not_in(select(consents.c.pid)))).scalars())
+
+
 def _rows(connection: Connection, pid: str, unit: int | None) -> int:
     rows = _remove_data(connection, pid, unit)
     for table in (consents, participants):

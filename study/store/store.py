@@ -60,7 +60,7 @@ class Participant:
     keep: bool | None  # whether the data may be kept, None while nobody has asked
     screen: str  # the same for two who share one screen, else empty
     away_ms: int  # long absences after which they came back
-    last_seen_ms: int | None  # as of the last minute, None before the consent and in data of earlier versions
+    last_seen_ms: int | None  # as of the last minute, None before and in data of earlier versions
 
 
 class DoneUnit(NamedTuple):

@@ -15,6 +15,7 @@ PLATFORMS = (PROLIFIC, MTURK)
 PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE"  # what MTurk sends in a preview
 UNFILLED = "{{%"  # a placeholder of Prolific in a link that was copied by hand: {{%PROLIFIC_PID%}}
 MAX_LENGTH = 200  # letters of a parameter
+SIGNED_WITH = ("id", "until")  # and `sig`
 KEPT = ("STUDY_ID", "SESSION_ID", "assignmentId", "hitId")  # to find the assignment when paying
 
 
@@ -47,6 +48,10 @@ def read_arrival(
     if given.get("sig") or needs_signature:
         return _signed(given, signer)
     source, external_id = _person(given, needs_code)
+    if source == LINK and any(given.get(name) for name in SIGNED_WITH):
+        return _signed(
+            given, signer
+        )  # its end was lost in a message; as somebody without an id they would be paid twice
     return Arrival(source, external_id, {name: given[name] for name in KEPT if given.get(name)})
 
 

@@ -55,6 +55,8 @@ class SessionService:
             session = before or await self._admit(tx, pid, arrival.source, language)
             if arrival.source == CODE and session.finished and replaces is None:  # their own page has their code
                 raise ArrivalRefused("code_used", "This code was used already, by somebody who has finished.")
+            if before is not None and arrival.parameters and not session.finished:  # they took another assignment
+                await tx.run(self._identities.keep_parameters, pid, arrival.parameters)
             if session.listeners:
                 running.alerts.add("duplicate", f"{pid} opened a second window; the first one was closed.", pid=pid)
             if isinstance(first, ParticipantSession):

@@ -10,6 +10,7 @@ from movingout.recordings.diversity.episodes import read_paths
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import grouped
 from movingout.recordings.storage.study_rounds import counted_recordings, uncounted_episodes
+from movingout.study.data.backup import back_up
 from movingout.study.store import Unit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import rounds, units
@@ -44,6 +45,15 @@ def test_invalid_rounds_broken_ones_and_those_of_people_who_declined_are_not_cou
     assert len(reading.episodes) == len(kept) and reading.uncounted == data.uncounted
     with pytest.raises(DataError, match="none of 1 recording counts: their study leaves them out"):
         read_training_data([place.recordings / f"{invalid}.mcap"])
+
+
+def test_a_backup_counts_what_its_study_counted_when_it_was_made(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, _ = fill(tmp_path / "data", study, text, 1, recorded_ticks=9)
+    invalid = next(row["episode"] for row in store.rows(rounds))
+    Rounds(store).mark(invalid, valid=False)
+    back_up(place, tmp_path / "backup", 1_800_000_000.0)
+    assert uncounted_episodes((tmp_path / "backup" / "recordings").iterdir()) == {invalid}
 
 
 def test_a_database_that_cannot_be_read_is_named(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
 from movingout.study.store.removal import remove_participant
 from movingout.study.store.tables import answers, participants, rounds, units
+from tests.server.cluster.processes import wait_until
 from tests.server.study.support import PAIR, Served, Visitor, served
 from tests.server.study.test_pairs import paired, together
 
@@ -122,6 +123,57 @@ def test_rounds_that_a_time_limit_skips_are_not_to_come(away: bool, tmp_path: Pa
         assert second.kind == "questionnaire", "the second round is skipped: nobody is needed for it"
         second.go_to("code")
         assert second.step["outcome"] == "done"
+
+
+LIMITED = PAIR.replace("rounds: 2", "rounds: 2, limit_minutes: 1, after_round: [nasa-tlx], after_partner: [nasa-tlx]")
+LIMITED += "at_end: [nasa-tlx]\ndebrief: {text: Thank you}\n"
+
+
+def after_a_long_round(study: Served) -> tuple[Visitor, Visitor]:
+    """A pair at the questions about the first round, which took all the time of the block."""
+    first, second = paired(study)
+    for _ in range(2):
+        together(first, second)
+    with study.running.databases.store.database.write() as connection:
+        connection.execute(update(rounds).values(started_ms=rounds.c.started_ms - 60_000))
+    return first, second
+
+
+def wants_the_deletion(study: Served, visitor: Visitor, at: str) -> None:
+    visitor.look()
+    if at == "stop":
+        visitor.stop(False)
+    else:
+        visitor.go_to("debrief").next(keep=False)
+    wait_until(lambda: not study.running.databases.store.rows(rounds), "the deletion of the rounds")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("at", ["stop", "debrief"])
+def test_the_time_of_a_block_stays_over_when_the_partner_has_the_rounds_deleted(tmp_path: Path, at: str) -> None:
+    with served(tmp_path, LIMITED) as study:
+        first, second = after_a_long_round(study)
+        wants_the_deletion(study, first, at)
+        study.look()
+        second.look()
+        asked = []
+        while second.kind != "code":
+            asked.append(second.step["key"].rpartition("/")[0])
+            second.do()
+        assert (second.step["outcome"], asked) == ("done", ["play/1/HandOff-1", "play/1", "end", ""])
+
+
+@pytest.mark.slow
+def test_nobody_waits_at_a_round_for_a_partner_who_is_done(tmp_path: Path) -> None:
+    with served(tmp_path, LIMITED) as study:
+        first, second = after_a_long_round(study)
+        wants_the_deletion(study, first, "debrief")
+    with served(tmp_path, LIMITED) as study:  # nothing tells any more that the time was up
+        second = Visitor(study, second.token, second.view)
+        second.look()
+        second.go_to("round").next()
+        study.look()
+        assert second.look()["step"]["outcome"] == "partner-left"
 
 
 def removed(study: Served, pid: str) -> None:

@@ -344,6 +344,19 @@ def test_the_next_participant_gets_a_link_with_a_picture(solo: Served) -> None:
     assert solo.visitor(code=told["code"]).kind == "consent"
 
 
+def test_payments_name_the_assignment_that_was_taken_last(solo: Served) -> None:
+    solo.visitor(workerId="WORKER", assignmentId="A1", hitId="H1")
+    visitor = solo.visitor(workerId="WORKER", assignmentId="A2", hitId="H2")
+    visitor.stop(True)
+    solo.visitor(known=[visitor.token], workerId="WORKER", assignmentId="A3")
+    prolific = solo.visitor(PROLIFIC_PID="member", SESSION_ID="=S", STUDY_ID="T")
+    prolific.stop(True)
+    _, text = solo.live.call("/api/experimenter/payments.csv", token=ADMIN)
+    rows = {row["id"]: row for row in csv.DictReader(io.StringIO(text.decode("utf-8-sig")))}
+    found = {id: (rows[id]["assignment"], rows[id]["task"]) for id in ("WORKER", "member")}
+    assert found == {"WORKER": ("A2", "H2"), "member": ("'=S", "T")}
+
+
 @pytest.mark.slow
 def test_payments_say_who_is_paid_what(solo: Served) -> None:
     visitor = solo.visitor(PROLIFIC_PID="=to-be-paid")

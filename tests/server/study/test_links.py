@@ -103,6 +103,13 @@ def test_an_expired_link_begins_nothing_and_leads_back(tmp_path: Path) -> None:
         assert study.visitor(**link(study, "early", until=1_000_000)).kind == began.kind
 
 
+def test_a_signed_link_that_lost_its_end_admits_no_stranger(solo: Served) -> None:
+    good = link(solo, "P01")
+    for kept in (["id"], ["id", "until"], ["until"], ["until", "sig"]):
+        assert refused(solo.arrive(**{name: good[name] for name in kept})) == "link"
+    assert solo.visitor(PROLIFIC_PID="with-id", id="P01").kind == "consent", "platforms say who it is"
+
+
 def test_a_signed_link_of_another_study_is_none_of_this_one(solo: Served) -> None:
     key = (solo.folder.own / "link-key").read_text().strip()
     other = LinkSigner(key, "another-study").query("P01", LATER)

@@ -14,6 +14,7 @@ from movingout.server.study.unit import StudyUnit
 from movingout.study.design.definition import SUBSTITUTE
 from movingout.study.design.step_order import WAITING
 from movingout.study.store.tables import answers, rounds
+from tests.server.cluster.processes import wait_until
 from tests.server.live import Person
 from tests.server.study.support import PAIR, Served, Visitor, served
 
@@ -190,6 +191,29 @@ def test_the_partner_of_who_leaves_is_free_to_go_and_paid(pair: Served) -> None:
     assert first.step["code"] != second.step["code"]
     code, _ = person.end()
     assert code == m.CLOSE_ROOM_OVER
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_who_stops_at_the_same_time_as_the_partner_says_what_becomes_of_their_data_too(
+    pair: Served, keep: bool
+) -> None:
+    first, second = paired(pair)
+    first.stop(False)
+    second.stop(keep)
+    assert (second.step["outcome"], second.step["kept"]) == ("partner-left", keep)
+    code = second.step["code"]
+    second.stop(not keep)
+    assert (second.step["code"], second.step["kept"]) == (code, keep), "the first answer counts"
+
+
+def test_the_answers_of_both_who_stop_at_the_same_time_are_deleted(tmp_path: Path) -> None:
+    with served(tmp_path, PAIR.replace('demographics: ""', "demographics: demographics")) as study:
+        first, second = paired(study)
+        store = study.running.databases.store
+        assert {row["pid"] for row in store.rows(answers)} == {first.pid, second.pid}
+        first.stop(False)
+        second.stop(False)
+        wait_until(lambda: not store.rows(answers), "the deletion of both")
 
 
 def test_the_end_of_a_units_pause_lets_nobody_in_the_waiting_room_wait_longer(pair: Served) -> None:

@@ -176,6 +176,33 @@ def test_an_absence_goes_on_while_the_server_is_stopped(
     asyncio.run(test())
 
 
+@pytest.mark.parametrize(("killed", "paid_s"), [(False, 600), (True, 0)])
+def test_a_stop_is_not_paid_to_who_had_only_opened_the_link(tmp_path: Path, killed: bool, paid_s: int) -> None:
+    async def test() -> None:
+        clock = Clock()
+        study = begun(tmp_path, clock)
+        async with study.transaction() as tx:
+            await study.participants.arrive(tx, "P1", "en", LINK)
+        clock.ms += 1000 * 600
+        if killed:
+            study.databases.close()
+        else:
+            await study.stop()
+        clock.ms += 1000 * 15 * HOUR_S
+        study = begun(tmp_path, clock)
+        try:
+            session = await started_again(study)
+            async with study.transaction() as tx:
+                await study.participants.drop_undecided(tx, time.monotonic() + 1)
+            assert study.participants.get("P1"), "their page may come back in a moment"
+            session.seen(time.monotonic(), paused=False)
+            assert await minutes(study, session) == pytest.approx(paid_s / 60, abs=0.1)
+        finally:
+            study.databases.close()
+
+    asyncio.run(test())
+
+
 @pytest.mark.parametrize(("returns", "outcome"), [(False, "dropped-out"), (True, "withdrew")])
 def test_who_had_gone_before_a_restart_and_is_ended_right_after_it_did_not_come_back(
     tmp_path: Path, returns: bool, outcome: str

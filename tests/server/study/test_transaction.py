@@ -51,6 +51,7 @@ CHANGES: dict[str, Change] = {
     "Participants.note_absences": lambda study, tx, one, unit: study.participants.note_absences(tx),
     "Participants.note_last_seen": lambda study, tx, one, unit: study.participants.note_last_seen(tx),
     "Units.blocks_over": lambda study, tx, one, unit: study.units.blocks_over(tx, unit.record.id),
+    "Units.finished_steps": lambda study, tx, one, unit: study.units.finished_steps(tx, unit.record.id),
     "Units.with_rounds_left": lambda study, tx, one, unit: study.units.with_rounds_left(tx, unit),
     "Units.form": lambda study, tx, one, unit: study.units.form(tx, [one]),
     "Units.move_to_first_step": lambda study, tx, one, unit: study.units.move_to_first_step(tx, unit),

@@ -93,6 +93,28 @@ def test_rounds_of_the_second_challenge_do_not_stand_beside_the_papers_numbers_o
     assert papers == ("DP", "paper", "2", "–", "–", "–", "–", "–")
 
 
+LONGER = "  - {id: longer, partners: [dp, bass], maps: [SingleRotation], seats: both, limit_ticks: 1000}\n"
+
+
+def test_blocks_that_ask_other_things_of_people_are_other_sessions_and_rows(tmp_path: Path) -> None:
+    study, text = template("paper", **ONE_MAP, **{"debrief:\n": f"{LONGER}\ndebrief:\n"})
+    place, store, pids = fill(tmp_path, study, text, 2, seed=1)
+    blue_fails = [row["episode"] for row in _rounds(store, "dp") if row["block"] == "longer" or row["unit"] == 1]
+    for row in store.rows(rounds):
+        if row["episode"] in blue_fails or (row["block"] == "play" and row not in _rounds(store, "dp")):
+            seats = (SeatInfo("agent", "dp"), SeatInfo("human", pids[0]))
+            waiting_alone(place.recordings, row["episode"], seats=seats)
+    results = collect(study, store, place.recordings)
+    failures = failure_table(results, plain)
+    assert (failures.heads[0], failures.words) == ("Block", 3)
+    stays_away = {row[0]: row[3:5] for row in failures.rows if row[1] == "dp" and "help" in row[2]}
+    assert stays_away == {"play": ("3", "1 / 3 (0.333)"), "longer": ("2", "2 / 2 (1.000)")}
+    table = paper_table(results, plain)
+    assert table is not None and table.heads[:2] == ("Block", "Partner")
+    ours = [row[:5] for row in table.rows if row[1] == "dp"]
+    assert ours == [(block, "dp", "this study", "1", "4") for block in ("play", "longer")]
+
+
 @pytest.mark.slow
 def test_what_annotators_reject_is_not_confirmed(filled: Filled) -> None:
     place, store, _ = filled

@@ -7,15 +7,17 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+from sqlalchemy import update
 
 from movingout.server.cli import main
+from movingout.study.analysis.results import collect
 from movingout.study.data.erasure import DAY_MS, due_now, erase, purge
 from movingout.study.data.export import Options, export_study
 from movingout.study.errors import StudyError
 from movingout.study.store import Unit
 from movingout.study.store.clock import now_ms
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
-from movingout.study.store.tables import answers, audit, notes, players, rounds, tombstones, units
+from movingout.study.store.tables import answers, audit, consents, notes, players, rounds, tombstones, units
 from tests.study.filled import fill, template
 from tests.study.support import Clock, rounds_of
 
@@ -46,6 +48,44 @@ def test_all_formats_of_an_export_hold_the_same_rows(tmp_path: Path) -> None:
         assert pq.read_table(tmp_path / "out" / f"{name}.parquet").to_pylist() == documents
         assert [{key: "" if value is None else str(value) for key, value in row.items()} for row in documents] == rows
     assert {row["pid"] for row in read_csv(tmp_path / "out" / "participants.csv")} == set(pids)
+
+
+def test_who_only_opened_the_link_is_in_no_export_and_no_report(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, pids = fill(tmp_path, study, text, 1)
+    store.arrive("PLOOKED", "en")
+    done = export_study(place, store, tmp_path / "out", Options(training=False))
+    assert done.rows["participants"] == 1
+    assert [row["pid"] for row in read_csv(tmp_path / "out" / "participants.csv")] == pids
+    flow = dict(collect(study, store, place.recordings).flow)
+    assert (flow["came"], flow["open"]) == (1, 0)
+
+
+def test_an_export_to_be_published_is_without_those_who_did_not_allow_it(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, pids = fill(tmp_path, study, text, 2, recorded_ticks=2)
+    with store.database.write() as connection:
+        connection.execute(update(consents).where(consents.c.pid == pids[0]).values(boxes='["adult", "release"]'))
+    why = "1 participant did not allow publishing (the box 'release' of the consent): "
+    everybody = export_study(place, store, tmp_path / "all", Options(training=False))
+    assert why + "--released leaves them out, before publishing" in everybody.warnings
+    released = export_study(place, store, tmp_path / "out", Options(released=True))
+    assert why + "left out" in released.warnings
+    for name in ("participants", "consents", "answers", "players"):
+        assert {row["pid"] for row in read_csv(tmp_path / "out" / f"{name}.csv")} == {pids[0]}
+    mine = {row["episode"] for row in read_csv(tmp_path / "out" / "rounds.csv")}
+    assert {row["episode"] for row in read_csv(tmp_path / "out" / "recordings.csv")} == mine
+    assert released.recordings == everybody.recordings / 2
+    assert not traces(tmp_path / "out", pids[1])
+
+
+def test_nobody_was_asked_about_publishing_where_the_consent_has_no_box_for_it(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **{**SHORT, "- id: release": "- id: other"})
+    place, store, _ = fill(tmp_path, study, text, 1)
+    warnings = export_study(place, store, tmp_path / "all", Options(training=False)).warnings
+    assert not any("publishing (the box" in warning for warning in warnings)
+    with pytest.raises(StudyError, match="no box 'release'"):
+        export_study(place, store, tmp_path / "out", Options(released=True))
 
 
 def test_a_round_that_was_played_again_is_counted_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -179,7 +219,7 @@ def test_what_was_recorded_is_read_with_the_study_as_it_began(
 def test_answers_that_few_people_share_are_pointed_out(tmp_path: Path) -> None:
     study, text = template("human_study")
     place, store, _ = fill(tmp_path, study, text, 1)
-    (warning,) = export_study(place, store, tmp_path / "out", Options(("csv",))).warnings
+    (_, warning) = export_study(place, store, tmp_path / "out", Options(("csv",))).warnings
     assert "fewer than 5 people share an answer to: age, " in warning
 
 

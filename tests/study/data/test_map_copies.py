@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import load_map, map_to_json
+from movingout.server.cli import main
 from movingout.study.data.backup import MANIFEST, back_up, restore
 from movingout.study.data.export import Options, export_study
 from movingout.study.data.map_copies import copy_own_maps
@@ -38,6 +39,26 @@ def test_backups_and_exports_have_the_maps_where_the_study_names_them(
     assert read_study(tmp_path / "export" / "study.yaml").load_map("maps/den.json:mirror").name == "Den:mirror"
     assert (tmp_path / "backup" / "maps" / "den.json").is_file()
     assert restore(tmp_path / "backup", tmp_path / "restored").study == study.id, "a map called as the manifest is none"
+
+
+def test_a_backup_has_the_maps_that_the_study_began_with_and_the_check_needs_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, text = _study(tmp_path / "here"), OWN.replace(f" {MANIFEST},", "")
+    file.write_text(text, encoding="utf-8")
+    fill(tmp_path / "data", read_study(file), text, 1)
+    file.write_text(template_text("agent_survey"), encoding="utf-8")  # the next wave is prepared in its place
+
+    def backed_up(name: str) -> str:
+        assert main(["study", "backup", str(file), "--data", str(tmp_path / "data"), "-o", str(tmp_path / name)]) == 0
+        return capsys.readouterr().out
+
+    assert "the study file has changed since the study began" in backed_up("backup")
+    assert main(["study", "restore", str(tmp_path / "backup"), "--check"]) == 0
+    (tmp_path / "here" / "maps" / "den.json").unlink()
+    assert "cannot be read as it began" in backed_up("without")
+    assert main(["study", "restore", str(tmp_path / "without"), "--check"]) == 2
+    assert "maps/den.json" in capsys.readouterr().err
 
 
 def test_maps_from_elsewhere_are_copied_too_and_found_from_the_copy(tmp_path: Path) -> None:

@@ -1,0 +1,31 @@
+"""What people write into their first study file, and are told about it."""
+
+import pytest
+
+from movingout.study.design.review import review
+from movingout.study.design.study_file import parse_study
+from tests.study.design.small_study import SMALL
+from tests.study.design.test_study_file import faults
+
+
+@pytest.mark.parametrize(
+    ("agent", "written"),
+    [("scripted", "{id: scripted, agent: scripted}"), ("'dp@all:lag=1'", '{id: dp-all-lag-1, agent: "dp@all:lag=1"}')],
+)
+def test_partners_that_are_only_named_are_told_how_they_are_written(agent: str, written: str) -> None:
+    text = SMALL.replace("- {id: one, agent: scripted}", f"- {agent}")
+    ((line, path, message),) = faults(text)
+    assert (line, path) == (9, "partners[0]") and message.endswith(f"write {written}")
+    parse_study(text.replace(f"- {agent}", f"- {written}").replace("[one,", f"[{written[5:].partition(',')[0]},"))
+
+
+def test_where_fields_are_needed_they_are_named() -> None:
+    assert faults(f"{SMALL}pay: 12\n") == [(24, "pay", "fields are needed here; known: currency, per_hour, maximum")]
+
+
+def test_an_expected_answer_that_is_a_truth_value_is_warned_of_and_read_as_earlier_versions_did() -> None:
+    study = parse_study(SMALL.replace("expected: 2", "expected: yes"))
+    assert study.questionnaire("short").item("attention").expected == 1
+    (warning,) = [one for one in review(study).warnings if "truth values" in one]
+    assert warning.startswith("attention item 'attention' of short expects 1")
+    assert not [one for one in review(parse_study(SMALL)).warnings if "truth values" in one]
