@@ -43,14 +43,19 @@ def performance(results: Results, name: Namer, words: Words = ENGLISH) -> Report
     """All maps together, in the layout of the paper's tables: a row per partner."""
     blocks = results.by_condition()
     rows = [
-        (*_block(blocks, label), name(partner), str(len(part.values("tcr", partner))), *_cells(part, partner, None))
+        (
+            *block_cells(blocks, label),
+            name(partner),
+            str(len(part.values("tcr", partner))),
+            *_cells(part, partner, None),
+        )
         for label, part in blocks
         for partner in part.partners
     ]
     say = words.say
     measures = "; ".join(f"{metric.heading}: {words.known(f'measure.{metric.key}', metric.title)}" for metric in STORED)
     note = say("study.performance.note", legend=say("study.legend", measures=measures))
-    head = _block(blocks, say("study.block"))
+    head = block_cells(blocks, say("study.block"))
     heads = (*head, say("study.partner"), say("study.rounds"), *HEADS.values())
     title, empty = say("study.performance"), say("study.empty")
     return ReportTable("performance", title, heads, tuple(rows), len(head) + 1, note, empty)
@@ -62,10 +67,10 @@ def performance_by_map(results: Results, name: Namer, words: Words = ENGLISH) ->
         for map_name in part.maps:
             for partner in part.partners:
                 number = str(len(part.values("tcr", partner, map_name)))
-                where = (*_block(blocks, label), map_name, name(partner), number)
+                where = (*block_cells(blocks, label), map_name, name(partner), number)
                 rows.append((*where, *_cells(part, partner, map_name)))
     say = words.say
-    head = _block(blocks, say("study.block"))
+    head = block_cells(blocks, say("study.block"))
     heads = (*head, say("study.map"), say("study.partner"), say("study.rounds"), *HEADS.values())
     title, empty = say("study.performance_by_map"), say("study.empty")
     return ReportTable("performance_by_map", title, heads, tuple(rows), len(head) + 2, empty=empty)
@@ -94,9 +99,9 @@ def ratings(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTabl
         for rated in items:
             cells = [estimate_text(estimate(list(_ratings(part, rated, one).values()))) for one in about]
             if any(cell != "–" for cell in cells):
-                rows.append((*_block(blocks, label or "–"), rated.label, *cells))
+                rows.append((*block_cells(blocks, label or "–"), rated.label, *cells))
     say = words.say
-    head = (*_block(blocks, say("study.block")), say("study.ratings.item"))
+    head = (*block_cells(blocks, say("study.block")), say("study.ratings.item"))
     heads = (*head, *(say("study.ratings.at_end") if one is None else name(one) for one in about))
     note, empty = say("study.ratings.note"), say("study.ratings.empty")
     return ReportTable("ratings", say("study.ratings"), heads, tuple(rows), len(head), note, empty)
@@ -109,9 +114,12 @@ def choices(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTabl
         for label, part in results.by_condition_asked():
             for partner in (*part.partners, None):
                 found = part.counts(asked.questionnaire, asked.item.id, partner, asked.occasions)
-                where = (*_block(blocks, label or "–"), asked.label, _about(asked, partner, name, words))
+                where = (*block_cells(blocks, label or "–"), asked.label, _about(asked, partner, name, words))
                 rows += [(*where, text, str(number)) for text, number in _answers(asked, found, words)]
-    head = (*_block(blocks, say("study.block")), *(say(f"study.choices.{one}") for one in ("item", "about", "answer")))
+    head = (
+        *block_cells(blocks, say("study.block")),
+        *(say(f"study.choices.{one}") for one in ("item", "about", "answer")),
+    )
     heads, title, empty = (*head, say("study.choices.number")), say("study.choices"), say("study.ratings.empty")
     return ReportTable("choices", title, heads, tuple(rows), len(head), say("study.choices.note"), empty)
 
@@ -143,9 +151,9 @@ def order_effects(results: Results, words: Words = ENGLISH) -> ReportTable:
             found = trend(list(series.values()))
             if found is not None:
                 used = words.say("study.order.units.of", used=found.used, all=len(series))
-                rows.append((*_block(blocks, label), HEADS[metric], used, f"{found.rho:+.2f}", _p(found.p)))
+                rows.append((*block_cells(blocks, label), HEADS[metric], used, f"{found.rho:+.2f}", _p(found.p)))
     say = words.say
-    head = (*_block(blocks, say("study.block")), say("study.order.metric"))
+    head = (*block_cells(blocks, say("study.block")), say("study.order.metric"))
     heads = (*head, say("study.order.units"), say("study.order.rho"), "p")
     note, empty = say("study.order.note"), say("study.order.empty")
     return ReportTable("order_effects", say("study.order"), heads, tuple(rows), len(head), note, empty)
@@ -175,11 +183,11 @@ def pings(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
         for one in part.pings:
             groups[one.partner, bool(one.player)].append(one)
         rows += [
-            (*_block(blocks, label), name(partner), asked[person], *_ping_cells(groups[partner, person], words))
+            (*block_cells(blocks, label), name(partner), asked[person], *_ping_cells(groups[partner, person], words))
             for partner, person in sorted(groups, key=lambda group: (name(group[0]), not group[1]))
             if person or any(one.pings for one in groups[partner, person])
         ]
-    head = (*_block(blocks, say("study.block")), say("study.partner"), say("study.pings.asked_by"))
+    head = (*block_cells(blocks, say("study.block")), say("study.partner"), say("study.pings.asked_by"))
     heads = (*head, *_ping_heads(words))
     return ReportTable("pings", say("study.pings"), heads, tuple(rows), len(head), _ping_note(words))
 
@@ -190,9 +198,9 @@ def pings_by_participant(results: Results, words: Words = ENGLISH) -> ReportTabl
         groups: dict[str, list[PingRound]] = defaultdict(list)
         for one in part.pings:
             groups[one.player].append(one)
-        where = _block(blocks, label)
+        where = block_cells(blocks, label)
         rows += [(*where, player, *_ping_cells(groups[player], words)) for player in sorted(groups) if player]
-    head = (*_block(blocks, say("study.block")), say("study.participant"))
+    head = (*block_cells(blocks, say("study.block")), say("study.participant"))
     title, heads = say("study.pings.by_participant"), (*head, *_ping_heads(words))
     return ReportTable("pings_by_participant", title, heads, tuple(rows), len(head), _ping_note(words))
 
@@ -231,11 +239,6 @@ def _p(p: float | None) -> str:
 
 
 def block_cells(blocks: Sequence[tuple[str, Results]], label: str) -> tuple[str, ...]:
-    """The same for tables of other modules."""
-    return _block(blocks, label)
-
-
-def _block(blocks: Sequence[tuple[str, Results]], label: str) -> tuple[str, ...]:
     """The column of blocks, where there are several that may not be pooled."""
     return (label,) if len(blocks) > 1 else ()
 
@@ -248,7 +251,7 @@ def _pairs(results: Results, measures: Callable[[Results], Sequence[Measure]]) -
     """Partners are compared within blocks that may be pooled; p is corrected over all of them."""
     blocks = results.by_condition()
     found = [
-        (_block(blocks, block), compare(label, one, other, of(one), of(other)))
+        (block_cells(blocks, block), compare(label, one, other, of(one), of(other)))
         for block, part in blocks
         for label, of in measures(part)
         for one, other in combinations(part.partners, 2)
