@@ -15,7 +15,7 @@ import { namedBadge } from "../components/named_badge.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { LIMITS, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
-import { extraMap, wantedName } from "./extra_map.js";
+import { extraMap, wantedName, wantedSeed } from "./extra_map.js";
 import { mapGroups } from "./map_cards.js";
 import { drawFirstPictures, firstChoice, firstRequest, showFirstGame } from "./newcomer.js";
 import { researchLine } from "./partners.js";
@@ -83,6 +83,7 @@ async function load(lists) {
     partner = defaultPartner(agents, agentList.default);
     showChoices(remembered());
     await findExtra(); // making a generated map takes a while: meanwhile the others are there
+    offerSeed();
     if (location.pathname === "/practice") await learn();
     if (location.hash === "#partner") offerPartner();
     if (location.hash === "#play") {
@@ -119,6 +120,16 @@ function offerPartner() {
   const select = byId("seat-1", HTMLSelectElement);
   select.scrollIntoView({ block: "center" });
   select.focus();
+}
+
+/** The items are to be shuffled as the address says. */
+function offerSeed() {
+  const seed = wantedSeed(extra);
+  if (seed === null) return;
+  seedInput.value = String(seed);
+  randomisedBox.checked = true;
+  byId("more", HTMLDetailsElement).open = true;
+  refresh();
 }
 
 /** The maps of the paper, the operator's own and the one that the address asks for. */
@@ -258,8 +269,8 @@ async function play(names) {
   }
   remember(chosen);
   const request = roomRequest(chosen, names, false, partner);
-  const drawn = extra && names[0] === extra.map.name ? wantedMap(extra.map, extra.map.name, []) : {};
-  await enter({ ...request, ...drawn }, chosen.seats, problemBox);
+  const drawn = extra && names[0] === extra.map.name ? wantedMap(extra.map, extra.map.name, []) : null;
+  await enter({ ...request, ...(drawn?.map && drawn) }, chosen.seats, problemBox);
 }
 
 async function practise() {

@@ -12,7 +12,7 @@ import { countRound } from "./best_rounds.js";
 import { goOn, sameSeats } from "./next_game.js";
 import { companyText, isOver, reasonText, seatName } from "./seat_phrases.js";
 import { shareButtons } from "./share_round.js";
-import { isDrawnIn, keepPlayed } from "../wire/played_map.js";
+import { isDrawnIn, keepPlayed, seedOf } from "../wire/played_map.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../view/render.js").View} View */
@@ -215,10 +215,12 @@ export class Series {
   }
 }
 
-/** To the lobby with the map that was played. @param {Game["round"]} round */
+/** To the lobby with the map that was played, and the number of shuffled items. @param {Game["round"]} round */
 function toChoose(round) {
   const name = encodeURIComponent(round?.map.name ?? "");
-  return { href: `/?map=${name}#partner`, onclick: () => round && keepPlayed(round.map) };
+  const seed = round ? seedOf(round.map) : null;
+  const shuffled = seed === null ? "" : `&seed=${seed}`;
+  return { href: `/?map=${name}${shuffled}#partner`, onclick: () => round && keepPlayed(round.map) };
 }
 
 /** What to call the players of a round. @param {Game} game */
