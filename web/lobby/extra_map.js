@@ -27,6 +27,20 @@ export function wantedSeed(extra) {
 }
 
 /**
+ * The address's query for another language: it goes on asking for the map and the number chosen, and leaves out ?lang=.
+ * @param {Pick<import("./choice.js").Choice, "map" | "seed"> | null} chosen null: nothing can be chosen yet
+ */
+export function queryFor(chosen) {
+  const query = new URLSearchParams(location.search);
+  query.delete("lang");
+  if (chosen && query.has("map")) query.set("map", chosen.map);
+  if (chosen) query.delete("seed");
+  if (chosen && chosen.seed !== null) query.set("seed", String(chosen.seed));
+  const asked = String(query);
+  return asked && `?${asked}`;
+}
+
+/**
  * @param {readonly GameMap[]} offered
  * @returns {Promise<ExtraMap | null>} null where it asks for none of these; ApiError where there is no such map
  */

@@ -15,7 +15,7 @@ import { namedBadge } from "../components/named_badge.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { LIMITS, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
-import { extraMap, wantedName, wantedSeed } from "./extra_map.js";
+import { extraMap, queryFor, wantedName, wantedSeed } from "./extra_map.js";
 import { mapGroups } from "./map_cards.js";
 import { drawFirstPictures, firstChoice, firstRequest, showFirstGame } from "./newcomer.js";
 import { researchLine } from "./partners.js";
@@ -84,12 +84,11 @@ async function load(lists) {
     showChoices(remembered());
     await findExtra(); // making a generated map takes a while: meanwhile the others are there
     offerSeed();
-    if (location.pathname === "/practice") await learn();
-    if (location.hash === "#partner") offerPartner();
-    if (location.hash === "#play") {
-      history.replaceState(null, "", location.pathname); // who comes back does not start another game
-      await playNow();
-    }
+    const { pathname, hash } = location;
+    if (hash === "#partner") offerPartner();
+    if (pathname !== "/practice" && hash !== "#play") return;
+    history.replaceState(null, "", "/"); // who comes back does not start another game
+    await (pathname === "/practice" ? learn() : playNow());
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     mapsBox.replaceChildren(notice("bad", `${sayError(error)} ${say("lobby.retry")}`));
@@ -329,8 +328,9 @@ function showLanguages() {
   select.value = document.documentElement.lang;
   select.addEventListener("change", () => {
     keepLanguage(select.value);
-    if (maps.length > 0) remember(choice());
-    location.assign(location.pathname); // without ?lang=
+    const chosen = maps.length > 0 ? choice() : null;
+    if (chosen) remember(chosen);
+    location.assign(location.pathname + queryFor(chosen));
   });
 }
 
