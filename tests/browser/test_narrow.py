@@ -178,6 +178,15 @@ def test_words_about_the_connection_cross_no_line_of_the_stick_s_zone(
     assert shown and min(inside) > 2, inside
 
 
+def test_on_a_phone_nothing_stands_over_an_invitation(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("DistancePriority", red="link")
+    page = open_page(room["join_path"], room, **in_window(Window(390, 664, True, 0)))
+    expect(page.locator("#ready .share-link")).to_be_visible()
+    open_page(room["watch_path"])
+    expect(page.locator("#watchers")).to_have_text("1 person is watching.")
+    expect(page.locator("#watchers")).to_be_hidden()
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_low_phone_sees_an_invitation_with_its_warning(server: Server, open_page: OpenPage, language: str) -> None:
     room = server.make_room("HandOff", red="link")
