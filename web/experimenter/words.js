@@ -35,6 +35,7 @@ import { mapTitle } from "../text/names.js";
  * @property {number | null} missed
  * @property {string} recording "recording", "", or what is wrong, in English
  * @property {string | null} outcome
+ * @property {boolean} [kept] false: they asked for the deletion of their data
  * @property {boolean} code_given
  * @property {string | null} [code]
  * @property {number | null} [minutes] from arrival to the end
@@ -108,8 +109,9 @@ function controlName(control) {
 }
 
 /** Where somebody is: "Round 8 of 12", "Questions, Partner B". @param {ParticipantRow} row */
-export function whereWords({ kind, round, outcome, partner_letter: letter }) {
-  if (outcome) return say("experimenter.finishedAs", { outcome: nameOf("outcome", outcome) });
+export function whereWords({ kind, round, outcome, kept, partner_letter: letter }) {
+  const ended = kept === false ? "experimenter.finishedAsDeleted" : "experimenter.finishedAs";
+  if (outcome) return say(ended, { outcome: nameOf("outcome", outcome) });
   const step = nameOf("step", kind);
   if (kind === "round" && round) return say("experimenter.round", round);
   return kind === "questionnaire" && letter ? say("experimenter.aboutPartner", { step, letter }) : step;

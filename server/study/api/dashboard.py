@@ -69,7 +69,8 @@ class Dashboard:
             known, last_round = self._rows.get(session.pid), self._running.units.last_round(session)
             same_round = self._last_rounds.get(session.pid) == last_round
             if known is not None and known["outcome"] and session.finished and same_round:
-                continue
+                if known["kept"] == _kept(session):
+                    continue
             self._last_rounds[session.pid] = last_round
             row = self._row(session, now)
             if row != known:
@@ -127,7 +128,7 @@ class Dashboard:
             "missed": lateness.skipped,
             "ticks": lateness.ticks,
             "disk_free_mb": round(shutil.disk_usage(host.settings.data).free / 1e6),
-            "recordings": rooms.finished.recorded,
+            "recordings": rooms.finished.left,
             "partial": rooms.finished.partial,
         }
 
@@ -152,6 +153,7 @@ class Dashboard:
             "since_s": round(_standing_since(unit, now) - session.step_since),
             "present": session.present(now) or _connected(session, unit),
             "outcome": session.record.outcome,
+            "kept": _kept(session),
             "device_bound": running.device_bound(session),
             "code_given": session.record.code is not None,
             "code": session.record.code,
@@ -172,6 +174,11 @@ class Dashboard:
         name, title = self._running.rooms.shown_map(last.map)
         number = rounds.index(last.step) + 1
         return {"episode": last.episode, "number": number, "map": name, "title": title, "valid": last.valid}
+
+
+def _kept(session: ParticipantSession) -> bool:
+    """Whether their data stay; not of those who asked for the deletion."""
+    return session.record.keep is not False
 
 
 def _standing_since(unit: StudyUnit | None, now: float) -> float:

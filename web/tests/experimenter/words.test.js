@@ -57,6 +57,7 @@ test("where somebody is says round, partner and how it ended", () => {
   assert.equal(whereWords(row({ kind: "questionnaire", partner_letter: "B" })), "Questions, Partner B");
   assert.equal(whereWords(row({ kind: "waiting" })), "Waiting for a partner");
   assert.equal(whereWords(row({ kind: "code", outcome: "partner-left" })), "Finished · partner left");
+  assert.equal(whereWords(row({ kind: "code", outcome: "done", kept: false })), "Finished · done, data deleted");
   assert.equal(whereWords(row({ kind: "something-new" })), "something-new");
 });
 
