@@ -45,6 +45,7 @@ import { mapTitle } from "../text/names.js";
  * @property {boolean} [device_bound] whether they may come back in their own browser only
  * @property {boolean} [paused] by the experimenter, alone or with everybody
  * @property {boolean} [unit_paused] by the experimenter, they alone
+ * @property {string[]} [waits_for] of the players of a running round, whose connection is lost
  * @property {number | null} [paused_s] since when they stand still, whoever paused
  */
 /**
@@ -118,10 +119,17 @@ export function whereWords({ kind, round, outcome, kept, partner_letter: letter 
 }
 
 /** "paused 1:12", also between rounds; none where nothing stands still. @param {ParticipantRow} row @returns {Pill} */
-export function pausePill({ paused, paused_s: seconds, outcome, phase }) {
+export function pausePill(row) {
+  const { paused, paused_s: seconds, outcome, phase } = row;
   if (outcome || (!paused && phase !== "paused")) return NO_PILL;
-  const time = clockText(seconds ?? 0);
-  return { words: say(paused ? "experimenter.paused" : "experimenter.pausedByPlayer", { time }), tone: "attention" };
+  const key = paused ? "experimenter.paused" : whyPaused(row);
+  return { words: say(key, { time: clockText(seconds ?? 0) }), tone: "attention" };
+}
+
+/** @param {ParticipantRow} row of somebody whose round stands still, whom the experimenter has not paused */
+function whyPaused({ pid, waits_for: away = [] }) {
+  if (away.length === 0) return "experimenter.pausedByPlayer";
+  return away.includes(pid) ? "experimenter.connectionLost" : "experimenter.waitsForPartner";
 }
 
 /** What somebody is to be paid for: "K7QX4WPL2M · 62 min"; empty before the end. @param {ParticipantRow} row */

@@ -107,6 +107,8 @@ test("a pause says since when, whoever began it, also between rounds", () => {
     tone: "attention",
   });
   assert.equal(pausePill(row({ phase: "paused", paused_s: 5 })).words, "paused in the game 0:05");
+  const lost = (/** @type {string} */ pid) => pausePill(row({ phase: "paused", paused_s: 5, waits_for: [pid] })).words;
+  assert.deepEqual([lost(row().pid), lost("POTHER")], ["connection lost 0:05", "waits for the partner 0:05"]);
   assert.equal(pausePill(row({ outcome: "done", paused: true, paused_s: 5 })).words, "–");
 });
 
