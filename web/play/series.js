@@ -113,7 +113,7 @@ export class Series {
     const anew = { text: say("play.result.again"), onclick: () => void this.#goOn(game, "same") };
     const next = { text: say("play.result.next"), onclick: () => void this.#goOn(game, "next") };
     if (game.own.length === 0) return [start];
-    if (!over) return [{ text: say("play.result.next"), onclick: () => this.#next() }, again];
+    if (!over) return [{ text: say("play.result.next"), onclick: () => this.#next() }, again, start];
     if (game.round?.practice) return [start, again];
     const repeat = COMPLETE.includes(outcome) ? again : seats ? anew : null;
     const other = { text: say("play.result.partner"), ...toChoose(game.round) };
