@@ -42,6 +42,13 @@ def test_twelve_maps_stand_in_their_three_modes_with_a_picture_each(open_page: O
     assert min(colours) > 20  # walls, goals, items and both robots are there
 
 
+def test_in_forced_colours_hard_maps_have_more_dots(open_page: OpenPage) -> None:
+    page = ready(open_page("/", forced_colors="active"))
+    full, empty = (page.locator(dots).first for dots in (".dot-full", ".dot:not(.dot-full)"))
+    ground = "dot => getComputedStyle(dot).backgroundColor"
+    assert full.evaluate(ground) != empty.evaluate(ground)
+
+
 def test_the_lobby_is_accessible_in_both_themes(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
     page.locator("#more summary").click()
