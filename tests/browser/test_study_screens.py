@@ -277,7 +277,7 @@ def test_whom_a_platform_sent_is_not_asked_for_another_person_at_this_screen(ope
     page = open_page("/healthz")
     study.open(page)
     heading(page, "Thank you")
-    expect(page.get_by_text("$0.07", exact=True)).to_be_visible()
+    expect(page.get_by_text("$0.07 for 0.2 min", exact=True)).to_be_visible()
     expect(page.get_by_text("Enter this code on the site that sent you here.")).to_be_visible()
     expect(page.get_by_role("button", name="Next person at this screen")).to_have_count(0)
 

@@ -132,10 +132,11 @@ function whyPaused({ pid, waits_for: away = [] }) {
   return away.includes(pid) ? "experimenter.connectionLost" : "experimenter.waitsForPartner";
 }
 
-/** What somebody is to be paid for: "K7QX4WPL2M · 62 min"; empty before the end. @param {ParticipantRow} row */
+/** What somebody is to be paid for: "K7QX4WPL2M · 61.6 min"; empty before the end. @param {ParticipantRow} row */
 export function codeWords({ outcome, code, minutes }) {
   if (!outcome || !code) return "";
-  return say("experimenter.codeAndMinutes", { code, minutes: Math.round(minutes ?? 0) });
+  const shown = (minutes ?? 0).toLocaleString(currentLanguage(), { maximumFractionDigits: 1 });
+  return say("experimenter.codeAndMinutes", { code, minutes: shown });
 }
 
 export const GROUPS = /** @type {const} */ (["all", "playing", "paused", "away", "waiting", "finished"]);

@@ -113,7 +113,7 @@ test("a pause says since when, whoever began it, also between rounds", () => {
 });
 
 test("who has finished is shown with code and minutes", () => {
-  assert.equal(codeWords(row({ outcome: "done", code: "K7QX4WPL2M", minutes: 61.6 })), "Code K7QX4WPL2M · 62 min");
+  assert.equal(codeWords(row({ outcome: "done", code: "K7QX4WPL2M", minutes: 61.58 })), "Code K7QX4WPL2M · 61.6 min");
   assert.equal(codeWords(row({ outcome: "declined", code: null })), "");
   assert.equal(codeWords(row()), "");
 });
