@@ -206,7 +206,7 @@ function refresh() {
     byId(`seat-help-${seat}`, HTMLElement).textContent = option?.help ?? "";
   }
   showResearch(seats);
-  byId("seats-note", HTMLElement).textContent = seatsNote(seats);
+  byId("seats-note", HTMLElement).textContent = seatsNote(seats, matchMedia("(pointer: coarse)").matches);
   byId("hint", HTMLElement).hidden = seats.some(isOpen);
   const verb = seats.includes("here") ? "play" : seats.some(isOpen) ? "open" : "watch";
   playButton.textContent = say(`lobby.${verb}`, { map: mapTitle(map) });
