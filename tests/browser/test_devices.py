@@ -69,7 +69,7 @@ def test_two_at_one_phone_are_told_that_fingers_drive_blue_alone(
     server: Server, open_page: OpenPage, pictures: Path, language: str
 ) -> None:
     phone = {"viewport": {"width": 390, "height": 664}, "has_touch": True, "is_mobile": True}
-    page = open_page(f"/?lang={language}", **phone)
+    page = open_page("/", locale=language, **phone)
     expect(page.locator("#play")).to_be_enabled()
     page.locator("#seat-1").scroll_into_view_if_needed()
     page.locator("#seat-1").select_option("here")
