@@ -21,6 +21,7 @@ from movingout.server.study.units import Units
 from movingout.study.data.erasure import is_being_recorded, named_in_recordings, remove_recordings
 from movingout.study.design.definition import Outcome
 from movingout.study.store.removal import episodes_of, has_data, withdraw_data
+from movingout.study.store.tables import rounds
 
 LOOK_S = 0.5  # between two looks whether a recording is finished
 LOOK_AGAIN_S = (10.0, 60.0, 600.0)  # after a deletion; the last one again and again while it fails
@@ -136,8 +137,10 @@ class Departures:
         try:
             episodes = set(await run(episodes_of, store, pid))
             await self._wait_until_recorded(pid, episodes)
+            played = [row for row in await run(store.rows, rounds) if row["episode"] in episodes]
             removed = await asyncio.to_thread(remove_recordings, self._recordings, pid, episodes)
             await run(withdraw_data, store, pid, removed)
+            self._rooms.finished.count_deleted(played)
             self._forget_last_round(pid)
         except Exception as error:  # noqa: BLE001 - the experimenter hears of it, and it is tried again
             self._alerts.add("deletion", f"The data of {pid} could not be deleted.", str(error), pid=pid)

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
+from tests.browser.pages import overflow
 from tests.browser.support import PHONE, Server, robot, seat_tokens_script, start, wait_for
 
 OpenPage = Callable[..., Page]
@@ -61,6 +62,24 @@ def test_a_gamepad_gets_ready_drives_and_lets_go_when_unplugged(server: Server, 
     page.keyboard.press("Space")
     wait_for(page, "game.phase === 'playing'")
     stands_still(page, 0)
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_two_at_one_phone_are_told_that_fingers_drive_blue_alone(
+    server: Server, open_page: OpenPage, pictures: Path, language: str
+) -> None:
+    phone = {"viewport": {"width": 390, "height": 664}, "has_touch": True, "is_mobile": True}
+    page = open_page("/", locale=language, **phone)
+    expect(page.locator("#play")).to_be_enabled()
+    page.locator("#seat-1").scroll_into_view_if_needed()
+    page.locator("#seat-1").select_option("here")
+    expect(page.locator("#seats-note")).to_contain_text("↑ ← ↓ →")
+    expect(page.locator("#seats-note")).not_to_contain_text("W A S D")
+    page.locator("#play").tap()
+    expect(page.locator("#ready .button-small")).to_have_count(2)
+    expect(page.locator("#ready")).to_contain_text("↑ ← ↓ →")
+    assert overflow(page) == 0
+    page.screenshot(path=pictures / f"phone-two-{language}.png")
 
 
 @pytest.mark.slow

@@ -46,6 +46,7 @@ def test_a_series_goes_on_to_the_next_map_when_both_are_ready(server: Server, op
     start(blue)
     expect(blue.locator("#round")).to_have_text("Round 1 of 2")
     wait_for(blue, "game.phase === 'round_over'")
+    expect(blue.get_by_role("link", name="To the start page").first).to_be_visible()  # nobody has to play on
     blue.get_by_role("button", name="Next map").click()
     expect(blue.locator("#title")).to_have_text("Left Right")
     expect(blue.locator("#result")).to_be_hidden()

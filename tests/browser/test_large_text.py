@@ -130,6 +130,8 @@ def test_on_the_narrowest_screen_what_players_do_stays_in_its_line(
     page.locator("#ready button.button-primary").click()
     wait_for(page, "game.phase === 'playing'")
     assert faults(page) == []
+    time, label = (page.locator(part).bounding_box() for part in ("#time", "#done-label"))
+    assert time and label and time["x"] + time["width"] + 4 <= label["x"]
     line, arena = (page.locator(part).bounding_box() for part in ("#seats", "#arena"))
     assert line and arena and line["y"] + line["height"] <= arena["y"]
     for words in page.locator("#seats .seat-words").all():

@@ -137,6 +137,11 @@ def test_the_smallest_windows_hold_a_round(server: Server, open_page: OpenPage, 
     assert_inside(page, "#overlay button:last-of-type")
 
 
+LINES = """box => {
+  const words = document.createRange();
+  words.selectNodeContents(box);
+  return new Set([...words.getClientRects()].map(({ top }) => top)).size;
+}"""
 LARGE_TEXT = """
   .touch-grab#touch-grab { font-size: calc(40px * var(--fit, 1)); }
   .touch-backward#touch-backward { font-size: calc(27px * var(--fit, 1)); }"""  # twice what it is
@@ -156,8 +161,9 @@ def test_the_words_on_the_buttons_for_fingers_can_be_read_with_text_at_200_perce
     page.locator("#ready button").first.tap()
     wait_for(page, "game.phase === 'playing'")
     page.evaluate(TWO_FRAMES)
-    for button, least in (("#touch-grab", 30), ("#touch-backward", 13)):
+    for button, least in (("#touch-grab", 22), ("#touch-backward", 12)):
         box = page.locator(button)
+        assert box.evaluate(LINES) == 1, f"{button}: a word is broken"
         cut = box.evaluate("box => [box.scrollHeight - box.clientHeight, box.scrollWidth - box.clientWidth]")
         assert cut == [0, 0], button
         assert box.evaluate("box => parseFloat(getComputedStyle(box).fontSize)") >= least, button
@@ -178,6 +184,15 @@ def test_words_about_the_connection_cross_no_line_of_the_stick_s_zone(
     assert shown and min(inside) > 2, inside
 
 
+def test_on_a_phone_nothing_stands_over_an_invitation(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("DistancePriority", red="link")
+    page = open_page(room["join_path"], room, **in_window(Window(390, 664, True, 0)))
+    expect(page.locator("#ready .share-link")).to_be_visible()
+    open_page(room["watch_path"])
+    expect(page.locator("#watchers")).to_have_text("1 person is watching.")
+    expect(page.locator("#watchers")).to_be_hidden()
+
+
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_low_phone_sees_an_invitation_with_its_warning(server: Server, open_page: OpenPage, language: str) -> None:
     room = server.make_room("HandOff", red="link")
@@ -186,6 +201,18 @@ def test_a_low_phone_sees_an_invitation_with_its_warning(server: Server, open_pa
         expect(page.locator(part)).to_be_visible()
         assert_inside(page, part)
     assert page.locator("#ready").evaluate("(card) => card.scrollHeight <= card.clientHeight")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_smallest_phone_on_its_side_has_the_button_of_an_invitation_in_one_line(
+    server: Server, open_page: OpenPage, language: str
+) -> None:
+    room = server.make_room("HandOff", red="link")
+    page = open_page(room["join_path"], room, script=CUT_OFF, **in_window(Window(568, 320, True, 0, language)))
+    expect(page.locator("#ready .qr")).to_be_visible()
+    assert page.locator("#ready .button").first.evaluate(LINES) == 1
+    boxes = [assert_inside(page, part) for part in ("#ready .button", "#ready .share-link", "#ready", "#stop")]
+    assert apart(boxes[2], boxes[3])
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

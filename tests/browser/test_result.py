@@ -91,6 +91,32 @@ def test_one_plays_on_with_the_same_partner_or_chooses_another(server: Server, o
     expect(page.locator("#chosen h2")).to_have_text("Hand Off")
 
 
+@pytest.mark.slow
+def test_shuffled_items_stay_shuffled_in_the_game_after_it(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("DistancePriority", red="idle", limit_ticks=600, challenge2_seed=77)
+    page = open_page(room["join_path"], room)
+    start(page)
+    shapes = "window.__movingout.entities().items.map(({shape, size}) => `${size} ${shape}`)"
+    items = page.evaluate(shapes)
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Stop the game").click()
+    page.get_by_role("button", name="Yes, stop").click()  # this room is over
+    page.get_by_role("button", name="Play again").click()
+    page.wait_for_url(lambda url: not url.endswith(room["join_path"]))
+    start(page)
+    assert page.evaluate(shapes) == items
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Stop the game").click()
+    page.get_by_role("button", name="Yes, stop").click()
+    page.get_by_role("link", name="Another partner").click()
+    expect(page.get_by_label("Shuffled items")).to_be_checked()
+    expect(page.get_by_label("Number", exact=True)).to_have_value("77")
+    expect(page.locator("#chosen h2")).to_have_text("Distance Priority")
+    with page.expect_request("**/api/rooms") as sent:
+        page.locator("#play").click()
+    assert sent_body(sent.value)["challenge2_seed"] == 77
+
+
 def test_a_drawn_map_is_there_when_one_chooses_another_partner(server: Server, open_page: OpenPage) -> None:
     drawn = map_to_json(load_map("Simple")) | {"name": "Attic", "title": "The attic", "mode": "practice"}
     seats = [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]

@@ -168,7 +168,7 @@ def test_a_pause_between_rounds_is_seen_and_ended_in_the_row(open_page: OpenPage
     row = page.locator("[data-pid=PX93LM]")
     expect(row).to_contain_text("paused 1:12")
     expect(page.get_by_role("button", name="Resume P")).to_have_count(1)
-    expect(page.locator("[data-pid=P0DONE]")).to_contain_text("Code K7QX4WPL2M · 62 min")
+    expect(page.locator("[data-pid=P0DONE]")).to_contain_text("Code K7QX4WPL2M · 61.7 min")
     assert violations(page) == []
     page.emulate_media(color_scheme="light")
     page.screenshot(path=pictures / "study-experimenter-paused.png", full_page=True)

@@ -117,9 +117,17 @@ def test_consent_needs_its_boxes_and_no_is_an_answer(open_page: OpenPage) -> Non
     page.get_by_label("I am 18 or older.").check()
     expect(page.get_by_role("alert").filter(has_text="required box")).to_have_count(0)
     page.get_by_label("I am 18 or older.").uncheck()
+    page.get_by_label("My recordings may be published").check()
     with page.expect_download() as download:
         page.get_by_role("button", name="Save a copy").click()
-    assert "This is research" in Path(download.value.path()).read_text(encoding="utf-8")
+    copy = Path(download.value.path()).read_text(encoding="utf-8")
+    assert "This is research" in copy
+    assert re.findall(r"<p>([☐☑] .*?)</p>", copy) == [
+        "☐ I am 18 or older. (required)", "☑ My recordings may be published without my name.",
+    ]  # fmt: skip
+    assert f"Taking part in a research study · {fake.TITLE}</title>" in copy
+    assert re.search(r"Version 1 of this page, saved on .*20\d\d", copy)
+    page.get_by_label("My recordings may be published").uncheck()
     page.get_by_label("I am 18 or older.").focus()
     press(page, "Space", "Tab", "Tab", "Enter")
     heading(page, "About you")
@@ -277,7 +285,7 @@ def test_whom_a_platform_sent_is_not_asked_for_another_person_at_this_screen(ope
     page = open_page("/healthz")
     study.open(page)
     heading(page, "Thank you")
-    expect(page.get_by_text("$0.07", exact=True)).to_be_visible()
+    expect(page.get_by_text("$0.07 for 0.2 min", exact=True)).to_be_visible()
     expect(page.get_by_text("Enter this code on the site that sent you here.")).to_be_visible()
     expect(page.get_by_role("button", name="Next person at this screen")).to_have_count(0)
 

@@ -35,6 +35,7 @@ import { mapTitle } from "../text/names.js";
  * @property {number | null} missed
  * @property {string} recording "recording", "", or what is wrong, in English
  * @property {string | null} outcome
+ * @property {boolean} [kept] false: they asked for the deletion of their data
  * @property {boolean} code_given
  * @property {string | null} [code]
  * @property {number | null} [minutes] from arrival to the end
@@ -44,6 +45,7 @@ import { mapTitle } from "../text/names.js";
  * @property {boolean} [device_bound] whether they may come back in their own browser only
  * @property {boolean} [paused] by the experimenter, alone or with everybody
  * @property {boolean} [unit_paused] by the experimenter, they alone
+ * @property {string[]} [waits_for] of the players of a running round, whose connection is lost
  * @property {number | null} [paused_s] since when they stand still, whoever paused
  */
 /**
@@ -108,24 +110,33 @@ function controlName(control) {
 }
 
 /** Where somebody is: "Round 8 of 12", "Questions, Partner B". @param {ParticipantRow} row */
-export function whereWords({ kind, round, outcome, partner_letter: letter }) {
-  if (outcome) return say("experimenter.finishedAs", { outcome: nameOf("outcome", outcome) });
+export function whereWords({ kind, round, outcome, kept, partner_letter: letter }) {
+  const ended = kept === false ? "experimenter.finishedAsDeleted" : "experimenter.finishedAs";
+  if (outcome) return say(ended, { outcome: nameOf("outcome", outcome) });
   const step = nameOf("step", kind);
   if (kind === "round" && round) return say("experimenter.round", round);
   return kind === "questionnaire" && letter ? say("experimenter.aboutPartner", { step, letter }) : step;
 }
 
 /** "paused 1:12", also between rounds; none where nothing stands still. @param {ParticipantRow} row @returns {Pill} */
-export function pausePill({ paused, paused_s: seconds, outcome, phase }) {
+export function pausePill(row) {
+  const { paused, paused_s: seconds, outcome, phase } = row;
   if (outcome || (!paused && phase !== "paused")) return NO_PILL;
-  const time = clockText(seconds ?? 0);
-  return { words: say(paused ? "experimenter.paused" : "experimenter.pausedByPlayer", { time }), tone: "attention" };
+  const key = paused ? "experimenter.paused" : whyPaused(row);
+  return { words: say(key, { time: clockText(seconds ?? 0) }), tone: "attention" };
 }
 
-/** What somebody is to be paid for: "K7QX4WPL2M · 62 min"; empty before the end. @param {ParticipantRow} row */
+/** @param {ParticipantRow} row of somebody whose round stands still, whom the experimenter has not paused */
+function whyPaused({ pid, waits_for: away = [] }) {
+  if (away.length === 0) return "experimenter.pausedByPlayer";
+  return away.includes(pid) ? "experimenter.connectionLost" : "experimenter.waitsForPartner";
+}
+
+/** What somebody is to be paid for: "K7QX4WPL2M · 61.6 min"; empty before the end. @param {ParticipantRow} row */
 export function codeWords({ outcome, code, minutes }) {
   if (!outcome || !code) return "";
-  return say("experimenter.codeAndMinutes", { code, minutes: Math.round(minutes ?? 0) });
+  const shown = (minutes ?? 0).toLocaleString(currentLanguage(), { maximumFractionDigits: 1 });
+  return say("experimenter.codeAndMinutes", { code, minutes: shown });
 }
 
 export const GROUPS = /** @type {const} */ (["all", "playing", "paused", "away", "waiting", "finished"]);

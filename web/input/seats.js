@@ -69,6 +69,11 @@ export class LocalSeats {
     if (this.#seats.length < 2) this.#pads.clear();
   }
 
+  /** Fingers drive one seat, also of two people. */
+  get #touchSeat() {
+    return this.#seats[0];
+  }
+
   /** Two people swap seats. */
   swap() {
     this.#swapped = !this.#swapped;
@@ -88,13 +93,12 @@ export class LocalSeats {
     this.padsOwned = this.#seats.filter((seat) => pads.some((pad) => this.#drove(seat, pad)));
     if (this.#seats.length > 1) this.#assign(pads);
     this.pauses = this.#seats.filter((seat) => pads.some((pad) => pad.pauses > 0 && this.#drives(pad, seat)));
-    const touchSeat = this.#seats[0];
     return new Map(
       this.#seats.map((seat) => {
         const sources = [
           ...this.#readKeys(seat, mapping),
           ...this.#readPads(seat, pads),
-          ...(seat === touchSeat ? [this.#readTouch()] : []),
+          ...(seat === this.#touchSeat ? [this.#readTouch()] : []),
         ];
         return [seat, this.#combine(seat, sources)];
       }),
@@ -204,7 +208,8 @@ export class LocalSeats {
   /** @param {number} seat @returns {Device} */
   #deviceOf(seat) {
     if (this.#pads.has(seat)) return "gamepad";
-    return this.#device.get(seat) ?? this.#firstDevice;
+    const first = seat === this.#touchSeat || this.#firstDevice !== "touch" ? this.#firstDevice : "keyboard";
+    return this.#device.get(seat) ?? first;
   }
 }
 

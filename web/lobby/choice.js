@@ -121,13 +121,14 @@ export function roomRequest(choice, maps, practice = false, proposed = undefined
 /**
  * What the two seats together mean, in one sentence; empty when it is plain.
  * @param {readonly [string, string]} seats
+ * @param {boolean} [touch] people play here with their fingers, which drive blue
  * @param {Pick<Storage, "getItem">} [storage] with the reader's own keys
  */
-export function seatsNote(seats, storage = lastingStorage()) {
+export function seatsNote(seats, touch = false, storage = lastingStorage()) {
   const [blue, red] = seats;
   if (blue === "here" && red === "here") {
     const [first, second] = loadMapping(storage).keys;
-    return say("lobby.note.twoHere", {
+    return say(touch ? "lobby.note.twoHereTouch" : "lobby.note.twoHere", {
       ...{ move1: moveName(first), grab1: keyName(first.grab) },
       ...{ move2: moveName(second), grab2: keyName(second.grab) },
     });

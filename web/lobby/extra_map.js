@@ -1,11 +1,12 @@
 // @ts-check
 /*
  * The map that the address asks for, /?map=HandOff:mirror, where it stands in no list: it was just played in this tab,
- * or the server knows it by its name.
+ * or the server knows it by its name. And the number of shuffled items, &seed=7.
  */
 
 import { requestJson } from "../core/api.js";
 import { keptPlayed } from "../wire/played_map.js";
+import { parseSeed } from "./choice.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {{map: GameMap, key: "lobby.played" | "lobby.linked"}} ExtraMap key: of its heading */
@@ -16,6 +17,30 @@ export function wantedName() {
 }
 
 /**
+ * The number for shuffled items that the address asks for; null where it asks for none, or for a drawn map whose items
+ * are shuffled already.
+ * @param {ExtraMap | null} extra
+ */
+export function wantedSeed(extra) {
+  const seed = parseSeed(new URLSearchParams(location.search).get("seed") ?? "");
+  return extra?.map.variant ? null : seed;
+}
+
+/**
+ * The address's query for another language: it goes on asking for the map and the number chosen, and leaves out ?lang=.
+ * @param {Pick<import("./choice.js").Choice, "map" | "seed"> | null} chosen null: nothing can be chosen yet
+ */
+export function queryFor(chosen) {
+  const query = new URLSearchParams(location.search);
+  query.delete("lang");
+  if (chosen && query.has("map")) query.set("map", chosen.map);
+  if (chosen) query.delete("seed");
+  if (chosen && chosen.seed !== null) query.set("seed", String(chosen.seed));
+  const asked = String(query);
+  return asked && `?${asked}`;
+}
+
+/**
  * @param {readonly GameMap[]} offered
  * @returns {Promise<ExtraMap | null>} null where it asks for none of these; ApiError where there is no such map
  */
@@ -23,6 +48,7 @@ export async function extraMap(offered) {
   const name = wantedName();
   if (name === "" || offered.some((map) => map.name === name)) return null;
   const played = keptPlayed(name);
-  if (played) return { map: played, key: "lobby.played" };
+  const isNamed = Boolean(played?.variant) && name.includes(":"); // the server has it as designed
+  if (played && !isNamed) return { map: played, key: "lobby.played" };
   return { map: await requestJson(`/api/maps/${encodeURIComponent(name)}`), key: "lobby.linked" };
 }

@@ -15,7 +15,7 @@ import { namedBadge } from "../components/named_badge.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { LIMITS, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
-import { extraMap, wantedName } from "./extra_map.js";
+import { extraMap, queryFor, wantedName, wantedSeed } from "./extra_map.js";
 import { mapGroups } from "./map_cards.js";
 import { drawFirstPictures, firstChoice, firstRequest, showFirstGame } from "./newcomer.js";
 import { researchLine } from "./partners.js";
@@ -83,12 +83,12 @@ async function load(lists) {
     partner = defaultPartner(agents, agentList.default);
     showChoices(remembered());
     await findExtra(); // making a generated map takes a while: meanwhile the others are there
-    if (location.pathname === "/practice") await learn();
-    if (location.hash === "#partner") offerPartner();
-    if (location.hash === "#play") {
-      history.replaceState(null, "", location.pathname); // who comes back does not start another game
-      await playNow();
-    }
+    offerSeed();
+    const { pathname, hash } = location;
+    if (hash === "#partner") offerPartner();
+    if (pathname !== "/practice" && hash !== "#play") return;
+    history.replaceState(null, "", "/"); // who comes back does not start another game
+    await (pathname === "/practice" ? learn() : playNow());
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     mapsBox.replaceChildren(notice("bad", `${sayError(error)} ${say("lobby.retry")}`));
@@ -119,6 +119,16 @@ function offerPartner() {
   const select = byId("seat-1", HTMLSelectElement);
   select.scrollIntoView({ block: "center" });
   select.focus();
+}
+
+/** The items are to be shuffled as the address says. */
+function offerSeed() {
+  const seed = wantedSeed(extra);
+  if (seed === null) return;
+  seedInput.value = String(seed);
+  randomisedBox.checked = true;
+  byId("more", HTMLDetailsElement).open = true;
+  refresh();
 }
 
 /** The maps of the paper, the operator's own and the one that the address asks for. */
@@ -196,7 +206,7 @@ function refresh() {
     byId(`seat-help-${seat}`, HTMLElement).textContent = option?.help ?? "";
   }
   showResearch(seats);
-  byId("seats-note", HTMLElement).textContent = seatsNote(seats);
+  byId("seats-note", HTMLElement).textContent = seatsNote(seats, matchMedia("(pointer: coarse)").matches);
   byId("hint", HTMLElement).hidden = seats.some(isOpen);
   const verb = seats.includes("here") ? "play" : seats.some(isOpen) ? "open" : "watch";
   playButton.textContent = say(`lobby.${verb}`, { map: mapTitle(map) });
@@ -258,8 +268,8 @@ async function play(names) {
   }
   remember(chosen);
   const request = roomRequest(chosen, names, false, partner);
-  const drawn = extra && names[0] === extra.map.name ? wantedMap(extra.map, extra.map.name, []) : {};
-  await enter({ ...request, ...drawn }, chosen.seats, problemBox);
+  const drawn = extra && names[0] === extra.map.name ? wantedMap(extra.map, extra.map.name, []) : null;
+  await enter({ ...request, ...(drawn?.map && drawn) }, chosen.seats, problemBox);
 }
 
 async function practise() {
@@ -318,8 +328,9 @@ function showLanguages() {
   select.value = document.documentElement.lang;
   select.addEventListener("change", () => {
     keepLanguage(select.value);
-    if (maps.length > 0) remember(choice());
-    location.assign(location.pathname); // without ?lang=
+    const chosen = maps.length > 0 ? choice() : null;
+    if (chosen) remember(chosen);
+    location.assign(location.pathname + queryFor(chosen));
   });
 }
 

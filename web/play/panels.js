@@ -2,6 +2,7 @@
 // pause and the end. Rebuilt only when their content changes. No access to the socket: clicks go to `actions`.
 
 import { badge, byId, el } from "../core/dom.js";
+import { moveName } from "../input/mapping.js";
 import { grabName } from "./hud.js";
 import { invitation } from "./invitation.js";
 import { say } from "../text/catalogue.js";
@@ -156,7 +157,7 @@ export class Panels {
       .map((seat) => el("p", { class: "muted small" }, waitingForText(seat, game.own.length === 0, phase)));
     if (game.own.length === 0) return [el("h2", {}, say("play.ready.soon")), ...waiting];
     if (!this.actions.asksReady) return [el("h2", {}, say("study.play.starts")), ...waiting];
-    const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards.length > 1));
+    const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards));
     const mineReady = game.own.every((seat) => seats[seat]?.ready);
     const hint = game.round ? el("p", { class: "small" }, mapDescription(game.round.map)) : "";
     // Between rounds there is no other button to leave by, and the partner may never come back.
@@ -178,9 +179,10 @@ export class Panels {
    * @param {SeatCard} card
    * @param {import("../messages.js").SeatState} seat
    * @param {Mapping} mapping
-   * @param {boolean} several
+   * @param {readonly SeatCard[]} cards
    */
-  #readyRow(card, seat, mapping, several) {
+  #readyRow(card, seat, mapping, cards) {
+    const several = cards.length > 1;
     const who = el(
       "p",
       { class: "agent" },
@@ -190,10 +192,7 @@ export class Panels {
     if (seat?.ready)
       return el("div", { class: "row row-apart" }, who, el("span", { class: "pill pill-ok" }, say("play.state.ready")));
     // The touch button is not shown yet: only the button below can be pressed.
-    const press =
-      card.device === "touch"
-        ? null
-        : el("p", { class: "muted small" }, say("play.ready.press", { key: grabName(card, mapping) }));
+    const press = card.device === "touch" ? null : el("p", { class: "muted small" }, whatToPress(card, mapping, cards));
     const button = el(
       "button",
       { type: "button", class: several ? "button button-small" : "button button-primary button-wide" },
@@ -225,7 +224,8 @@ export class Panels {
   #updatePause(game, seconds, { deaf, hint }, cards, mapping) {
     const seats = game.room?.seats ?? [];
     const limit = pauseLimitText(game.room, seconds);
-    const asks = cards.filter((card) => card.device !== "touch" && !seats[card.seat]?.ready);
+    const driven = cards.filter((card) => card.device !== "touch" && !isBesideTouch(card, cards));
+    const asks = driven.filter((card) => !seats[card.seat]?.ready);
     const presses = asks.map((card) => {
       const who = cards.length > 1 ? `${colourName(card.seat)}: ` : "";
       return who + say("play.pause.goOn", { key: grabName(card, mapping) });
@@ -314,6 +314,22 @@ export class Panels {
     this.#overlay.hidden = true;
     this.#overlay.replaceChildren();
   }
+}
+
+/**
+ * Fingers drive the other seat of this page: there may be nothing to drive this one.
+ * @param {SeatCard} card @param {readonly SeatCard[]} cards
+ */
+function isBesideTouch({ device }, cards) {
+  return device === "keyboard" && cards.some((card) => card.device === "touch");
+}
+
+/** @param {SeatCard} card @param {Mapping} mapping @param {readonly SeatCard[]} cards */
+function whatToPress(card, mapping, cards) {
+  const grab = grabName(card, mapping);
+  if (!isBesideTouch(card, cards)) return say("play.ready.press", { key: grab });
+  const move = card.keySets.map((set) => moveName(mapping.keys[set])).join(say("play.or"));
+  return say("play.ready.needsDevice", { colour: colourName(card.seat), move, grab });
 }
 
 /** Nobody can be ready or invited any more: why, and the way out. @param {Game} game */

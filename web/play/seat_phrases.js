@@ -27,9 +27,18 @@ export function seatName(seat, own, watching = false) {
  * @param {SeatState} seat @param {boolean} watching the reader is a spectator @param {Phase} phase
  */
 export function waitingForText(seat, watching, phase) {
-  if (isOver(phase) && !seat.present) return `${seatName(seat, false, watching)}: ${waitingWords(seat, phase)}`;
+  const name = toldName(seat, watching);
+  if (isOver(phase) && !seat.present) return `${name}: ${waitingWords(seat, phase)}`;
   if (seat.kind === "human" && !seat.name && !watching) return say("play.ready.waitingForPartner");
-  return say("play.ready.waitingFor", { name: seatName(seat, false, watching) });
+  return say("play.ready.waitingFor", { name });
+}
+
+/**
+ * Whoever watches may see two people without a name, who are told apart by their colours.
+ * @param {SeatState} seat @param {boolean} watching
+ */
+function toldName(seat, watching) {
+  return watching && isPerson(seat) && !seat.name ? say(`colour.${seat.colour}`) : seatName(seat, false, watching);
 }
 
 /** Whether a round or all of them are over. @param {string} phase */
@@ -62,7 +71,7 @@ export function companyText(room, own) {
   const phase = room?.phase ?? "lobby";
   return (room?.seats ?? [])
     .filter((seat, index) => !own.includes(index) && isPerson(seat) && waitingWords(seat, phase) !== "")
-    .map((seat) => `${seatName(seat, false, own.length === 0)}: ${waitingWords(seat, phase)}`)
+    .map((seat) => `${toldName(seat, own.length === 0)}: ${waitingWords(seat, phase)}`)
     .join(". ");
 }
 

@@ -12,7 +12,7 @@ import { countRound } from "./best_rounds.js";
 import { goOn, sameSeats } from "./next_game.js";
 import { companyText, isOver, reasonText, seatName } from "./seat_phrases.js";
 import { shareButtons } from "./share_round.js";
-import { isDrawnIn, keepPlayed } from "../wire/played_map.js";
+import { isDrawnIn, keepPlayed, seedOf } from "../wire/played_map.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../view/render.js").View} View */
@@ -113,7 +113,7 @@ export class Series {
     const anew = { text: say("play.result.again"), onclick: () => void this.#goOn(game, "same") };
     const next = { text: say("play.result.next"), onclick: () => void this.#goOn(game, "next") };
     if (game.own.length === 0) return [start];
-    if (!over) return [{ text: say("play.result.next"), onclick: () => this.#next() }, again];
+    if (!over) return [{ text: say("play.result.next"), onclick: () => this.#next() }, again, start];
     if (game.round?.practice) return [start, again];
     const repeat = COMPLETE.includes(outcome) ? again : seats ? anew : null;
     const other = { text: say("play.result.partner"), ...toChoose(game.round) };
@@ -215,10 +215,12 @@ export class Series {
   }
 }
 
-/** To the lobby with the map that was played. @param {Game["round"]} round */
+/** To the lobby with the map that was played, and the number of shuffled items. @param {Game["round"]} round */
 function toChoose(round) {
   const name = encodeURIComponent(round?.map.name ?? "");
-  return { href: `/?map=${name}#partner`, onclick: () => round && keepPlayed(round.map) };
+  const seed = round ? seedOf(round.map) : null;
+  const shuffled = seed === null ? "" : `&seed=${seed}`;
+  return { href: `/?map=${name}${shuffled}#partner`, onclick: () => round && keepPlayed(round.map) };
 }
 
 /** What to call the players of a round. @param {Game} game */

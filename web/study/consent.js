@@ -4,7 +4,7 @@
  */
 
 import { actionButton, heading, problemBox, showProblem } from "../components/action.js";
-import { el } from "../core/dom.js";
+import { byId, el } from "../core/dom.js";
 import { currentLanguage, say } from "../text/catalogue.js";
 import { card, prose } from "./screen.js";
 
@@ -30,11 +30,8 @@ export function consentScreen({ step, next, decline, addPerson }) {
     missing.focus();
   });
   const no = actionButton(say("study.consent.decline"), problem, decline, "");
-  const copy = el(
-    "button",
-    { type: "button", class: "button-link small", onclick: () => saveCopy(text) },
-    say("study.consent.copy"),
-  );
+  const save = () => saveCopy(copyOf(title, text, boxes, step.version ?? ""));
+  const copy = el("button", { type: "button", class: "button-link small", onclick: save }, say("study.consent.copy"));
   const ticks = boxes.length > 0 ? el("div", { class: "consent-boxes" }, ...boxes.map(({ row }) => row)) : null;
   const title = text.querySelector("h1") ? null : heading(step.title ?? say("study.page.title"));
   return {
@@ -78,10 +75,33 @@ function checkBox(box) {
   return { input, row: el("label", { class: "check" }, input, el("span", {}, box.text, needed)) };
 }
 
-/** Saves the text as an HTML file. @param {HTMLElement} text */
-function saveCopy(text) {
-  const head = `<meta charset="utf-8"><title>${say("study.page.title")}</title>`;
-  const page = `<!doctype html><html lang="${currentLanguage()}">${head}${text.innerHTML}</html>`;
+/**
+ * The whole page, for the participant to keep: the study, its text, the boxes as they are now, version and date.
+ * @param {HTMLElement | null} title null: the text has its own
+ * @param {HTMLElement} text
+ * @param {{row: HTMLElement, input: HTMLInputElement}[]} boxes
+ * @param {string} version
+ * @returns {string} HTML
+ */
+function copyOf(title, text, boxes, version) {
+  const study = byId("study-title", HTMLElement).textContent ?? "";
+  const date = new Date().toLocaleDateString(currentLanguage(), { dateStyle: "long" });
+  const body = el(
+    "body",
+    {},
+    el("p", {}, study),
+    title && el("h1", {}, title.textContent ?? ""),
+    text.cloneNode(true),
+    ...boxes.map(({ row, input }) => el("p", {}, `${input.checked ? "☑" : "☐"} ${row.textContent}`)),
+    el("p", {}, say("study.consent.copyMade", { version, date })),
+  );
+  const names = [(title ?? text.querySelector("h1"))?.textContent, study].filter(Boolean).join(" · ");
+  const head = `<meta charset="utf-8">${el("title", {}, names).outerHTML}`;
+  return `<!doctype html><html lang="${currentLanguage()}"><head>${head}</head>${body.outerHTML}</html>`;
+}
+
+/** Saves it as a file. @param {string} page HTML */
+function saveCopy(page) {
   const address = URL.createObjectURL(new Blob([page], { type: "text/html" }));
   el("a", { href: address, download: `${say("study.consent.copyName")}.html` }).click();
   setTimeout(() => URL.revokeObjectURL(address), 1000);

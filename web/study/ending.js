@@ -122,8 +122,8 @@ function earnedLine({ earned }) {
   const amount = new Intl.NumberFormat(currentLanguage(), { style: "currency", currency: earned.currency }).format(
     earned.amount,
   );
-  const minutes = Math.round(earned.minutes);
-  return el("p", {}, minutes > 0 ? say("study.code.earned", { amount, minutes }) : amount);
+  const minutes = earned.minutes.toLocaleString(currentLanguage(), { maximumFractionDigits: 1 }); // as the pay has it
+  return el("p", {}, earned.minutes > 0 ? say("study.code.earned", { amount, minutes }) : amount);
 }
 
 /** @param {Step} step */

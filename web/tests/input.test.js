@@ -167,7 +167,7 @@ test("the d-pad is a stick too", () => {
 });
 
 /** Devices whose state a test sets. */
-function devices() {
+function devices(/** @type {import("../input/seats.js").Device} */ first = "keyboard") {
   const board = keyboard();
   /** @type {{pads: (Gamepad | null)[], touch: import("../input/keyboard.js").Reading, used: boolean}} */
   const state = { pads: [], touch: { stick: CENTRED, backward: false, grabs: 0, pings: 0 }, used: false };
@@ -177,7 +177,7 @@ function devices() {
       return state.used;
     },
   };
-  const seats = new LocalSeats({ keyboard: board.keys, gamepads: new Gamepads(() => state.pads), touch }, "keyboard");
+  const seats = new LocalSeats({ keyboard: board.keys, gamepads: new Gamepads(() => state.pads), touch }, first);
   return { seats, state, send: board.send };
 }
 
@@ -200,6 +200,17 @@ test("one person drives the one seat with every device, and the last one used is
   state.touch = { stick: { x: 0, y: 1 }, backward: true, grabs: 2, pings: 0 };
   state.used = true;
   assert.deepEqual(seats.read(DEFAULTS).get(1), { ...state.touch, device: "touch" });
+});
+
+test("fingers drive the first of two seats: the other one is shown its keys", () => {
+  const { seats } = devices("touch");
+  seats.hold([0, 1]);
+  assert.deepEqual(
+    seats.cards().map(({ device }) => device),
+    ["touch", "keyboard"],
+  );
+  seats.hold([1]);
+  assert.equal(seats.cards()[0].device, "touch");
 });
 
 test("the key and the button for pings count their presses, each for the seat that they drive", () => {

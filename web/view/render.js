@@ -29,6 +29,7 @@ import { drawGrip, drawRobot } from "./robot.js";
  * @property {number} number
  * @property {string} mode
  * @property {string} description
+ * @property {string} [variant]  "challenge2-train-77": shuffled items; a map as designed has none
  * @property {{blue: Pose, red: Pose}} robots
  * @property {Rect[]} walls
  * @property {Rect[]} goals

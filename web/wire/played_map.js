@@ -46,13 +46,21 @@ export function isDrawnIn(room) {
   }
 }
 
+/** The number that shuffled the items of a map; null for a map as designed. @param {{variant?: string}} map */
+export function seedOf({ variant = "" }) {
+  const [, digits] = variant.match(/^challenge2-train-(\d+)$/) ?? [];
+  return digits === undefined ? null : Number(digits);
+}
+
 /**
- * The map to play, for the request that opens a room. A drawn one is sent along: the server does not keep it. Varied
- * and generated ones, "HandOff:mirror", have a name.
- * @template {{name: string}} Map
- * @param {Map} played @param {string} name the map to play now @param {readonly string[]} known
+ * The map to play, for the request that opens a room. A drawn one is sent along, with its items as they are: the server
+ * does not keep it. Varied and generated ones, "HandOff:mirror", have a name; shuffled ones have that of the designed
+ * map, and a number.
+ * @template {{name: string, variant?: string}} Map
+ * @param {Map} played @param {string} name the map to play now, with shuffled items where `played` has them
+ * @param {readonly string[]} known
  */
 export function wantedMap(played, name, known) {
   const drawn = name === played.name && !name.includes(":") && !known.includes(name);
-  return drawn ? { maps: [], map: played } : { maps: [name] };
+  return drawn ? { maps: [], map: played } : { maps: [name], challenge2_seed: seedOf(played) };
 }

@@ -23,8 +23,8 @@ ROWS_AT_ONCE = 200  # made, or sent, before the games have their turn
 class Dashboard:
     """Made at most once a second, however many pages are open, in steps between which the games go on.
 
-    Whoever has finished costs nothing any more, until their last round is marked, and a page is sent the rows that have
-    changed.
+    Whoever has finished costs nothing any more, until their last round is marked or their data are deleted, and a page
+    is sent the rows that have changed.
     """
 
     def __init__(self, running: RunningStudy, views: ParticipantViews) -> None:
@@ -67,8 +67,8 @@ class Dashboard:
     def _update(self, sessions: Sequence[ParticipantSession], now: float) -> None:
         for session in sessions:
             known, last_round = self._rows.get(session.pid), self._running.units.last_round(session)
-            same_round = self._last_rounds.get(session.pid) == last_round
-            if known is not None and known["outcome"] and session.finished and same_round:
+            same = self._last_rounds.get(session.pid) == last_round and known and known["kept"] == _kept(session)
+            if known is not None and known["outcome"] and session.finished and same:
                 continue
             self._last_rounds[session.pid] = last_round
             row = self._row(session, now)
@@ -127,7 +127,7 @@ class Dashboard:
             "missed": lateness.skipped,
             "ticks": lateness.ticks,
             "disk_free_mb": round(shutil.disk_usage(host.settings.data).free / 1e6),
-            "recordings": rooms.finished.recorded,
+            "recordings": rooms.finished.left,
             "partial": rooms.finished.partial,
         }
 
@@ -150,8 +150,9 @@ class Dashboard:
             "position": {"done": session.steps_done(), "total": len(session.steps)},
             "round": {"number": rounds.index(step.key) + 1, "of": len(rounds)} if step and step.turn else None,
             "since_s": round(_standing_since(unit, now) - session.step_since),
-            "present": session.present(now) or _connected(session, unit),
+            "present": _is_here(session, unit, now),
             "outcome": session.record.outcome,
+            "kept": _kept(session),
             "device_bound": running.device_bound(session),
             "code_given": session.record.code is not None,
             "code": session.record.code,
@@ -174,6 +175,11 @@ class Dashboard:
         return {"episode": last.episode, "number": number, "map": name, "title": title, "valid": last.valid}
 
 
+def _kept(session: ParticipantSession) -> bool:
+    """Whether their data stay; not of those who asked for the deletion."""
+    return session.record.keep is not False
+
+
 def _standing_since(unit: StudyUnit | None, now: float) -> float:
     """Until when time at a step counts: it stands still in a pause."""
     return now if unit is None or unit.standing_since is None else unit.standing_since
@@ -184,9 +190,13 @@ def _round_of(session: ParticipantSession, unit: StudyUnit | None) -> RunningRou
     return unit.running_round if unit and unit.running_round and session.pid in unit.running_round.seats else None
 
 
-def _connected(session: ParticipantSession, unit: StudyUnit | None) -> bool:
+def _is_here(session: ParticipantSession, unit: StudyUnit | None, now: float) -> bool:
+    """Whether their page is open; once their round has begun, whether it is connected to the room."""
     running_round = _round_of(session, unit)
-    return running_round is not None and running_round.view.seats[running_round.seats[session.pid]].present
+    if running_round is None:
+        return session.present(now)
+    connected = running_round.view.seats[running_round.seats[session.pid]].present
+    return connected or (not running_round.view.started and session.present(now))
 
 
 def _round_state(session: ParticipantSession, unit: StudyUnit | None) -> State:
@@ -194,7 +204,7 @@ def _round_state(session: ParticipantSession, unit: StudyUnit | None) -> State:
     running_round = _round_of(session, unit)
     if running_round is None:
         return {"room": None, "phase": "", "tick": None, "limit_ticks": None, "late_ms": None, "missed": None,
-                "recording": "", "rtt_ms": session.rtt_ms}  # fmt: skip
+                "recording": "", "rtt_ms": session.rtt_ms, "waits_for": []}  # fmt: skip
     room = running_round.view
     seat = room.seats[running_round.seats[session.pid]]
     recording = "recording" if room.recording else "" if room.practice else room.recording_problem or "not recording"
@@ -207,4 +217,5 @@ def _round_state(session: ParticipantSession, unit: StudyUnit | None) -> State:
         "missed": room.missed,
         "recording": recording if room.started else "",
         "rtt_ms": seat.rtt_ms if seat.present else session.rtt_ms,
+        "waits_for": [pid for pid, index in running_round.seats.items() if not room.seats[index].present],
     }

@@ -41,7 +41,8 @@ class FinishedRounds:
         self._transaction = transaction
         self._on_saved = on_saved
         self.recorded = 0  # rounds with a recording
-        self.partial = 0  # of them, those that a killed server has cut short
+        self.deleted = 0  # of them, those whose players asked for it since the start
+        self.partial = 0  # of those that are left, those that a killed server has cut short
         self._rooms: list[tuple[str, float]] = []  # that are still open, since when the round is over
         self._saving: set[asyncio.Task[None]] = set()
 
@@ -84,6 +85,11 @@ class FinishedRounds:
 
     # ---- how many -----------------------------------------------------------------------------------------------
 
+    @property
+    def left(self) -> int:
+        """Rounds whose recording nobody asked to delete."""
+        return max(0, self.recorded - self.deleted)
+
     def count(self, played: PlayedRound) -> None:
         self.recorded += bool(played.result.recording) and not played.practice
 
@@ -96,6 +102,12 @@ class FinishedRounds:
         """Begin with the rounds of the database."""
         ended = [row for row in rows if row["ticks"]]
         self.recorded, self.partial = len(ended), sum(row["outcome"] == "interrupted" for row in ended)
+
+    def count_deleted(self, rows: Sequence[dict[str, Any]]) -> None:
+        """Of rounds that were in the database."""
+        ended = [row for row in rows if row["ticks"]]
+        self.deleted += len(ended)
+        self.partial -= sum(row["outcome"] == "interrupted" for row in ended)
 
     # ---- their rooms --------------------------------------------------------------------------------------------
 

@@ -251,8 +251,11 @@ def test_the_last_round_can_be_marked_after_the_end_and_the_page_says_so(tmp_pat
 def test_a_deleted_round_can_be_marked_no_more(solo: Served) -> None:
     visitor = solo.visitor().go_to("questionnaire")
     assert solo.row(visitor.pid)["last_round"]
+    recorded, left = solo.running.rooms.finished, solo.running.rooms.finished.left
     visitor.stop(keep=False)
+    assert solo.row(visitor.pid)["kept"] is False
     wait_until(lambda: solo.row(visitor.pid)["last_round"] is None, "the deletion")
+    assert recorded.left == left - 1
 
 
 def test_a_map_beside_the_study_file_is_shown_from_any_folder_also_when_its_file_has_moved(tmp_path: Path) -> None:

@@ -43,6 +43,20 @@ def together(*visitors: Visitor) -> None:
         assert not thread.is_alive()
 
 
+def test_the_experimenter_sees_who_lost_the_connection_at_once(pair: Served) -> None:
+    both = first, second = paired(pair)
+    for visitor in both:
+        visitor.next()
+    first.look()
+    players = [visitor.player() for visitor in both]
+    players[0].next_tick(first.step["room"]["seat"])
+    players[1].connection.close()
+    wait_until(lambda: pair.row(first.pid)["phase"] == "paused", "the round waits")
+    rows = [pair.row(visitor.pid) for visitor in both]
+    assert [(row["present"], row["waits_for"]) for row in rows] == [(True, [second.pid]), (False, [second.pid])]
+    players[0].connection.close()
+
+
 def test_two_browsers_find_each_other_and_play_to_the_end(pair: Served) -> None:
     (first,) = waiting(pair)
     assert (first.step["people"], first.step["wait_s"], first.step["otherwise"]) == (1, 30, "code")

@@ -34,9 +34,11 @@ READERS = {
     Units: {"get", "of", "heard", "last_round", "waiting_since"},
     Progress: {"is_paused", "note_sleep", "note_standing"},
     StudyRooms: {"prepare", "map_of", "map_name", "refresh", "shown_map"},
-    FinishedRounds: {"add", "save_soon", "saved", "count", "count_recovered", "count_stored", "close_left"},
+    FinishedRounds: {
+        "add", "save_soon", "saved", "count", "count_recovered", "count_stored", "count_deleted", "close_left",
+    },
     Departures: {"delete_data", "delete_again", "end"},
-}
+}  # fmt: skip
 """All public methods that may be called at any time; `heard` marks presence, `delete_data` begins in the background."""
 
 Change = Callable[[RunningStudy, Transaction, ParticipantSession, StudyUnit], Any]

@@ -57,6 +57,7 @@ test("where somebody is says round, partner and how it ended", () => {
   assert.equal(whereWords(row({ kind: "questionnaire", partner_letter: "B" })), "Questions, Partner B");
   assert.equal(whereWords(row({ kind: "waiting" })), "Waiting for a partner");
   assert.equal(whereWords(row({ kind: "code", outcome: "partner-left" })), "Finished · partner left");
+  assert.equal(whereWords(row({ kind: "code", outcome: "done", kept: false })), "Finished · done, data deleted");
   assert.equal(whereWords(row({ kind: "something-new" })), "something-new");
 });
 
@@ -106,11 +107,13 @@ test("a pause says since when, whoever began it, also between rounds", () => {
     tone: "attention",
   });
   assert.equal(pausePill(row({ phase: "paused", paused_s: 5 })).words, "paused in the game 0:05");
+  const lost = (/** @type {string} */ pid) => pausePill(row({ phase: "paused", paused_s: 5, waits_for: [pid] })).words;
+  assert.deepEqual([lost(row().pid), lost("POTHER")], ["connection lost 0:05", "waits for the partner 0:05"]);
   assert.equal(pausePill(row({ outcome: "done", paused: true, paused_s: 5 })).words, "–");
 });
 
 test("who has finished is shown with code and minutes", () => {
-  assert.equal(codeWords(row({ outcome: "done", code: "K7QX4WPL2M", minutes: 61.6 })), "Code K7QX4WPL2M · 62 min");
+  assert.equal(codeWords(row({ outcome: "done", code: "K7QX4WPL2M", minutes: 61.58 })), "Code K7QX4WPL2M · 61.6 min");
   assert.equal(codeWords(row({ outcome: "declined", code: null })), "");
   assert.equal(codeWords(row()), "");
 });

@@ -62,7 +62,14 @@ test("the first partner is the server's, else scripted, else whoever moves, else
 });
 
 test("two people at one screen are told their keys, and who does not play what happens", () => {
-  assert.match(seatsNote(["here", "here"], kept(null)), /blue on W A S D with Space and red on ↑ ← ↓ → with Enter/);
+  assert.match(
+    seatsNote(["here", "here"], false, kept(null)),
+    /blue on W A S D with Space and red on ↑ ← ↓ → with Enter/,
+  );
+  assert.match(
+    seatsNote(["here", "here"], true, kept(null)),
+    /red needs a keyboard, with ↑ ← ↓ → and Enter, or a gamepad/,
+  );
   assert.match(seatsNote(["link", "agent:idle"]), /links/);
   assert.match(seatsNote(["agent:idle", "agent:scripted"]), /watch/);
   assert.equal(seatsNote(["here", "link"]), "");
@@ -71,7 +78,7 @@ test("two people at one screen are told their keys, and who does not play what h
 test("two people at one screen are told the keys that they chose, as printed on their keyboard", async () => {
   const own = withKey(withKey(structuredClone(DEFAULTS), 0, "grab", "KeyE"), 1, "up", "Numpad8");
   await readLayout({ getLayoutMap: async () => new Map(Object.entries({ KeyW: "z", KeyA: "q" })) });
-  const note = seatsNote(["here", "here"], kept(JSON.stringify(own)));
+  const note = seatsNote(["here", "here"], false, kept(JSON.stringify(own)));
   await readLayout({ getLayoutMap: async () => new Map() });
   assert.match(note, /blue on Z Q S D with E and red on Num 8 ← ↓ → with Enter/);
 });

@@ -106,7 +106,9 @@ test("who is not ready yet, in a sentence or as a name, or will not be", () => {
   assert.equal(text({}), "Waiting for your partner.");
   assert.equal(text({ kind: "agent", name: "scripted" }), "Not ready yet: Computer partner");
   assert.equal(text({ name: "Partner A" }), "Not ready yet: Partner A");
-  assert.equal(text({}, true), "Not ready yet: A person");
+  assert.equal(text({}, true), "Not ready yet: Blue");
+  assert.equal(text({ colour: "red", kind: "remote" }, true), "Not ready yet: Red");
+  assert.equal(text({ name: "Kim" }, true), "Not ready yet: Kim");
   assert.equal(waitingForText(seat({ present: false }), false, "series_over"), "Partner: no longer here");
 });
 
