@@ -94,6 +94,18 @@ def test_the_chosen_language_is_kept_and_goes_into_the_game(open_page: OpenPage)
     assert english_on(page) == []
 
 
+def test_the_language_of_the_address_goes_into_the_game_until_another_is_chosen(open_page: OpenPage) -> None:
+    page = open_page("/?lang=de")
+    page.locator("#practice").click()
+    page.wait_for_url("**/play/*")
+    expect(page.locator("#ready")).to_contain_text("Ich bin bereit")
+    page.goto(page.url.split("/play/")[0] + "/")
+    page.get_by_label("Sprache").select_option("en")
+    expect(page.get_by_label("Language")).to_have_value("en")
+    page.reload()
+    expect(page.get_by_label("Language")).to_have_value("en")
+
+
 def test_a_page_that_cannot_be_joined_says_so_in_german(open_page: OpenPage) -> None:
     page = open_page("/play/nowhere?lang=de")
     expect(page.locator("#overlay")).to_contain_text("gibt es nicht")

@@ -8,15 +8,16 @@
 (() => {
   const offered = (document.currentScript?.dataset.languages ?? "en").split(" ");
 
+  /** Of an address before in this tab, and chosen. */
   function kept() {
     try {
-      return localStorage.getItem("movingout.language");
+      return [sessionStorage.getItem("movingout.language"), localStorage.getItem("movingout.language")];
     } catch {
-      return null; // storage is forbidden
+      return []; // storage is forbidden
     }
   }
 
-  const wishes = [new URLSearchParams(location.search).get("lang"), kept(), ...navigator.languages];
+  const wishes = [new URLSearchParams(location.search).get("lang"), ...kept(), ...navigator.languages];
   const known = wishes.map((wish) => wish?.split("-")[0] ?? "").find((wish) => offered.includes(wish));
   document.documentElement.dataset.firstLanguage = known ?? offered[0];
 })();

@@ -41,15 +41,32 @@ export function pickLanguage(offered, wanted) {
 }
 
 /**
- * What the reader wishes, the strongest wish first: the address (`?lang=de`), the choice made before, the browser.
+ * What the reader wishes, the strongest wish first: the address (`?lang=de`), also that of an earlier page in this tab,
+ * the choice made before, the browser.
  * @returns {(string | null)[]}
  */
 export function wishedLanguages() {
   const [address, ...browser] = browserLanguages();
-  return [address, keptLanguage(), ...browser];
+  return [tabLanguage(address), keptLanguage(), ...browser];
 }
 
-/** The same without the choice made before, which may be somebody else's. @returns {(string | null)[]} */
+/**
+ * What the address asks for, which the tab keeps: a link with ?lang=de leads on to pages without it.
+ * @param {string | null} asked
+ */
+function tabLanguage(asked) {
+  try {
+    if (asked !== null) sessionStorage.setItem(KEY, asked);
+    return asked ?? sessionStorage.getItem(KEY);
+  } catch {
+    return asked; // storage is forbidden
+  }
+}
+
+/**
+ * Those of the address and the browser, without what was chosen before, perhaps by somebody else.
+ * @returns {(string | null)[]}
+ */
 export function browserLanguages() {
   return [new URLSearchParams(location.search).get("lang"), ...navigator.languages];
 }
@@ -71,6 +88,7 @@ export function keptLanguage() {
 /** @param {string} language */
 export function keepLanguage(language) {
   try {
+    sessionStorage.removeItem(KEY); // of an address before
     localStorage.setItem(KEY, language);
   } catch {
     // chosen for this page only
