@@ -74,7 +74,7 @@ def _train(run: TrainingRun[BassConfig]) -> Trained:
     trained = []
     if learns_simulator or learns_value or config.score == "tcl":
         data = run.read_data()
-        before = run.begin_on(data)
+        before = run.begin_on(data, {name: "free" for name, _ in _unused(config, options)})
         if learns_simulator:
             simulator = _train_simulator(run, config, data, base, before)
             trained.append(simulator.training)
@@ -124,6 +124,13 @@ def _check(config: BassConfig, base: Checkpoint, options: argparse.Namespace) ->
 
 def check_used(config: BassConfig, options: argparse.Namespace, before: Begun) -> None:
     """Raises DataError for options that were given and would do nothing; a run that began with them goes on."""
+    for name, why in _unused(config, options):
+        if name in options and before.get(name) != getattr(config, name):
+            raise DataError(f"--{name.replace('_', '-')} is {why}; leave it out")
+
+
+def _unused(config: BassConfig, options: argparse.Namespace) -> list[tuple[str, str]]:
+    """Fields that do nothing in this training, and what each is for."""
     idle = [(name, f"for --score {score}, not for --score {config.score}")
             for score, names in _OF_SCORE.items() if score != config.score for name in names]  # fmt: skip
     if config.dynamics == "engine":
@@ -134,9 +141,7 @@ def check_used(config: BassConfig, options: argparse.Namespace, before: Begun) -
     if options.value:
         why = f"for a value network that is trained, not for --value {options.value}"
         idle += [(name, why) for name in _OF_SCORE["value"]]
-    for name, why in idle:
-        if name in options and before.get(name) != getattr(config, name):
-            raise DataError(f"--{name.replace('_', '-')} is {why}; leave it out")
+    return idle
 
 
 def _description(base: Checkpoint, config: BassConfig) -> str:

@@ -163,10 +163,11 @@ class TrainingRun(Generic[ConfigT]):
             more[LEARNED] = in_all.model_dump(mode="json")
         return run_folder.begin(self.folder, about, self.config, self.options.go_on, changes, more)
 
-    def begin_on(self, data: TrainingData) -> Begun:
+    def begin_on(self, data: TrainingData, changes: Mapping[str, Change] = NO_CHANGES) -> Begun:
         """The same, for what learns from recordings."""
         return self.begin(
             data.sha256,
+            changes,
             learned=on_maps(one.map for one in data.episodes),
             known_as=data.sha256_with_copies if data.copies else "",
         )

@@ -109,7 +109,7 @@ class RunningMatch:
         return own_values(self.match.world_map(), states, np.array([actions for _, actions in self._played]))
 
     def abandon(self) -> None:
-        """Stop without a result; what was recorded is removed."""
+        """Stop without a result; what was recorded is removed, but for the journal of a match that ended."""
         if self.recorder is not None:
             self.recorder.discard()
 

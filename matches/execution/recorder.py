@@ -44,6 +44,7 @@ class MatchRecorder:
                 self._writer.event(Event(0, "unseen_map", seat, -1, caution))
         self._held = [-1, -1]
         self._delivered = delivered_items(the_map, initial.item_poses).tolist()
+        self._whole = False  # the journal has its end
 
     def tick(self, actions: Floats, after: WorldState, delivered: list[bool]) -> None:
         """Record a tick: the world actions (2, 3) and the state after them."""
@@ -65,10 +66,14 @@ class MatchRecorder:
         if outcome == "error":
             self._writer.event(Event(tick, "agent_error", seat, -1, detail))
         self._writer.event(Event(tick, "end", -1, -1, outcome))
-        return finalise(self._writer.close(outcome))
+        journal = self._writer.close(outcome)
+        self._whole = True
+        return finalise(journal)
 
     def discard(self) -> None:
-        """Remove what was recorded: the match is played again."""
+        """Remove what was recorded: the match is played again. A whole journal stays, for `recordings recover`."""
+        if self._whole:
+            return
         self._writer.abandon()
         self._writer.path.unlink(missing_ok=True)
 

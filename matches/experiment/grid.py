@@ -27,6 +27,12 @@ from movingout.world.constants import LIMIT_TICKS, MAX_SEED, MAX_TICKS
 AgentId = Annotated[str, Field(min_length=1, max_length=300)]
 SeatName = Literal["both", "blue", "red"]
 MAX_SEEDS = 1_000_000
+_WORDS: dict[str, Any] = {
+    **dict.fromkeys(("name", "about"), True),
+    "agents": {"__all__": {"needs"}},
+    "conditions": {"__all__": {"agents": {"__all__": {"needs"}}}},
+}
+"""What changes nothing that is played."""
 
 
 class _GridModel(BaseModel):
@@ -159,8 +165,8 @@ class Grid(_GridModel):
 
     @property
     def sha256(self) -> str:
-        """A fingerprint of what is played; name and description do not count."""
-        asked = self.model_dump(mode="json", exclude={"name", "about"})
+        """A fingerprint of what is played; name, description and how to get an agent do not count."""
+        asked = self.model_dump(mode="json", exclude=_WORDS)
         return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
 
 

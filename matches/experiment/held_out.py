@@ -1,8 +1,10 @@
 """Whether the agents of a grid learned from the items that its variants hold out as unseen."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 
 from movingout.agents.checkpoint.checkpoint import card_of
+from movingout.agents.errors import AgentError
 from movingout.agents.partners.families import to_try
 from movingout.agents.partners.identity import acting_id
 from movingout.maps import load_map
@@ -37,5 +39,9 @@ def held_out_cautions(grid: Grid) -> Iterator[str]:
 
 
 def _measured(grid: Grid) -> list[str]:
-    contestants = [one.agent for condition in grid.all_conditions for one in condition.contestants]
-    return list(dict.fromkeys(acting_id(agent) for name in contestants for agent in to_try(name)))
+    """The agents that decide; not those whose id cannot be read, which the plan names."""
+    measured: dict[str, None] = {}
+    for contestant in (one.agent for condition in grid.all_conditions for one in condition.contestants):
+        with suppress(AgentError):
+            measured |= dict.fromkeys(acting_id(agent) for agent in to_try(contestant))
+    return list(measured)

@@ -29,7 +29,8 @@ def averaged(parts: Sequence[Estimate]) -> Estimate:
 def of_the_same_samples(parts: Sequence[Estimate]) -> Estimate:
     """The mean of means that were measured on the same samples: they err together, so more of them err no less.
 
-    The error is the mean of theirs, and n counts the samples of one, of the one that has most.
+    The error is the mean of theirs, and n counts the samples of one, of the one that has most: a choice is measured in
+    those of the same moments in which a training's own candidates differ.
     """
     errors = [part.stderr for part in parts if part.stderr is not None]
     return Estimate(

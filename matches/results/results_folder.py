@@ -12,6 +12,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from pydantic import ValidationError
+
 from movingout.maps.files.data_sync import sync_data
 from movingout.maps.files.file_lock import lock_file
 from movingout.maps.files.output_file import draft_of
@@ -61,7 +63,7 @@ def open_folder(folder: Path, grid: Grid, provenance: Provenance) -> None:
         write_whole(folder / GRID, json.dumps(mine, indent=1) + "\n")
         return
     theirs = read_head(folder)
-    if theirs["sha256"] != mine["sha256"]:
+    if grid.sha256 not in (theirs["sha256"], _fingerprint(theirs["grid"])):
         raise MatchError(
             f"{folder} holds results of another grid ({theirs['grid'].get('name')!r}); choose another folder with --out"
         )
@@ -75,6 +77,14 @@ def open_folder(folder: Path, grid: Grid, provenance: Provenance) -> None:
         before: dict[str, str] = theirs.get(key, {})  # a folder of an earlier version may lack some
         if changed := [name for name, sha in mine[key].items() if before.get(name, sha) != sha]:
             raise MatchError(f"{folder} was started with {what} {', '.join(changed)}; choose another folder with --out")
+
+
+def _fingerprint(written: Any) -> str:
+    """That of a grid in `grid.json`, as it is counted now; empty for one that cannot be played here."""
+    try:
+        return Grid.model_validate(written).sha256
+    except ValidationError:
+        return ""
 
 
 def order_of(folder: Path) -> int:

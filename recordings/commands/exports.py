@@ -59,9 +59,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def perform(args: argparse.Namespace) -> int:
     if args.images and args.to != "lerobot":
         raise RecordingError(f"--images is for --to lerobot; {args.to} has no images")
-    recordings, left_out = _chosen(expanded(args.paths), args.paths, played=args.to in LEARNED)
+    shown, left_out = _chosen(expanded(args.paths), args.paths)
     if left_out:
         print(f"left out {', '.join(left_out)}; name a file to export it all the same")
+    recordings = [path for path in shown if args.to not in LEARNED or _has_tick(path)]
+    if empty := len(shown) - len(recordings):
+        print(f"left out {counted(empty, 'empty recording')}, in which nothing was played")
+        if not recordings:
+            raise RecordingError(f"--to {args.to} is of what was played; name recordings that have a tick")
     plan = ExportPlan(
         recordings=recordings,
         target=args.out,
@@ -84,23 +89,18 @@ def perform(args: argparse.Namespace) -> int:
     return 0
 
 
-def _chosen(found: Sequence[Path], named: Collection[Path], played: bool) -> tuple[list[Path], list[str]]:
-    """What is exported of the files found, and words for the rest: only of folders, never a file that is named.
-
-    `played` leaves out those without a tick, which nobody learns from.
-    """
+def _chosen(found: Sequence[Path], named: Collection[Path]) -> tuple[list[Path], list[str]]:
+    """What is exported of the files found, and words for the rest: only of folders, never a file that is named."""
     counting = set(counted_recordings([path for path in found if path not in named])).union(named)
     valid = [path for path in found if path in counting]
     finished = [path for path in valid if path in named or not path.name.endswith(JOURNAL_SUFFIX)]
     shown = [path for path in finished if path in named or not is_tutorial(path)]
-    chosen = [path for path in shown if not played or path in named or _has_tick(path)]
     numbers = {
         "unfinished recording": len(valid) - len(finished),
         "tutorial recording": len(finished) - len(shown),
-        "empty recording": len(shown) - len(chosen),
     }
     words = [counted(number, what) for what, number in numbers.items() if number]
-    return chosen, words + left_out_words(len(found) - len(valid), 0)
+    return shown, words + left_out_words(len(found) - len(valid), 0)
 
 
 def _has_tick(path: Path) -> bool:

@@ -131,13 +131,18 @@ def _page(reports: Sequence[ImportReport], folder: Path, copies: int) -> list[st
 
 
 def _stopped(new: Sequence[ImportReport]) -> list[str]:
-    """What reports leave out of their averages, which may be short limits of time."""
-    stopped = [report.limit_ticks for report in new if report.outcome == "stopped" and not report.outcome_known]
-    if not stopped:
-        return []
-    limit = " or ".join(str(ticks) for ticks in sorted(set(stopped)))
-    said = "their limit was shorter? Import them into a new folder with --limit-ticks"
-    return [f"  ! {len(stopped)} ended undelivered before {limit} ticks, and are left out of averages: {said}"]
+    """What reports leave out of their averages: it may have been delivered in the last tick, or had a shorter limit."""
+    stopped = [report for report in new if report.outcome == "stopped" and not report.outcome_known]
+    limits = [report.limit_ticks for report in stopped if report.last_tick != "left out"]
+    lines = []
+    if cut := len(stopped) - len(limits):
+        said = "they may have been delivered in that tick, and are left out of averages"
+        lines.append(f"  ! {cut} ended undelivered without their last tick, which does not re-simulate: {said}")
+    if limits:
+        limit = " or ".join(str(ticks) for ticks in sorted(set(limits)))
+        said = "their limit was shorter? Import them into a new folder with --limit-ticks"
+        lines.append(f"  ! {len(limits)} ended undelivered before {limit} ticks, and are left out of averages: {said}")
+    return lines
 
 
 def _drifting(made: Sequence[ImportReport]) -> list[str]:

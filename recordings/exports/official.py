@@ -14,8 +14,9 @@ from movingout.recordings.official_format import dataset_row, recorder_steps
 def write(plan: ExportPlan) -> None:
     """recorder/<Map>_<episode>.json, which the official replay script plays, and dataset.jsonl.
 
-    A row of dataset.jsonl also says `episode_id`, `blue`, `red`, their kinds, `split`, `outcome`, `limit_ticks` and, of
-    a rehearsal, `simulated`; official loaders ignore that. An episode without ticks is left out: they expect a step.
+    A row of dataset.jsonl also says `episode_id`, `blue`, `red`, their kinds, `split`, `outcome`, `limit_ticks`, the
+    `masses` of the items, which no state has, and, of a rehearsal, `simulated`; official loaders ignore that. An
+    episode without ticks is left out: they expect a step.
     """
     numbers: Counter[str] = Counter()
     with new_target(plan.target) as folder:
@@ -38,6 +39,7 @@ def _converted(episode: Episode, part: str) -> tuple[str, str, dict[str, Any]] |
     header = episode.header
     row = dataset_row(episode, 0) | {"episode_id": header.episode_id, "split": part}
     row |= {"outcome": episode.outcome, "limit_ticks": header.limit_ticks}
+    row["masses"] = [item.mass for item in header.map.items]
     for colour, seat in zip(SEAT_COLOURS, header.seats, strict=True):
         row |= {colour: seat.name, f"{colour}_kind": seat.kind}
     if header.simulated:

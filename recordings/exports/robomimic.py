@@ -68,8 +68,9 @@ def _write_demo(group: Any, trajectory: ExportedTrajectory) -> None:
 
 def _task(trajectory: ExportedTrajectory) -> Task:
     """What was played: a variant is of the split that its name says, as `challenge2-train-7`."""
-    parts = trajectory.variant.split("-")
-    return trajectory.map, parts[1] if parts[0] == "challenge2" and parts[1] in SPLITS else trajectory.variant
+    drawn, _, rest = trajectory.variant.partition("-")
+    part = rest.partition("-")[0]
+    return trajectory.map, part if drawn == "challenge2" and part in SPLITS else trajectory.variant
 
 
 def _environment(plan: ExportPlan, played: Counter[Task]) -> dict[str, Any]:

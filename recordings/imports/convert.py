@@ -57,7 +57,7 @@ class ImportReport:
     unpressed_changes: int = 0  # holds that changed without a press
     inferred_holds: int = 0  # robot-states whose item was not named
     outcome: str = ""
-    outcome_known: bool = False  # the file says it; else delivered, time or stopped, by the states and the limit
+    outcome_known: bool = False  # the file says the same; else delivered, time or stopped, by the states and the limit
     limit_ticks: int = 0
     last_tick: str = ""  # "recorded", "simulated" or "left out"
     drift: float = 0.0  # largest distance between recorded and re-simulated positions
@@ -107,7 +107,7 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
     steps = parse(source.steps)
     designed = official_map(source.map_name)
     before = source.shape != "evaluator"
-    spec, differences = played_map(designed, steps, starts=before)
+    spec, differences = played_map(designed, steps, starts=before, masses=source.masses)
     states, actions = _aligned(spec, steps, before)
     simulated = _simulated(spec, actions)
     drift_tick, drift = _drift(states, simulated)
@@ -135,7 +135,7 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
         participants_known=bool(source.blue and source.red),
         **_checks(states, actions, steps),
         outcome=outcome,
-        outcome_known=source.outcome is not None,
+        outcome_known=outcome == source.outcome,
         limit_ticks=source.limit_ticks,
         last_tick=last,
         drift=drift,
@@ -309,6 +309,6 @@ def _outcome(source: TrajectoryFile, delivered: list[bool], ticks: int) -> Outco
     """How it ended, as the states show it or the file says; the last action may have been left out."""
     if all(delivered):
         return "delivered"
-    if source.outcome not in (None, "delivered"):
-        return source.outcome
+    if source.outcome is not None:
+        return "stopped" if source.outcome == "delivered" else source.outcome
     return "time" if ticks >= source.limit_ticks - 1 else "stopped"

@@ -1,7 +1,7 @@
 """Which of our maps a trajectory was played on, and how its first state differs from that map as designed."""
 
 import contextlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, cast, get_args
 
@@ -37,12 +37,17 @@ def maps_of(sources: Iterable[TrajectoryFile]) -> set[str]:
     return found
 
 
-def played_map(designed: MapSpec, steps: OfficialSteps, starts: bool) -> tuple[MapSpec, list[str]]:
+def played_map(
+    designed: MapSpec, steps: OfficialSteps, starts: bool, masses: Sequence[float] = ()
+) -> tuple[MapSpec, list[str]]:
     """The map as the first state shows it, and what differs from the map as designed.
 
-    `starts` says that the first state is the one before any action; otherwise poses cannot be told from it.
+    `starts` says that the first state is the one before any action; otherwise poses cannot be told from it. `masses`
+    are those of the items where the file says them; else they are as designed.
     """
     items = [_item(designed, index, item) for index, item in enumerate(steps.items)]
+    if len(masses) == len(items):
+        items = [replace(item, mass=mass) for item, mass in zip(items, masses, strict=True)]
     found = replace(designed, items=tuple(items), walls=_rects(steps.walls), goals=_rects(steps.goals))
     if starts:
         poses = [Pose(*row) for row in steps.item_poses[0].tolist()]

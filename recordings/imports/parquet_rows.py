@@ -10,7 +10,7 @@ from movingout.recordings.file_format.records import MOST_PER_BYTE
 
 COLUMNS = (
     *("map_name", "steps_data", "blue", "red", "trajectory_id"),
-    *("blue_kind", "red_kind", "simulated", "outcome", "limit_ticks"),
+    *("blue_kind", "red_kind", "simulated", "outcome", "limit_ticks", "masses"),
 )
 """What `sources` takes of a row; others are not read."""
 ALWAYS_POSSIBLE = 1 << 30  # decompressed bytes; more has to have a file of some size

@@ -8,8 +8,9 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
+from movingout.maps.json_format import MASSES
 from movingout.recordings.episode import Outcome
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.reader import read_bytes
@@ -38,6 +39,7 @@ class TrajectoryFile:
     simulated: bool = False  # by programs that took part in a rehearsal, as our own exports say
     outcome: Outcome | None = None  # where the file says it, as our own exports do
     limit_ticks: int = 0  # likewise; 0 where it does not
+    masses: tuple[float, ...] = ()  # of the items, likewise: no state has them, and those of variants are other ones
 
     @property
     def id(self) -> str:
@@ -143,14 +145,29 @@ def _row(file: Path, number: int, row: Any) -> TrajectoryFile:
         trajectory_id=str(row["trajectory_id"]) if row.get("trajectory_id") is not None else "",  # 0 is one
         kinds=(str(row.get("blue_kind") or ""), str(row.get("red_kind") or "")),
         simulated=row.get("simulated") == "yes",
-        outcome=row["outcome"] if row.get("outcome") in get_args(Outcome) else None,
+        outcome=_outcome(row.get("outcome")),
         limit_ticks=_limit(row.get("limit_ticks")),
+        masses=_masses(row.get("masses")),
     )
+
+
+def _outcome(value: Any) -> Outcome | None:
+    """How a row says that it ended, None where it does not. What was interrupted is whole as an import."""
+    if value == "interrupted":
+        return "stopped"
+    return cast(Outcome, value) if value in get_args(Outcome) else None
 
 
 def _limit(value: Any) -> int:
     """The longest that an episode could last [ticks], 0 where a row does not say it."""
     return value if type(value) is int and 1 <= value <= MAX_TICKS else 0
+
+
+def _masses(value: Any) -> tuple[float, ...]:
+    """The masses of the items, empty where a row does not say them."""
+    least, most = MASSES
+    known = isinstance(value, list) and all(type(mass) in (int, float) and least <= mass <= most for mass in value)
+    return tuple(map(float, value)) if known else ()
 
 
 def _is_row(value: Any) -> bool:

@@ -264,12 +264,13 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
 
 
 def _about_moments(cells: Sequence[EntryCell]) -> list[str]:
-    """What ± and n are where moments of episodes are measured, of all trainings the same."""
+    """What ± and n are where moments of episodes are measured, of all trainings the same but where they choose."""
     pools = [cell.ours.measurement.pool for cell in cells if isinstance(cell.ours, MeasuredCell)]
     if of_the_same_samples not in pools:
         return []
     return [
-        "Of what is measured in moments, ± takes those of an episode together; n counts them once for all trainings."
+        "Of what is measured in moments, ± takes those of an episode together; n counts them once for all trainings. Of "
+        "choices, which are told apart in other moments for each training, it is that of the training with most."
     ]
 
 

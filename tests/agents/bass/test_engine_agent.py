@@ -1,6 +1,8 @@
 """BASS that simulates with the engine: trained without a simulator, played on any map."""
 
 import argparse
+import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from movingout.agents.checkpoint.checkpoint import find_checkpoint
 from movingout.agents.data.rollout import SeatPlayer
 from movingout.agents.errors import AgentError, DataError
 from movingout.agents.kinds.bass import check_used
+from movingout.agents.training.run_folder import CONFIG
 from movingout.maps import load_map
 from movingout.server.cli import main
 from movingout.world import World
@@ -105,6 +108,20 @@ def test_a_training_that_began_with_such_options_goes_on() -> None:
     check_used(config, options, {"width": 16, "progress_width": 64})
     with pytest.raises(DataError, match="--progress-width is for --score tcl"):
         check_used(config, options, {"width": 16, "progress_width": 128})
+
+
+def test_a_training_goes_on_whose_simulator_another_has_with_other_sizes_of_its_own(
+    models: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Tables said sizes that did nothing, and now leave them out: a training that was cut off could not go on."""
+    shutil.copytree(models, tmp_path / "models")
+    words = ["train", "bass", str(models.parent / "rec"), "--data", str(tmp_path), "--id", "bass@new", "--batch", "8"]
+    words += ["--base", "dp@tiny", "--simulator", "bass@all", "--score", "tcl", "--progress-width", "8"]
+    assert main([*words, "--progress-updates", "2"]) == 0
+    file = tmp_path / "runs" / "bass-new" / CONFIG
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"width": 256, "value_width": 64}))
+    assert main([*words, "--progress-updates", "3"]) == 0, capsys.readouterr().err
+    assert json.loads(file.read_text())["width"] == BassConfig.width
 
 
 def test_half_the_engine_steps_show_nearly_the_same(models: Path) -> None:

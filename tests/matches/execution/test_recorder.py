@@ -1,17 +1,19 @@
 """Recordings of matches take nothing away: neither finished ones nor those that another process writes."""
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from movingout.matches import play, run_grid
+from movingout.matches.execution import recorder
 from movingout.matches.execution.lockstep import Lockstep
 from movingout.matches.execution.recorder import MatchRecorder, superseded
 from movingout.matches.match import Match
 from movingout.matches.results.results_folder import Shard, read_results
 from movingout.recordings import read_episode
-from movingout.recordings.errors import BusyError
+from movingout.recordings.errors import BusyError, RecordingError
 from movingout.recordings.storage.finished import recover
 from movingout.server.cli import main
 from movingout.world import World
@@ -65,6 +67,21 @@ def test_the_journal_of_a_killed_run_goes_and_a_whole_one_stays(tmp_path: Path) 
     [recovered] = recover(tmp_path)
     assert recovered.note == "whole"
     assert _names(tmp_path) == [f"HandOff-{MATCH.id}-2.mcap", f"HandOff-{MATCH.id}.mcap"]
+
+
+def test_a_match_that_was_played_but_not_finalised_keeps_its_journal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A full disk took the whole match away."""
+
+    def full(journal: Path) -> Path:
+        raise RecordingError("cannot write there: no space left on device")
+
+    monkeypatch.setattr(recorder, "finalise", full)
+    with pytest.raises(RecordingError, match="no space"):
+        list(Lockstep(record=tmp_path).play([MATCH, replace(MATCH, seed=1, ticks=9)]))
+    assert _names(tmp_path) == [f"HandOff-{MATCH.id}.mcap.journal"]
+    assert [(one.note, one.ticks) for one in recover(tmp_path)] == [("whole", 3)]
 
 
 def test_a_grid_replaces_what_was_recorded_of_matches_without_a_result(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from movingout.agents.checkpoint.checkpoint import CARD, MODELS_VARIABLE, SHIPPE
 from movingout.matches import read_grid
 from movingout.matches.experiment.held_out import held_out_cautions
 from movingout.matches.experiment.shipped_grids import grid_path
+from movingout.server.cli import main
 from tests.matches.support import small_grid
 
 
@@ -39,6 +40,17 @@ def test_items_that_are_held_out_and_were_learned_from_are_named(models: Path) -
     assert _cautions(f"late:agent={agent}"), "it decides, with late hands"
     assert _cautions(agent, split="train") == _cautions(_trained(models, "fair", ["small star"])) == []
     assert list(held_out_cautions(small_grid(agents=[agent], maps=["HandOff"]))) == [], "as designed"
+
+
+def test_an_id_that_cannot_be_read_is_left_to_the_list_of_what_is_missing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It stopped a dry run before that list."""
+    grid = tmp_path / "grid.yaml"
+    grid.write_text("name: odd\nagents: ['late:agent=dp@all,zzz', dp@nowhere]\nmaps: [HandOff]\nchallenge: 2\n")
+    assert main(["match", "grid", str(grid), "--dry-run", "--out", str(tmp_path / "out")]) == 0
+    out = capsys.readouterr().out
+    assert "missing: dp@nowhere: " in out and "missing: late:agent=dp@all,zzz: " in out
 
 
 def test_a_card_that_does_not_say_is_warned_of_where_a_split_is_asked_for() -> None:

@@ -59,6 +59,18 @@ def test_recordings_without_a_tick_are_no_demonstrations(
     assert f"| episodes | {number}: " in (tmp_path / "out" / "README.md").read_text()
 
 
+@pytest.mark.parametrize("to", ["official", "robomimic"])
+def test_not_even_those_that_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], to: str) -> None:
+    """They were counted as written, and were not."""
+    files = [finalise(record(tmp_path, ticks, episode_id=f"e{ticks}")[0]) for ticks in (0, 3)]
+    words = ["recordings", "export", "--to", to, "-o", str(tmp_path / "out.hdf5")]
+    assert main([*words, *map(str, files)]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("left out 1 empty recording, in which nothing was played\nwrote 1 recording to")
+    assert main([*words, str(files[0])]) == 2
+    assert "name recordings that have a tick" in capsys.readouterr().err
+
+
 def test_episodes_that_are_equal_are_not_divided_between_training_and_test(tmp_path: Path) -> None:
     """As four of the same pair of agents in which nothing is drawn: a test on what was learned by heart."""
     place = tmp_path / "recordings"

@@ -66,3 +66,10 @@ def test_it_warns_of_variants_that_no_environment_draws(tmp_path: Path) -> None:
     file = finalise(record(tmp_path, ticks=3, map=replace(load_map("HandOff"), variant="imported"))[0])
     with pytest.warns(RuntimeWarning, match="env_args name HandOff as designed, but 2 of 2 demos are of another"):
         assert "split" not in arguments_in(made([file], tmp_path))
+
+
+@pytest.mark.parametrize("variant", ["challenge2", "challenge2-", "challenge2-mine-3"])
+def test_a_variant_of_ones_own_may_have_any_name(variant: str, tmp_path: Path) -> None:
+    file = finalise(record(tmp_path, ticks=3, map=replace(load_map("Simple"), variant=variant))[0])
+    with pytest.warns(RuntimeWarning, match="env_args name Simple as designed, but 2 of 2 demos are of another map"):
+        assert "split" not in arguments_in(made([file], tmp_path))

@@ -100,3 +100,4 @@ def test_tables_of_accuracies_say_what_their_errors_are(
     monkeypatch.chdir(tmp_path)
     notes = laid_out(ENTRIES[label], Workspace(budget=BUDGETS["smoke"])).notes
     assert any(note.startswith("Of what is measured in moments, ± takes those of an episode") for note in notes) == said
+    assert any(note.endswith("it is that of the training with most.") for note in notes) == said
