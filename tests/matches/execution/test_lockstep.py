@@ -104,7 +104,7 @@ def test_a_map_with_more_than_the_agent_sees_is_refused_in_its_own_words(tmp_pat
     crowded["goals"] = [{"x0": -1.2 + 0.4 * k, "y0": 1.2, "x1": -0.9 + 0.4 * k, "y1": 0.6} for k in range(5)]
     (tmp_path / "crowded.json").write_text(json.dumps(crowded))
     (result,) = Lockstep().play([Match(str(tmp_path / "crowded.json"), "mlp@all", "idle", 0, ticks=4)])
-    assert result.failure == "blue (mlp@all), reset(): the layout map-v1 has 4 slots for goals; Crowded has 5"
+    assert result.failure == "blue (mlp@all), reset(): the layout aware-v1 has 4 slots for goals; Crowded has 5"
 
 
 def test_a_recorded_match_re_simulates_to_the_bit(tmp_path: Path) -> None:
