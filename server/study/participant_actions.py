@@ -98,7 +98,7 @@ class ParticipantActions:
                     number, name = unit.record.id, running.rooms.map_name(step)
                     text = f"Unit {number} skips a round, which is invalid: its map {name} cannot be varied."
                     running.alerts.add("unvaried", text, why, unit=number, map=name)
-                    await running.progress.skip_round(tx, session, unit, step)
+                    await running.progress.skip_round(tx, unit, step)
 
     async def _refuse_unanswered(self, tx: Transaction, session: ParticipantSession, step: Step) -> None:
         """Every scale and choice needs an answer, be it "I prefer not to answer": nobody is done without any."""

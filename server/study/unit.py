@@ -61,6 +61,7 @@ class StudyUnit:
     episode: str = ""  # the recording of the newest round
     blocks_over: frozenset[str] = frozenset()  # whose time was up when it was last looked
     finished_steps: frozenset[str] = frozenset()  # the rounds that were played by then
+    left_out: frozenset[str] = frozenset()  # the rounds that cannot be played
 
     @property
     def finished(self) -> bool:
