@@ -83,16 +83,20 @@ class ParticipantActions:
                 await running.progress.advance(tx, session)
 
     async def skip_unplayable(self, session: ParticipantSession) -> None:
-        """Past rounds whose map cannot be varied, of which the experimenter is told. Raises Busy."""
+        """Past rounds whose map cannot be varied, of which the experimenter is told. Raises Busy.
+
+        A round that is played after a restart has its map in its room.
+        """
         running = self._running
         while session.step is not None and not (session.finished or running.progress.is_paused(session)):
-            step = session.step
+            step, unit = session.step, running.units.of(session)
+            if unit is None or unit.plays(step):
+                return
             why = await running.rooms.prepare(step)
             if not why:
                 return
             async with running.transaction() as tx:
-                unit = running.units.of(session)
-                if unit is None:
+                if running.units.of(session) is not unit or unit.plays(step):
                     return
                 if session.record.step == step.key and not running.progress.is_paused(session):
                     number, name = unit.record.id, running.rooms.map_name(step)

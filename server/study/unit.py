@@ -80,6 +80,11 @@ class StudyUnit:
         """Who is at this step."""
         return [one for one in self.members if one.record.step == step.key]
 
+    def plays(self, step: Step) -> bool:
+        """Whether the round of this step is being played, or saved."""
+        running, finished = self.running_round, self.finished_round
+        return step.key in (running and running.step.key, finished and finished.step.key)
+
     def note_standing(self, stands: bool, now: float) -> None:
         """Whether play stands still, by the experimenter or a player; a pause is no time at a step."""
         if stands:

@@ -124,3 +124,13 @@ def test_who_comes_later_passes_the_round_that_the_partner_skipped(
             second = Visitor(study, second.token, second.view)
             moved(study, second)
             assert second.look()["step"]["outcome"] == "done"
+
+
+def test_a_round_that_is_played_after_a_restart_is_not_skipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with served(tmp_path, VARIED) as study:
+        visitor = study.visitor().go_to("round")
+        visitor.next()
+        visitor.wait_until(lambda one: one.step.get("state") == "playing")
+        without_variants(study, monkeypatch, "HandOff")
+        study.live.run(study.running.host.prepared_maps._made.clear)
+        assert visitor.look()["step"]["state"] == "playing"
