@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Literal, TypeVar
 
-from movingout.server.connection.networks import counted_as, take_of_all
+from movingout.server.connection.networks import TIMES, counted_as, take_of_all
 from movingout.server.connection.other_nodes import OtherNodes
 from movingout.server.connection.socket_counts import SocketCounts
 from movingout.server.connection.token_bucket import TokenBucket
@@ -179,15 +179,16 @@ class AdmissionControl:
         if owner is None:
             return
         now, per_day = self._clock(), self._limits.recorded_per_address_per_day
-        left = used(self._recorded, owner, per_day / DAY_S, per_day, now)
-        if not left.take(now, size):
-            left.empty(now)
+        for name, times in recorded_as(owner):
+            left = used(self._recorded, name, times * per_day / DAY_S, times * per_day, now)
+            if not left.take(now, size):
+                left.empty(now)
         self.other_nodes.recorded(owner, size)
 
     def may_record(self, address: str) -> bool:
         """Whether rooms of this address may fill the disk further today."""
-        bucket = self._recorded.get(self.owner(address))
-        return bucket is None or bucket.holds(self._clock(), ROUND_BYTES)
+        now, buckets = self._clock(), [self._recorded.get(name) for name, _ in recorded_as(self.owner(address))]
+        return all(bucket is None or bucket.holds(now, ROUND_BYTES) for bucket in buckets)
 
     def may_answer(self, address: str, size: int) -> bool:
         """Whether answers of so many bytes may be kept for this address now: they stay on the disk."""
@@ -218,8 +219,8 @@ class AdmissionControl:
         self._secret = secret
 
     def owner(self, address: str) -> str:
-        """Under which name rooms are counted for an address."""
-        return pseudonym(address_group(address), self._secret)
+        """Under which name rooms are counted for an address; of an IPv6 one it ends with that of its /48 network."""
+        return ".".join(pseudonym(group, self._secret) for group, _ in counted_as(address_group(address)))
 
     def rooms_of(self, address: str) -> frozenset[str]:
         """The open rooms that were opened from here."""
@@ -296,6 +297,12 @@ class AdmissionControl:
     def _take(self, buckets: dict[str, TokenBucket], group: str, per_s: float, burst: float, cost: float = 1.0) -> bool:
         now = self._clock()
         return take_of_all(group, cost, now, lambda each, times: used(buckets, each, times * per_s, times * burst, now))
+
+
+def recorded_as(owner: str) -> list[tuple[str, int]]:
+    """What the recordings of an owner count for, and how many times a day's limit each has, as in `counted_as`."""
+    network = owner.partition(".")[2]
+    return [(owner, 1), (network, TIMES)] if network else [(owner, 1)]
 
 
 def address_group(address: str) -> str:

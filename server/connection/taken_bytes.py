@@ -11,7 +11,18 @@ def taken_bytes(transport: asyncio.Transport) -> int:
     """A number that grows with each byte that is taken; only its differences mean something.
 
     Over TLS what waits in the transport does not tell: up to half a megabyte is encrypted, and handed on, at once.
+    Where the system does not count, it is all there is, and what is written next hides what was taken.
     """
+    counted = _counted(transport)
+    return -transport.get_write_buffer_size() if counted is None else counted
+
+
+def counts_taken_bytes(transport: asyncio.Transport) -> bool:
+    """Whether the system counts them: Linux does."""
+    return _counted(transport) is not None
+
+
+def _counted(transport: asyncio.Transport) -> int | None:
     if hasattr(socket, "TCP_INFO") and (connection := transport.get_extra_info("socket")) is not None:
         try:
             info = connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _BYTES_ACKED.size)
@@ -19,4 +30,4 @@ def taken_bytes(transport: asyncio.Transport) -> int:
             info = b""
         if len(info) == _BYTES_ACKED.size:
             return int(_BYTES_ACKED.unpack(info)[0])
-    return -transport.get_write_buffer_size()
+    return None

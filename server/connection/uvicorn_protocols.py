@@ -11,7 +11,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 
 from movingout.server.connection.asgi import WIRE, OnBinary
 from movingout.server.connection.connection_limits import ConnectionLimits
-from movingout.server.connection.taken_bytes import taken_bytes
+from movingout.server.connection.taken_bytes import counts_taken_bytes, taken_bytes
 from movingout.server.settings import Limits
 
 try:
@@ -98,7 +98,20 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
         def pause_writing(self) -> None:
             """More waits to be sent than should; whoever takes too little of it is gone, or wants us to keep it."""
             super().pause_writing()
+            self._look_anew_unless_counted()
             self._see_that_it_is_taken()
+
+        def resume_writing(self) -> None:
+            """Most of it has been taken."""
+            super().resume_writing()
+            self._look_anew_unless_counted()
+            self._see_that_it_is_taken()
+
+        def _look_anew_unless_counted(self) -> None:
+            """Where the system does not count what is taken, what is written next would hide it."""
+            if self._write_deadline is not None and not counts_taken_bytes(self.transport):
+                self._write_deadline.cancel()
+                self._write_deadline = None
 
         def on_response_complete(self) -> None:
             """The end of an answer may wait to be sent, too little of it for `pause_writing`, also after a close."""

@@ -59,7 +59,7 @@ class Room:
 
     def join(self, client: ClientHandle, request: m.Join, now: float) -> m.Welcome:
         """Admit a client, to seats or as a spectator, and send it the state. Raises Refused."""
-        taken, replaced = self.seating.join(client, request)
+        taken, replaced = self.seating.join(client, request, now)
         self.was_joined |= bool(taken) or not any(seat.taken_by_client for seat in self.seats)
         if self.phase == "lobby":
             self._call_agents()

@@ -168,7 +168,7 @@ def left_state(room: Room) -> LeftState:
     """For how long a room is empty and idle, and whether anybody ever came."""
     now = time.monotonic()
     joined = room.was_joined or bool(room.seating.clients)
-    idle_s = 0.0 if room.phase in IN_ROUND else now - room.unchanged_since
+    idle_s = 0.0 if room.phase in IN_ROUND else now - max(room.unchanged_since, room.seating.taken_at)
     return LeftState(empty_s=room.empty_s(now), idle_s=idle_s, joined=joined, id=room.id)
 
 

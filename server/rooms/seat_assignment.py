@@ -27,6 +27,7 @@ class SeatAssignment:
     ) -> None:
         """`takes_names`: whether people are called what they say; in a study nobody can tell a partner anything."""
         self.clients: list[ClientHandle] = []
+        self.taken_at = 0.0  # when somebody last took a free seat
         self._spectators: list[ClientHandle] = []  # of the clients, those who joined to watch
         self._room_id = room_id
         self._seats = seats
@@ -49,7 +50,7 @@ class SeatAssignment:
         """Whether this is or recently was the token of a seat here."""
         return any([seat.knew(token) for seat in self._seats])
 
-    def join(self, client: ClientHandle, request: m.Join) -> tuple[list[m.SeatGrant], list[ClientHandle]]:
+    def join(self, client: ClientHandle, request: m.Join, now: float) -> tuple[list[m.SeatGrant], list[ClientHandle]]:
         """The client's seats with their new tokens, and the clients that lose theirs. Raises Refused."""
         if request.mode == "watch":
             self._admit_spectator(client)
@@ -63,6 +64,8 @@ class SeatAssignment:
                 f"This room is full. To watch, open /watch/{self._room_id}.",
             )
         replaced = self._unseat([seat.client for seat in wanted if seat.client is not None], wanted)
+        if any(seat.token is None for seat in wanted):  # to come back is nothing new
+            self.taken_at = now
         grants = [self._sit(client, seat, request.name) for seat in wanted]
         self.clients.append(client)
         return grants, replaced

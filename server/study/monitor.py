@@ -116,7 +116,7 @@ class StudyMonitor:
         waiting = [one for one in unit.members if one.step is not None and one.step.kind == "round"]
         if not waiting or not any(one.finished for one in unit.members):
             return False
-        await self._running.progress.catch_up(tx, unit)  # it may be that the round has been played
+        await self._running.progress.catch_up(tx, unit)  # it may be that the round has been played, or left out
         return any(one.step is not None and one.step.kind == "round" for one in waiting)
 
     def _notice_absent(self, now: float) -> None:

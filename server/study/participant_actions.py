@@ -83,22 +83,26 @@ class ParticipantActions:
                 await running.progress.advance(tx, session)
 
     async def skip_unplayable(self, session: ParticipantSession) -> None:
-        """Past rounds whose map cannot be varied, of which the experimenter is told. Raises Busy."""
+        """Past rounds whose map cannot be varied, of which the experimenter is told. Raises Busy.
+
+        A round that is played after a restart has its map in its room.
+        """
         running = self._running
         while session.step is not None and not (session.finished or running.progress.is_paused(session)):
-            step = session.step
+            step, unit = session.step, running.units.of(session)
+            if unit is None or unit.plays(step):
+                return
             why = await running.rooms.prepare(step)
             if not why:
                 return
             async with running.transaction() as tx:
-                unit = running.units.of(session)
-                if unit is None:
+                if running.units.of(session) is not unit or unit.plays(step):
                     return
                 if session.record.step == step.key and not running.progress.is_paused(session):
                     number, name = unit.record.id, running.rooms.map_name(step)
                     text = f"Unit {number} skips a round, which is invalid: its map {name} cannot be varied."
                     running.alerts.add("unvaried", text, why, unit=number, map=name)
-                    await running.progress.skip_round(tx, session, unit, step)
+                    await running.progress.skip_round(tx, unit, step)
 
     async def _refuse_unanswered(self, tx: Transaction, session: ParticipantSession, step: Step) -> None:
         """Every scale and choice needs an answer, be it "I prefer not to answer": nobody is done without any."""

@@ -42,26 +42,33 @@ class Progress:
     # ---- from step to step ------------------------------------------------------------------------------------
 
     async def advance(self, tx: Transaction, session: ParticipantSession) -> None:
-        """To the next step, or to the completion code."""
-        await self._advance(tx, session)
-
-    async def skip_round(self, tx: Transaction, session: ParticipantSession, unit: StudyUnit, step: Step) -> None:
-        """Past a round that cannot be played, with the questions about it. It is kept as an invalid one."""
-        seated = [PlayerOutcome(one.pid, unit.seat_of(step, one), one.device or "keyboard") for one in unit.members]
-        await tx.run(self._databases.rounds.leave_out, unit.record, step, seated)
-        await self._advance(tx, session, unplayable=True)
-
-    async def _advance(self, tx: Transaction, session: ParticipantSession, unplayable: bool = False) -> None:
-        unit = session.record.unit
+        """To the next step that is not left out, or to the completion code."""
+        unit, known = session.record.unit, self._units.of(session)
+        left_out = known.left_out if known else frozenset[str]()
         over, played = frozenset[str](), frozenset[str]()
-        if unit is not None and (unplayable or any(block.limit_minutes for block in self._study.blocks)):
+        if unit is not None and (left_out or any(block.limit_minutes for block in self._study.blocks)):
             over = await self._units.blocks_over(tx, unit)
             played = await self._units.finished_steps(tx, unit)
-        step = next_step(session.steps, session.record.step, over, played, unplayable)
+        key = session.record.step
+        step = next_step(session.steps, key, over, played, key in left_out)
+        while step.key in left_out:
+            step = next_step(session.steps, step.key, over, played, unplayable=True)
         if step.kind == "code":
             await self._participants.finish(tx, session, "done")
         else:
             await self._participants.move(tx, session, step.key)
+
+    async def skip_round(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
+        """Past a round that cannot be played, with the questions about it. It is kept as an invalid one.
+
+        All who are there go together, and who comes later passes it: nobody waits there for a partner who is done.
+        """
+        seated = [PlayerOutcome(one.pid, unit.seat_of(step, one), one.device or "keyboard") for one in unit.members]
+        await tx.run(self._databases.rounds.leave_out, unit.record, step, seated)
+        unit.left_out |= {step.key}
+        for session in unit.members_at(step):
+            await self.advance(tx, session)
+        notify(unit.members)
 
     async def round_ended(self, tx: Transaction, unit: StudyUnit, ended: FinishedRound) -> None:
         """A round or the practice is saved; one that was broken off is played again."""
@@ -74,7 +81,7 @@ class Progress:
         self._units.last_rounds.update(await tx.run(self._databases.rounds.last_finished, unit.record.id))
 
     async def catch_up(self, tx: Transaction, unit: StudyUnit) -> None:
-        """Move past rounds that are finished in the database, where a kill came before the move."""
+        """Move past rounds that are finished or left out in the database, where a kill came before the move."""
         await self._note_last_round(tx, unit)
         await self._move_past(tx, unit, await tx.run(self._databases.rounds.finished_steps, unit.record.id))
 
@@ -87,7 +94,7 @@ class Progress:
 
     async def _move_past(self, tx: Transaction, unit: StudyUnit, finished: Collection[str]) -> None:
         for session in unit.members:
-            while not session.finished and session.record.step in finished:
+            while not session.finished and (session.record.step in finished or session.record.step in unit.left_out):
                 await self.advance(tx, session)
 
     # ---- pauses -----------------------------------------------------------------------------------------------

@@ -61,6 +61,7 @@ class StudyUnit:
     episode: str = ""  # the recording of the newest round
     blocks_over: frozenset[str] = frozenset()  # whose time was up when it was last looked
     finished_steps: frozenset[str] = frozenset()  # the rounds that were played by then
+    left_out: frozenset[str] = frozenset()  # the rounds that cannot be played
 
     @property
     def finished(self) -> bool:
@@ -78,6 +79,11 @@ class StudyUnit:
     def members_at(self, step: Step) -> list[ParticipantSession]:
         """Who is at this step."""
         return [one for one in self.members if one.record.step == step.key]
+
+    def plays(self, step: Step) -> bool:
+        """Whether the round of this step is being played, or saved."""
+        running, finished = self.running_round, self.finished_round
+        return step.key in (running and running.step.key, finished and finished.step.key)
 
     def note_standing(self, stands: bool, now: float) -> None:
         """Whether play stands still, by the experimenter or a player; a pause is no time at a step."""

@@ -49,8 +49,10 @@ class Units:
     async def restore(self, tx: Transaction) -> None:
         """Read the units that have not finished from the database, after the participants."""
         newest = await tx.run(self._databases.rounds.newest_episodes)
+        left_out = await tx.run(self._databases.rounds.all_left_out)
         for record in await tx.run(self._databases.store.units_on_their_way):
             self._add(record, [self._participants[pid] for pid in record.pids], newest.get(record.id, ""))
+            self._units[record.id].left_out = left_out.get(record.id, frozenset())
 
     def _add(self, record: Unit, members: Sequence[ParticipantSession], episode: str = "") -> None:
         size = self._study.group if record.dropped else len(members)  # an agent plays with one whom nobody has left

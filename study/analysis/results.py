@@ -15,6 +15,7 @@ from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
 from movingout.study.questionnaire import NO_ANSWER
 from movingout.study.store.removal import undecided
+from movingout.study.store.rounds import UNPLAYED
 from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, counts, participants, players, rounds, tombstones, units
 from movingout.world.metrics import METRICS
@@ -217,7 +218,9 @@ def _flow(study: Study, store: Store, people: list[Row], refused: int) -> Iterab
 def _round_flags(study: Study, store: Store, kept: list[Row]) -> Iterable[Flag]:
     by_number = {row["id"]: row for row in kept}
     for row in kept:
-        if not row["valid"]:
+        if row["episode"].startswith(UNPLAYED) and not row["valid"]:
+            yield Flag("", row["step"], Phrase("study.flag.unplayed", {"unit": row["unit"]}))
+        elif not row["valid"]:
             yield Flag("", row["step"], Phrase("study.flag.invalid", {"unit": row["unit"]}))
         elif row["outcome"] not in FINISHED:
             why = Phrase(f"recordings.outcome.{row['outcome']}" if row["outcome"] else "study.flag.open")

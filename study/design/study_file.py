@@ -147,6 +147,8 @@ def _follows(error: Any) -> bool:
     """Whether another error says it: of a faulty entry, after which a list is too short; of what stands for a word."""
     if error["type"] == "literal_error" and isinstance(error["input"], dict):
         return str(error["loc"][-1]).startswith("literal[")  # `codes: unique`, or a mapping
+    if error["type"] == "bool_type" and error["loc"][-1] == "bool":
+        return True  # a number is needed; a truth value would do, and be warned of
     return bool(error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"])
 
 

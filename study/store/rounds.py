@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
-from sqlalchemy import Connection, func, insert, select, update
+from sqlalchemy import ColumnElement, Connection, func, insert, select, update
 
 from movingout.recordings.episode import FINISHED
 from movingout.study.design.steps import CARD_S, Step, partner_met
@@ -13,6 +13,7 @@ from movingout.study.store.store import Store, Unit
 from movingout.study.store.tables import consents, players, rounds
 from movingout.world.constants import TICK_SECONDS
 
+UNPLAYED = "unplayed-"  # begins what stands for the recording of a round that was left out
 LONGEST_PAUSE_S = 300.0  # of one pause, what counts as time in a block
 
 
@@ -85,8 +86,9 @@ class Rounds:
         """Add a round that cannot be played, once: invalid, without a tick and a recording."""
         with self._store.database.write() as connection:
             mine = rounds.c.unit == unit.id
-            episode = f"unplayed-{unit.id}-{connection.execute(select(func.count()).where(mine)).scalar_one() + 1}"
-            if connection.execute(select(rounds.c.id).where(mine, rounds.c.step == step.key)).first():
+            episode = f"{UNPLAYED}{unit.id}-{connection.execute(select(func.count()).where(mine)).scalar_one() + 1}"
+            same = rounds.c.step == step.key, rounds.c.episode.startswith(UNPLAYED)
+            if connection.execute(select(rounds.c.id).where(mine, *same)).first():
                 return
             outcome = asdict(RoundOutcome("error", 0, 0.0, 0.0, 0.0, None))
             self._add(
@@ -121,10 +123,16 @@ class Rounds:
 
     def all_finished_steps(self) -> Mapping[int, frozenset[str]]:
         """The same by unit, of all units that have any, in one query."""
-        query = select(rounds.c.unit, rounds.c.step).where(rounds.c.valid, rounds.c.outcome.in_(FINISHED))
+        return self._steps_of_units(rounds.c.valid, rounds.c.outcome.in_(FINISHED))
+
+    def all_left_out(self) -> Mapping[int, frozenset[str]]:
+        """The keys of rounds that could not be played, by unit."""
+        return self._steps_of_units(rounds.c.episode.startswith(UNPLAYED))
+
+    def _steps_of_units(self, *which: ColumnElement[bool]) -> Mapping[int, frozenset[str]]:
         found: dict[int, set[str]] = {}
         with self._store.database.read() as connection:
-            for row in connection.execute(query):
+            for row in connection.execute(select(rounds.c.unit, rounds.c.step).where(*which)):
                 found.setdefault(row.unit, set()).add(row.step)
         return {unit: frozenset(steps) for unit, steps in found.items()}
 

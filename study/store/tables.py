@@ -142,7 +142,13 @@ rounds = Table(
         doc="which round of the unit this is, from 1, with those that were repeated",
     ),
     Column("limit_ticks", Integer, nullable=False, doc=f"time limit, ticks of {TICK_MS} ms"),
-    Column("episode", String(64), nullable=False, unique=True, doc="id of the recording"),
+    Column(
+        "episode",
+        String(64),
+        nullable=False,
+        unique=True,
+        doc="id of the recording; begins with unplayed- where there is none",
+    ),
     Column(
         "started_ms", BigInteger, nullable=False, doc="when the room for it was opened, seconds before the first tick"
     ),
@@ -151,7 +157,12 @@ rounds = Table(
     Column("ticks", Integer, doc="ticks played"),
     *(Column(metric.key, Float, doc=metric.documentation) for metric in METRICS if metric.from_paper),
     Column("late_ms", Float, doc="99th percentile of the lateness of ticks, ms"),
-    Column("valid", Boolean, nullable=False, doc="false where the experimenter marked it invalid"),
+    Column(
+        "valid",
+        Boolean,
+        nullable=False,
+        doc="false where the experimenter marked it invalid or, with error and no tick, its map could not be varied",
+    ),
     UniqueConstraint("unit", "step", "attempt"),
 )
 players = Table(

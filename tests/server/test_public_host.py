@@ -40,7 +40,7 @@ class FarHost(Host):
         if room_id not in self.states:
             raise NoRoom
         empty_s, joined = self.states[room_id]
-        room = {"id": room_id, "was_joined": joined, "seating": SimpleNamespace(clients=())}
+        room = {"id": room_id, "was_joined": joined, "seating": SimpleNamespace(clients=(), taken_at=0.0)}
         room |= {"phase": "lobby", "unchanged_since": time.monotonic() - self.idle.get(room_id, 0.0)}
         return work(SimpleNamespace(**room, empty_s=lambda now: empty_s, close=lambda code, notice: None))
 

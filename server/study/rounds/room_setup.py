@@ -1,8 +1,11 @@
 """How the room of a round is set up: its map, its rules and its seats."""
 
+import asyncio
 from collections.abc import Mapping
 
 from movingout.maps import MapError, MapSpec, map_to_json
+from movingout.server.own_maps.solving import TooSlow
+from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import PublicHost
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
@@ -12,6 +15,8 @@ from movingout.server.study.unit import StudyUnit
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import Study
 from movingout.study.design.steps import Step
+
+Variant = tuple[str, str, int]  # block, map and seed
 
 
 class RoomSetup:
@@ -24,7 +29,9 @@ class RoomSetup:
         self._letters = letters(study)
         self._splits = {block.id: block.split for block in study.blocks}
         self._pings = {block.id: block.pings == "on" for block in study.blocks}
-        self._unvaried: dict[tuple[str, str, int], str] = {}  # why, by block, map and seed
+        self._unvaried: dict[Variant, str] = {}  # why
+        self._too_slow: set[Variant] = set()  # once: the machine may have been busy
+        self._making: dict[Variant, asyncio.Task[str]] = {}
         # As they are now: rooms in other processes and on other nodes do not know where the study file lies.
         self._own_maps = {name: map_to_json(study.load_map(name)) for name in study.own_maps}
         self._shown = {name: (str(own["name"]), str(own["title"])) for name, own in self._own_maps.items()}
@@ -32,21 +39,38 @@ class RoomSetup:
     async def prepare(self, step: Step) -> str:
         """Make the randomised map of a round ahead, in another process; why it has none, else "". Raises Busy.
 
-        What could not be made is not tried again before the next start.
+        What could not be made is not tried again before the next start; what took too long is, once. All who ask
+        meanwhile wait for the same try.
         """
-        if step.turn is None or step.turn.variant_seed is None:
-            return ""
-        variant = step.block, step.turn.map, step.turn.variant_seed
-        if variant not in self._unvaried:
-            try:
-                await self._host.prepare_maps(self.config(step))
-            except MapError as error:
-                self._unvaried[variant] = str(error)
-        return self._unvaried.get(variant, "")
+        variant = _variant_of(step)
+        if variant is None or variant in self._unvaried:
+            return self._why_unvaried(variant)
+        if variant not in self._making:
+            self._making[variant] = asyncio.create_task(self._make(variant, self.config(step)))
+        return await asyncio.shield(self._making[variant])
+
+    async def _make(self, variant: Variant, config: RoomConfig) -> str:
+        try:
+            await self._host.prepare_maps(config)
+        except TooSlow as error:
+            if variant not in self._too_slow:
+                self._too_slow.add(variant)
+                raise Busy(str(error)) from None
+            self._unvaried[variant] = str(error)
+        except MapError as error:
+            self._unvaried[variant] = str(error)
+        finally:
+            del self._making[variant]
+        return self._why_unvaried(variant)
+
+    def _why_unvaried(self, variant: Variant | None) -> str:
+        return "" if variant is None else self._unvaried.get(variant, "")
 
     def map_of(self, step: Step) -> MapSpec:
-        """The map of a round or of the practice, after `prepare`."""
+        """The map of a round or of the practice, after `prepare`; as designed where it has no variant."""
         config = self.config(step)
+        if self._why_unvaried(_variant_of(step)):
+            return config.designed(0)
         return self._host.prepared_maps.world_map(config.designed(0), config.variant_seed(0), config.split)
 
     def shown_map(self, name: str) -> tuple[str, str]:
@@ -105,3 +129,10 @@ class RoomSetup:
         if self._study.group == 1 and self._study.practice:
             return self._study.practice.agent
         return self._study.pairing.agent
+
+
+def _variant_of(step: Step) -> Variant | None:
+    """None for a map as designed."""
+    if step.turn is None or step.turn.variant_seed is None:
+        return None
+    return step.block, step.turn.map, step.turn.variant_seed

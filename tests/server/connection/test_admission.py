@@ -88,6 +88,20 @@ def test_a_recording_of_a_few_ticks_counts_as_a_file_does() -> None:
     assert not gate.may_record("192.0.2.1")
 
 
+def test_a_whole_48_network_records_four_times_as_much_as_one_address() -> None:
+    gate = AdmissionControl(Limits(recorded_per_address_per_day=1e6), Clock())
+    for network in range(4):
+        address = f"2001:db8:0:{network:x}::1"
+        assert gate.may_record(address)
+        gate.opened_room(gate.owner(address), f"room {network}")
+        gate.recorded(f"room {network}", 950_000)
+        assert not gate.may_record(address)
+    assert gate.may_record("2001:db8:0:ffff::1")
+    gate.opened_room(gate.owner("2001:db8:0:ffff::1"), "room")
+    gate.recorded("room", 150_000)
+    assert not gate.may_record("2001:db8:0:eeee::1") and gate.may_record("2001:db8:1::1")
+
+
 def test_wrong_tokens_lock_the_guesser_for_a_minute_and_one_kind_only() -> None:
     clock = Clock()
     gate = control(clock, wrong_tokens_per_minute=3)

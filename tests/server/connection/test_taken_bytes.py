@@ -85,6 +85,25 @@ def test_whoever_stops_taking_is_dropped_and_whoever_has_taken_all_is_not() -> N
     assert not line.aborted and timer.due is None
 
 
+@pytest.mark.parametrize("waits", ["the rest", "more"])
+def test_where_the_system_does_not_count_an_answer_that_flows_is_not_dropped_until_it_stops(waits: str) -> None:
+    line, timer = Line(65_000), Timer()
+    protocol = sending(line, timer)
+    for _ in range(3):
+        line.waiting = 15_000  # most is taken, and as much is written again
+        protocol.resume_writing()
+        line.waiting = 65_000
+        protocol.pause_writing()
+    line.waiting = 29_000  # 1.2 KB/s
+    timer.fire()
+    assert not line.aborted
+    if waits == "the rest":
+        line.waiting = 15_000
+        protocol.resume_writing()
+    timer.fire()
+    assert line.aborted, "nothing more was taken"
+
+
 def test_what_is_taken_of_a_connection_is_counted_by_the_system() -> None:
     async def read_slowly() -> list[int]:
         ours, theirs = await connected()

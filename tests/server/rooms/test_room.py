@@ -275,10 +275,14 @@ def test_of_a_map_played_again_and_again_the_newest_results_are_kept() -> None:
 
 def test_a_room_where_somebody_is_never_ready_may_give_way_and_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
     table = Table()
-    blue, red = table.pair()
     monkeypatch.setattr(room_view, "time", SimpleNamespace(monotonic=lambda: table.now))
+    blue = table.join(claim=1)
     table.now += room_view.IDLE_S - 1
-    assert not room_view.end_if_left(table.room)
+    red = table.join(claim=1)
+    table.now += room_view.IDLE_S - 1
+    assert not room_view.end_if_left(table.room), "a partner has come since"
+    blue = table.join(tokens=blue.tokens)
+    assert room_view.left_state(table.room).idle_s == room_view.IDLE_S - 1, "who comes back is nobody new"
     table.ready(blue, red)
     table.seconds(5)
     assert table.phase == "playing" and room_view.left_state(table.room).idle_s == 0.0

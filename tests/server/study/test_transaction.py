@@ -62,7 +62,7 @@ CHANGES: dict[str, Change] = {
     "Units.restart_waits": lambda study, tx, one, unit: study.units.restart_waits(tx),
     "Units.match": lambda study, tx, one, unit: study.units.match(tx),
     "Progress.advance": lambda study, tx, one, unit: study.progress.advance(tx, one),
-    "Progress.skip_round": lambda study, tx, one, unit: study.progress.skip_round(tx, one, unit, one.steps[3]),
+    "Progress.skip_round": lambda study, tx, one, unit: study.progress.skip_round(tx, unit, one.steps[3]),
     "Progress.round_ended": lambda study, tx, one, unit: study.progress.round_ended(tx, unit, None),  # type: ignore[arg-type]
     "Progress.catch_up": lambda study, tx, one, unit: study.progress.catch_up(tx, unit),
     "Progress.catch_up_all": lambda study, tx, one, unit: study.progress.catch_up_all(tx),

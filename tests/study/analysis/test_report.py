@@ -199,6 +199,16 @@ def test_rounds_that_do_not_count_and_people_who_said_no_are_left_out(tmp_path: 
     assert {("finished", "3"), ("wanted their data deleted (also counted above)", "1")} <= set(flow(found).rows)
 
 
+def test_nobody_is_said_to_have_marked_a_round_that_could_not_be_played(tmp_path: Path) -> None:
+    store = open_store(tmp_path, text=TEXT)
+    agree(store, ["p1"])
+    unit = store.form_unit(["p1"], 0)
+    step = rounds_of(unit.slot)[0]
+    Rounds(store).leave_out(unit, step, [PlayerOutcome("p1", 0, "keyboard")])
+    found = flags(collect(study(), store, tmp_path)).rows
+    assert [row[1:] for row in found] == [(step.key, "unit 1: not played, because its map could not be varied")]
+
+
 def test_answers_about_a_round_that_does_not_count_go_with_it_and_those_about_a_partner_stay(tmp_path: Path) -> None:
     with_both = {**SHORT, "    after_partner: [": "    after_round: [nasa-tlx]\n    after_partner: ["}
     small, text = template("agent_survey", **with_both)

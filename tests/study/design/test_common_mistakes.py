@@ -29,3 +29,9 @@ def test_an_expected_answer_that_is_a_truth_value_is_warned_of_and_read_as_earli
     (warning,) = [one for one in review(study).warnings if "truth values" in one]
     assert warning.startswith("attention item 'attention' of short expects 1")
     assert not [one for one in review(parse_study(SMALL)).warnings if "truth values" in one]
+
+
+@pytest.mark.parametrize("written", ['"yes"', "often", "1.5", "[1]"])
+def test_an_expected_answer_that_is_no_number_is_told_so_once(written: str) -> None:
+    ((_, path, message),) = faults(SMALL.replace("expected: 2", f"expected: {written}"))
+    assert path == "questionnaires[0].items[0].expected" and "valid integer" in message
