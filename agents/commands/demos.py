@@ -69,7 +69,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default="A",
         help=f"who plays (default %(default)s): A, B, C (for tests), {_GROUPS_HELP}",
     )
-    generate.add_argument("--people", type=int, default=0, help="how many of them, an even number; default: all")
+    generate.add_argument("--people", type=int, help="how many of them, an even number; default: all")
     generate.add_argument("--map", default="all", help=f"{MAPS_HELP}; default: all")
     generate.add_argument(
         "--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map (default %(default)s)"
@@ -215,8 +215,8 @@ def _short(who: str) -> str:
 def _generate(args: argparse.Namespace) -> int:
     players = _players(args.population)
     most = len(players) - len(players) % 2
-    count = args.people or most
-    if args.population.startswith(LIST) and len(players) % 2 and (not args.people or most < 2):
+    count = most if args.people is None else args.people
+    if args.population.startswith(LIST) and len(players) % 2 and (args.people is None or most < 2):
         raise DataError(f"{args.population} names {counted(len(players), 'partner')}; pairs take an even number")
     if count < 2 or count > most or count % 2:
         raise DataError(f"--people must be an even number from 2 to {most}, not {count}")
@@ -233,10 +233,9 @@ def _generate(args: argparse.Namespace) -> int:
     _caution((job.map.name for job in todo), selected_maps(args.map))
     made = _with_progress(len(todo), write_all(todo, args.out, args.workers, args.ray))
     write_output(args.out / "people.json", json.dumps(manifest(), indent=1).encode())
-    rates = [one.tcr for one in made]
-    mean = sum(rates) / len(rates) if rates else 0.0
     if args.json:
-        print(json.dumps({"out": str(args.out), "episodes": len(made), "mean_tcr": mean, "tcr": _per_map(made)}))
+        about = {**_counts(made, args.out, len(todo)), "mean_tcr": _mean_tcr(made) if made else None}
+        print(json.dumps({**about, "tcr": _per_map(made)}))
     else:
         print(_summary(made, args.out, len(todo) - len(made)))
     return 0
@@ -257,7 +256,7 @@ def _label(args: argparse.Namespace) -> int:
     _caution((job.map.name for job in todo), selected_maps(args.map))
     made = _with_progress(len(todo), label_all(todo, args.out, args.workers, args.ray))
     if args.json:
-        print(json.dumps({"out": str(args.out), "episodes": len(made), "tcr": _per_map(made)}))
+        print(json.dumps({**_counts(made, args.out, len(todo)), "tcr": _per_map(made)}))
     else:
         print(_summary(made, args.out, len(todo) - len(made)))
         for line in _group_lines(made):
@@ -302,12 +301,20 @@ def _caution(maps: Iterable[str], asked: Iterable[str] = ()) -> None:
         print(f"movingout: {sentence}", file=sys.stderr)
 
 
+def _counts(made: list[WrittenEpisode], out: Path, wanted: int) -> dict[str, object]:
+    """How many episodes were made, which alone have rates here, and how many were there already."""
+    return {"out": str(out), "episodes": len(made), "already": wanted - len(made)}
+
+
+def _mean_tcr(made: list[WrittenEpisode]) -> float:
+    return sum(one.tcr for one in made) / len(made)
+
+
 def _summary(made: list[WrittenEpisode], out: Path, before: int) -> str:
     kept = f"; {before} were there already" if before else ""
     if not made:
         return f"nothing new in {out}{kept}"
-    mean = sum(one.tcr for one in made) / len(made)
-    return f"wrote {counted(len(made), 'episode')} to {out}, mean TCR {mean:.2f}{kept}"
+    return f"wrote {counted(len(made), 'episode')} to {out}, mean TCR {_mean_tcr(made):.2f}{kept}"
 
 
 def _per_map(made: list[WrittenEpisode]) -> dict[str, float]:
