@@ -79,8 +79,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="challenge 2: N episodes per map instead, each on a variant of its own; pairs take turns (paper: 60)",
     )  # fmt: skip
     generate.add_argument(
-        "--split", choices=VARIANT_SPLITS, default="train",
-        help="challenge 2: variants without the combinations of size and shape of the evaluation (%(default)s), or "
+        "--split", choices=VARIANT_SPLITS,
+        help="challenge 2: variants without the combinations of size and shape of the evaluation (train), or "
         "without those of the map as designed (official)",
     )  # fmt: skip
     generate.add_argument(
@@ -223,11 +223,13 @@ def _generate(args: argparse.Namespace) -> int:
     _check_counts(args)
     if args.variants < 0 or (args.variants and args.challenge == 1):
         raise DataError("--variants is a number of episodes per map for --challenge 2")
+    if args.split and args.challenge == 1:
+        raise DataError("--split is of variants, which --challenge 2 has")
     people = players[:count]
     prefix = f"{_short(args.population)}{args.challenge}s{args.seed}"
     if args.variants and args.challenge == 2:
         designed = _designed(args)
-        todo = variant_jobs(people, designed, args.variants, args.ticks, args.seed, prefix, args.split)
+        todo = variant_jobs(people, designed, args.variants, args.ticks, args.seed, prefix, _split(args))
     else:
         todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
     _caution((job.map.name for job in todo), selected_maps(args.map))
@@ -354,8 +356,13 @@ def _maps(args: argparse.Namespace) -> list[MapSpec]:
     maps = _designed(args)
     if args.challenge == 1:
         return maps
-    split: Split = getattr(args, "split", "train")
-    return [randomize(the_map, args.seed + variant, split) for variant in range(4) for the_map in maps]
+    return [randomize(the_map, args.seed + variant, _split(args)) for variant in range(4) for the_map in maps]
+
+
+def _split(args: argparse.Namespace) -> Split:
+    """Of variants; `label` has no other."""
+    split: Split = getattr(args, "split", None) or "train"
+    return split
 
 
 def _with_progress(total: int, episodes: Iterator[WrittenEpisode]) -> list[WrittenEpisode]:

@@ -71,6 +71,11 @@ def test_nobody_is_refused_as_one_is(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert not (tmp_path / "out").exists()
 
 
+def test_a_split_without_variants_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demos", "generate", "--split", "official", "-o", str(tmp_path / "out")]) == 2
+    assert "--split is of variants, which --challenge 2 has" in capsys.readouterr().err
+
+
 def test_the_document_has_no_rate_of_episodes_that_were_there_already(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
