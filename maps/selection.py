@@ -7,7 +7,7 @@ from movingout.maps.errors import MapError
 from movingout.maps.files.list_file import LIST, listed_lines
 from movingout.maps.generated.names import MODE_WORDS, PREFIX, SPLITS, is_generated
 from movingout.maps.generated.proved import in_turn, proved_maps
-from movingout.maps.library import map_names
+from movingout.maps.library import load_map, map_names
 from movingout.maps.suggestion import known_names
 from movingout.maps.symmetry import ALL_SYMMETRIES, SEPARATOR
 
@@ -79,4 +79,10 @@ def _on_line(number: int, said: str, file: str) -> list[str]:
         said = name
     if said.startswith(LIST):
         raise MapError(f"{file}, line {number}: a list names no other list, such as {said}")
-    return _meant(said)
+    try:
+        names = _meant(said)
+        if names == [said] and not is_generated(said) and os.sep not in said and not said.endswith(".json"):
+            load_map(said)  # fail now: later nobody knows the line
+    except MapError as error:
+        raise MapError(f"{file}, line {number}: {error}") from error
+    return names

@@ -1,21 +1,33 @@
 """Worker processes for slow work; they end with the process that started them."""
 
+import contextlib
 import multiprocessing
 import os
 import signal
 import sys
 import threading
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from types import TracebackType
 
+BREAK_OFF_S = 2.0  # how long work that has begun may still take after an exception
+
 
 class StoppablePool(ProcessPoolExecutor):
-    """Used in a `with`: when that ends by an exception, by Ctrl-C too, work that has not begun is dropped."""
+    """Used in a `with`: when that ends by an exception, by Ctrl-C too, work that has not begun is dropped.
+
+    What has begun is broken off soon after. Ctrl-C does nothing meanwhile: a pool that is left half ended would make
+    the program hang at its own end.
+    """
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.shutdown(cancel_futures=kind is not None)
+        if kind is None:
+            self.shutdown()
+            return
+        with _sigint_ignored():
+            self.end(BREAK_OFF_S)
 
     def end(self, within_s: float) -> None:
         """Drop work that has not begun, wait so long for what has, and break it off then."""
@@ -29,6 +41,19 @@ class StoppablePool(ProcessPoolExecutor):
             for process in processes:
                 process.kill()
             manager.join()
+
+
+@contextlib.contextmanager
+def _sigint_ignored() -> Iterator[None]:
+    """Signals come to the main thread alone, and only there may this be said."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def process_pool(workers: int, nice: int = 0) -> StoppablePool:

@@ -12,7 +12,7 @@ from movingout.recordings.process_pool import process_pool
 
 T = TypeVar("T")
 R = TypeVar("R")
-_LONGEST_SHARE = 4  # values handed to a process at once: Ctrl-C waits for them
+_LONGEST_SHARE = 4  # values handed to a process at once
 
 
 def with_progress(values: Iterable[T], total: int, verb: str) -> Iterator[T]:
@@ -26,7 +26,7 @@ def with_progress(values: Iterable[T], total: int, verb: str) -> Iterator[T]:
 def map_in_processes(function: Callable[[T], R], values: Sequence[T], workers: int, verb: str) -> Iterator[R]:
     """The results in order, computed by several processes when there are several values.
 
-    Ctrl-C stops it when the values being worked on are done.
+    Ctrl-C stops it, and soon after also what is being worked on.
     """
     if workers <= 1 or len(values) <= 1:
         yield from with_progress(map(function, values), len(values), verb)

@@ -2,6 +2,7 @@
 
 import argparse
 import atexit
+import codecs
 import importlib
 import io
 import os
@@ -168,8 +169,15 @@ def _prepare_output() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
-    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
-        sys.stdout.reconfigure(errors="backslashreplace")
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        refuses = ("strict",) if _takes_all(sys.stdout.encoding) else ("strict", "surrogateescape")  # in a C locale
+        if sys.stdout.errors in refuses:
+            sys.stdout.reconfigure(errors="backslashreplace")
+
+
+def _takes_all(encoding: str) -> bool:
+    """Whether every letter can be written so; what `surrogateescape` then escapes is a name's own bytes."""
+    return codecs.lookup(encoding).name == "utf-8"
 
 
 def _perform(arguments: list[str]) -> int:

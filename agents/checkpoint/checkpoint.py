@@ -87,6 +87,11 @@ def model_roots() -> tuple[Path, ...]:
     return (*([Path(named)] if named else []), Path("data") / "models", SHIPPED)
 
 
+def ships(agent_id: str) -> bool:
+    """Whether an agent of this id comes with the package."""
+    return any(checkpoint.card.id == agent_id for checkpoint in readable_checkpoints(SHIPPED))
+
+
 def missing_models() -> str:
     """What an answer to an unknown agent ends with where MOVINGOUT_MODELS names no folder; else empty."""
     named = os.environ.get(MODELS_VARIABLE)

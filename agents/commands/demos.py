@@ -69,7 +69,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default="A",
         help=f"who plays (default %(default)s): A, B, C (for tests), {_GROUPS_HELP}",
     )
-    generate.add_argument("--people", type=int, default=0, help="how many of them, an even number; default: all")
+    generate.add_argument("--people", type=int, help="how many of them, an even number; default: all")
     generate.add_argument("--map", default="all", help=f"{MAPS_HELP}; default: all")
     generate.add_argument(
         "--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map (default %(default)s)"
@@ -79,8 +79,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="challenge 2: N episodes per map instead, each on a variant of its own; pairs take turns (paper: 60)",
     )  # fmt: skip
     generate.add_argument(
-        "--split", choices=VARIANT_SPLITS, default="train",
-        help="challenge 2: variants without the combinations of size and shape of the evaluation (%(default)s), or "
+        "--split", choices=VARIANT_SPLITS,
+        help="challenge 2: variants without the combinations of size and shape of the evaluation (train), or "
         "without those of the map as designed (official)",
     )  # fmt: skip
     generate.add_argument(
@@ -215,28 +215,29 @@ def _short(who: str) -> str:
 def _generate(args: argparse.Namespace) -> int:
     players = _players(args.population)
     most = len(players) - len(players) % 2
-    count = args.people or most
-    if args.population.startswith(LIST) and len(players) % 2 and (not args.people or most < 2):
+    count = most if args.people is None else args.people
+    if args.population.startswith(LIST) and len(players) % 2 and (args.people is None or most < 2):
         raise DataError(f"{args.population} names {counted(len(players), 'partner')}; pairs take an even number")
     if count < 2 or count > most or count % 2:
         raise DataError(f"--people must be an even number from 2 to {most}, not {count}")
     _check_counts(args)
     if args.variants < 0 or (args.variants and args.challenge == 1):
         raise DataError("--variants is a number of episodes per map for --challenge 2")
+    if args.split and args.challenge == 1:
+        raise DataError("--split is of variants, which --challenge 2 has")
     people = players[:count]
     prefix = f"{_short(args.population)}{args.challenge}s{args.seed}"
     if args.variants and args.challenge == 2:
         designed = _designed(args)
-        todo = variant_jobs(people, designed, args.variants, args.ticks, args.seed, prefix, args.split)
+        todo = variant_jobs(people, designed, args.variants, args.ticks, args.seed, prefix, _split(args))
     else:
         todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
     _caution((job.map.name for job in todo), selected_maps(args.map))
     made = _with_progress(len(todo), write_all(todo, args.out, args.workers, args.ray))
     write_output(args.out / "people.json", json.dumps(manifest(), indent=1).encode())
-    rates = [one.tcr for one in made]
-    mean = sum(rates) / len(rates) if rates else 0.0
     if args.json:
-        print(json.dumps({"out": str(args.out), "episodes": len(made), "mean_tcr": mean, "tcr": _per_map(made)}))
+        about = {**_counts(made, args.out, len(todo)), "mean_tcr": _mean_tcr(made) if made else None}
+        print(json.dumps({**about, "tcr": _per_map(made)}))
     else:
         print(_summary(made, args.out, len(todo) - len(made)))
     return 0
@@ -257,7 +258,7 @@ def _label(args: argparse.Namespace) -> int:
     _caution((job.map.name for job in todo), selected_maps(args.map))
     made = _with_progress(len(todo), label_all(todo, args.out, args.workers, args.ray))
     if args.json:
-        print(json.dumps({"out": str(args.out), "episodes": len(made), "tcr": _per_map(made)}))
+        print(json.dumps({**_counts(made, args.out, len(todo)), "tcr": _per_map(made)}))
     else:
         print(_summary(made, args.out, len(todo) - len(made)))
         for line in _group_lines(made):
@@ -302,12 +303,20 @@ def _caution(maps: Iterable[str], asked: Iterable[str] = ()) -> None:
         print(f"movingout: {sentence}", file=sys.stderr)
 
 
+def _counts(made: list[WrittenEpisode], out: Path, wanted: int) -> dict[str, object]:
+    """How many episodes were made, which alone have rates here, and how many were there already."""
+    return {"out": str(out), "episodes": len(made), "already": wanted - len(made)}
+
+
+def _mean_tcr(made: list[WrittenEpisode]) -> float:
+    return sum(one.tcr for one in made) / len(made)
+
+
 def _summary(made: list[WrittenEpisode], out: Path, before: int) -> str:
     kept = f"; {before} were there already" if before else ""
     if not made:
         return f"nothing new in {out}{kept}"
-    mean = sum(one.tcr for one in made) / len(made)
-    return f"wrote {counted(len(made), 'episode')} to {out}, mean TCR {mean:.2f}{kept}"
+    return f"wrote {counted(len(made), 'episode')} to {out}, mean TCR {_mean_tcr(made):.2f}{kept}"
 
 
 def _per_map(made: list[WrittenEpisode]) -> dict[str, float]:
@@ -347,8 +356,13 @@ def _maps(args: argparse.Namespace) -> list[MapSpec]:
     maps = _designed(args)
     if args.challenge == 1:
         return maps
-    split: Split = getattr(args, "split", "train")
-    return [randomize(the_map, args.seed + variant, split) for variant in range(4) for the_map in maps]
+    return [randomize(the_map, args.seed + variant, _split(args)) for variant in range(4) for the_map in maps]
+
+
+def _split(args: argparse.Namespace) -> Split:
+    """Of variants; `label` has no other."""
+    split: Split = getattr(args, "split", None) or "train"
+    return split
 
 
 def _with_progress(total: int, episodes: Iterator[WrittenEpisode]) -> list[WrittenEpisode]:

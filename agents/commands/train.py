@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import load_agent
-from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, check_labels, check_room, model_roots
+from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, check_labels, check_room, model_roots, ships
 from movingout.agents.errors import CheckpointError, DataError
 from movingout.agents.kinds.kind import AgentKind
 from movingout.agents.kinds.registry import KINDS
@@ -80,6 +80,11 @@ def _common(parser: argparse.ArgumentParser, kind: AgentKind[Any], default_id: s
         help="continue this id's training although the data or the options have changed",
     )
     parser.add_argument(
+        "--instead-of-shipped",
+        action="store_true",
+        help="take an id that ships: whoever uses this data folder then gets the new agent by it",
+    )
+    parser.add_argument(
         "--data",
         type=Path,
         default=Path("data"),
@@ -105,6 +110,7 @@ def run(args: argparse.Namespace) -> int:
         kind=kind.name, config=config, options=args, kept_options=kind.option_names, tell=_tell, load_agent=load_agent
     )
     check_room(wanted.model_folder, args.id)
+    _check_shipped(wanted)
     _require_torch()
     if caution := inexact_engine():
         _tell(f"movingout: {caution}")
@@ -145,6 +151,19 @@ def _check_word(agent_id: str, kind: AgentKind[Any]) -> None:
     if word in KINDS and word not in (kind.name, kind.saved_as):
         raise CheckpointError(
             f"{agent_id} would be an agent of kind {kind.name} with the name of another; take --id {kind.name}@{own}"
+        )
+
+
+def _check_shipped(wanted: TrainingRun[Any]) -> None:
+    """Raises CheckpointError for the id of an agent that ships, unless that is meant or was begun here before.
+
+    Studies, matches and the lobby would play with the new one.
+    """
+    begun = wanted.folder.exists() or wanted.model_folder.exists()
+    if not (wanted.options.instead_of_shipped or begun) and ships(wanted.agent_id):
+        raise CheckpointError(
+            f"{wanted.agent_id} ships with the package, and whoever uses this data folder would get the new agent in "
+            f"its place; take --id {wanted.kind}@mine, or say --instead-of-shipped"
         )
 
 

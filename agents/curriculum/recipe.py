@@ -152,7 +152,8 @@ def _train(sizes: Sizes, agent_id: str, kind: str, *words: object) -> TrainingSt
 
 
 def _training(sizes: Sizes, agent_id: str, words: tuple[object, ...], is_done: Callable[[], bool]) -> TrainingStep:
-    whole = (*words, "--id", agent_id, "--name", NAMES[agent_id], "--data", sizes.data)
+    named = ("--id", agent_id, "--name", NAMES[agent_id])
+    whole = (*words, "--instead-of-shipped", *named, "--data", sizes.data)
     log = sizes.data / "logs" / f"{folder_name(agent_id)}.log"
     return TrainingStep(tuple(map(str, whole)), is_done, agent_id=agent_id, log=log)
 

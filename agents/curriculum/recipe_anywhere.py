@@ -143,7 +143,8 @@ def _training(
 ) -> TrainingStep:
     """Train an agent; `is_done` tells when it has been, without it that there is one."""
     card = sizes.data / "models" / folder_name(agent_id) / CARD
-    whole = (*words, "--id", agent_id, "--name", _name(agent_id), "--data", sizes.data)
+    named = ("--id", agent_id, "--name", _name(agent_id))
+    whole = (*words, "--instead-of-shipped", *named, "--data", sizes.data)
     log = sizes.data / "logs" / f"{folder_name(agent_id)}.log"
     return TrainingStep(tuple(map(str, whole)), is_done or card.exists, agent_id=agent_id, log=log)
 

@@ -74,9 +74,10 @@ def _generate(args: argparse.Namespace) -> int:
     if args.out is None or args.json:
         print(json.dumps(document, indent=2))
     if args.out is not None:
-        if args.out.suffix not in (".json", ".png"):
+        suffix = args.out.suffix.lower()
+        if suffix not in (".json", ".png"):
             raise MapError(f"cannot tell the format of {args.out}; let the name end in .json or .png")
-        content = map_png(spec) if args.out.suffix == ".png" else (json.dumps(document, indent=2) + "\n").encode()
+        content = map_png(spec) if suffix == ".png" else (json.dumps(document, indent=2) + "\n").encode()
         write_output(args.out, content)
         if not args.json:
             print(f"wrote {args.out}: {spec.name}, {proof_in_words(spec.name)}")
@@ -96,7 +97,7 @@ def _check_name(name: str, document: dict[str, object]) -> None:
 
 
 def _gallery(args: argparse.Namespace) -> int:
-    if args.out.suffix not in (".html", ".htm"):
+    if args.out.suffix.lower() not in (".html", ".htm"):
         raise MapError(f"a gallery is a page; let the name of {args.out} end in .html")
     names = selected_maps(args.map)
     if len(names) > _MOST:

@@ -58,7 +58,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     _add_map(render)
     add_out(render, "FILE", "ends in .png or .svg; default: NAME.png")
-    render.add_argument("--side", type=int, default=PNG_SIDE, metavar="PIXELS", help=f"of a PNG; default: {PNG_SIDE}")
+    render.add_argument("--side", type=int, metavar="PIXELS", help=f"of a PNG; default: {PNG_SIDE}")
     render.add_argument("--theme", choices=THEMES, default="light", help="default: light")
     _add_json(render)
     render.set_defaults(perform=_render)
@@ -193,14 +193,18 @@ def _in_words(rect: Rect) -> str:
 
 def _render(args: argparse.Namespace) -> int:
     spec = load_map(args.map)
-    if not 16 <= args.side <= MAX_SIDE:
-        raise MapError(f"a picture has 16 to {MAX_SIDE} pixels on a side, not {args.side}")
+    side = PNG_SIDE if args.side is None else args.side
+    if not 16 <= side <= MAX_SIDE:
+        raise MapError(f"a picture has 16 to {MAX_SIDE} pixels on a side, not {side}")
     output = args.out or Path(f"{spec.file_name}.png")
-    if output.suffix not in (".png", ".svg"):
+    suffix = output.suffix.lower()
+    if suffix not in (".png", ".svg"):
         raise MapError(f"cannot tell the format of {output}; let the name end in .png or .svg")
-    write_output(output, _file_content(spec, output.suffix, args.side, args.theme))
+    if suffix == ".svg" and args.side is not None:
+        raise MapError("--side is of a PNG; an SVG has no pixels")
+    write_output(output, _file_content(spec, suffix, side, args.theme))
     if args.json:
-        _print_json({"map": spec.name, "path": str(output), "format": output.suffix[1:]})
+        _print_json({"map": spec.name, "path": str(output), "format": suffix[1:]})
     else:
         print(f"wrote {output}")
     return 0
@@ -209,9 +213,10 @@ def _render(args: argparse.Namespace) -> int:
 def _randomize(args: argparse.Namespace) -> int:
     variant = randomize(load_map(args.map), args.seed, args.split)
     if args.out is not None:
-        if args.out.suffix not in (".json", ".png", ".svg"):
+        suffix = args.out.suffix.lower()
+        if suffix not in (".json", ".png", ".svg"):
             raise MapError(f"cannot tell the format of {args.out}; let the name end in .json, .png or .svg")
-        write_output(args.out, _file_content(variant, args.out.suffix, PNG_SIDE, "light"))
+        write_output(args.out, _file_content(variant, suffix, PNG_SIDE, "light"))
     if args.json or args.out is None:
         _print_json(map_to_json(variant))
     else:

@@ -4,7 +4,6 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import load_agent, unseen_map
@@ -12,6 +11,7 @@ from movingout.agents.llm.model_id import outrun
 from movingout.agents.partners.families import is_group, is_own, to_try
 from movingout.maps import load_map
 from movingout.maps.commands.map_cautions import map_cautions
+from movingout.maps.commands.parser import folder
 from movingout.maps.selection import HELP as MAPS_HELP
 from movingout.maps.selection import selected_maps
 from movingout.matches.commands import grid, report
@@ -46,7 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help=f"limit of an episode, {TICKS_PER_SECOND} per second (%(default)s)",
     )
     add_workers(parser)
-    parser.add_argument("--record", type=Path, metavar="DIR", help="write each match as a recording")
+    parser.add_argument("--record", type=folder, metavar="DIR", help="write each match as a recording")
     parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
     parser.set_defaults(perform=_pair)
     actions = parser.add_subparsers(metavar="COMMAND", title="more")

@@ -9,9 +9,11 @@ from typing import Any
 
 from movingout.recordings.storage.listing import recordings_below
 
+USUAL_DATA = Path("data")
+
 
 def add_data(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--data", type=Path, default=Path("data"), metavar="DIR", help="default: ./data")
+    parser.add_argument("--data", type=Path, default=USUAL_DATA, metavar="DIR", help="default: ./data")
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

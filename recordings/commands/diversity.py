@@ -182,7 +182,7 @@ def _seed(text: str) -> int:
 
 
 def _points(text: str) -> int:
-    return _whole(text, 1, 1000)
+    return _whole(text, 2, 1000)
 
 
 def _grid(text: str) -> int:

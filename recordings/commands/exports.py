@@ -1,8 +1,10 @@
 """`movingout recordings export`."""
 
 import argparse
+import sys
 from collections.abc import Collection, Sequence
 from pathlib import Path
+from typing import Any
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.suggestion import counted
@@ -19,6 +21,19 @@ from movingout.recordings.storage.study_rounds import counted_recordings
 from movingout.world.observation import LAYOUTS
 
 LEARNED = ("lerobot", "robomimic", "official")  # formats of which an episode without a tick is no part
+DRAWN = ("mp4", "gif", "png", "rrd")
+DIVIDED = tuple(name for name in FORMATS if name not in DRAWN)
+USED_BY: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("test_share", "split_by", "seed"), DIVIDED),
+    "layout": ("parquet", "lerobot", "robomimic"),
+    "view": ("lerobot", "robomimic"),
+    "images": ("lerobot",),
+    **dict.fromkeys(("side", "overlay"), ("mp4", "gif", "png")),
+    "speed": ("mp4", "gif"),
+    "every_s": ("png",),
+}
+"""The formats in which an option of the plan does something."""
+_OPTIONS = {name: f"--{name.replace('_', '-')}" for name in USED_BY} | {"every_s": "--every", "overlay": "--no-overlay"}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -26,30 +41,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     formats = "; ".join(f"{name}: {chosen.help}" for name, chosen in FORMATS.items())
     parser.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help=formats)
     add_out(parser, "TARGET", "a new file or folder", required=True)
-    parser.add_argument(
-        "--test-share",
-        type=share,
-        metavar="SHARE",
-        default=0.0,
-        help="share of episodes for testing",
-    )
-    parser.add_argument(
-        "--split-by", choices=SPLIT_BY, default="participant", help="what is on one side as a whole (%(default)s)"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="seed of the split")
-    parser.add_argument("--layout", choices=LAYOUTS, default="official-v1", help="layout of observations (%(default)s)")
-    parser.add_argument(
-        "--view", choices=VIEWS, default="ego", help="an episode per seat, or both seats in one (%(default)s)"
-    )
-    parser.add_argument(
-        "--images", type=int, default=0, metavar="PIXELS", help="lerobot: also what each seat sees, as video"
-    )
-    parser.add_argument("--side", type=int, default=512, help="pixels of a picture (%(default)s)")
-    parser.add_argument("--speed", type=float, default=1.0, help="speed of a video, times real time (%(default)s)")
-    parser.add_argument(
-        "--every", type=float, default=5.0, metavar="S", help="seconds between pictures of a strip (%(default)s)"
-    )
-    parser.add_argument("--no-overlay", action="store_true", help="pictures without names and time")
+    add = parser.add_argument
+    add("--test-share", type=share, metavar="SHARE", help="share of episodes for testing")
+    add("--split-by", choices=SPLIT_BY, help="what is on one side as a whole (participant)")
+    add("--seed", type=int, help="seed of the split")
+    add("--layout", choices=LAYOUTS, help="layout of observations (official-v1)")
+    add("--view", choices=VIEWS, help="an episode per seat, or both seats in one (ego)")
+    add("--images", type=int, metavar="PIXELS", help="lerobot: also what each seat sees, as video")
+    add("--side", type=int, help="pixels of a picture (512)")
+    add("--speed", type=float, help="speed of a video, times real time (1.0)")
+    add("--every", dest="every_s", type=float, metavar="S", help="seconds between pictures of a strip (5.0)")
+    add("--no-overlay", dest="overlay", action="store_false", default=None, help="pictures without names and time")
     parser.add_argument(
         "--ray", default="", metavar="auto|ADDRESS", help="tables, training data: convert on a Ray cluster"
     )
@@ -57,8 +59,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
-    if args.images and args.to != "lerobot":
-        raise RecordingError(f"--images is for --to lerobot; {args.to} has no images")
+    given = _given(args)
     shown, left_out = _chosen(expanded(args.paths), args.paths)
     if left_out:
         print(f"left out {', '.join(left_out)}; name a file to export it all the same")
@@ -70,23 +71,31 @@ def perform(args: argparse.Namespace) -> int:
     plan = ExportPlan(
         recordings=recordings,
         target=args.out,
-        test_share=args.test_share,
-        seed=args.seed,
-        split_by=args.split_by,
-        layout=args.layout,
-        view=args.view,
-        images=args.images,
-        side=args.side,
-        speed=args.speed,
-        every_s=args.every,
-        overlay=not args.no_overlay,
+        **given,
+        tell=_tell,
         ray=args.ray,
     )
     export(args.to, plan)
     print(f"wrote {counted(len(plan.recordings), 'recording')} to {args.out}")
     if args.test_share:
-        print(obtained(plan.splits, args.test_share, args.split_by))
+        print(obtained(plan.splits, plan.test_share, plan.split_by))
     return 0
+
+
+def _given(args: argparse.Namespace) -> dict[str, Any]:
+    """What is not as usual. Raises RecordingError for an option that does nothing with this format."""
+    given = {name: getattr(args, name) for name in USED_BY if getattr(args, name) is not None}
+    for name in given:
+        if args.to not in USED_BY[name]:
+            able = ", ".join(USED_BY[name])
+            raise RecordingError(f"{_OPTIONS[name]} is for --to {able}; with --to {args.to} it does nothing")
+        if name in ("split_by", "seed") and not args.test_share:
+            raise RecordingError(f"{_OPTIONS[name]} does nothing without --test-share")
+    return given
+
+
+def _tell(sentence: str) -> None:
+    print(f"movingout: {sentence}", file=sys.stderr)
 
 
 def _chosen(found: Sequence[Path], named: Collection[Path]) -> tuple[list[Path], list[str]]:

@@ -15,7 +15,7 @@ from movingout.recordings.imports.convert import AGREE, ImportReport, PlayerKind
 from movingout.recordings.imports.known_plays import known_plays
 from movingout.recordings.imports.map_match import maps_of
 from movingout.recordings.imports.participants import read_participants, with_participants
-from movingout.recordings.imports.sources import find, read, without_copies
+from movingout.recordings.imports.sources import read_all, without_copies
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.terminal import printable
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
@@ -69,7 +69,9 @@ def perform(args: argparse.Namespace) -> int:
     """Exit code 1 when a trajectory was refused."""
     folder = args.out or args.data / "recordings"
     _make(folder)
-    found = [source for file in find(args.paths) for source in read(file)]
+    found, others = read_all(args.paths)
+    for file in others:
+        print(printable(f"movingout: left out: {file}, which has no trajectories"), file=sys.stderr)
     if args.participants is not None:
         found = with_participants(found, read_participants(args.participants))
     sources = without_copies(found)

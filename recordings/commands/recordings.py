@@ -1,6 +1,7 @@
 """`movingout recordings`: list, inspect and recover here; the other actions have modules of their own."""
 
 import argparse
+import contextlib
 import sys
 from collections.abc import Callable, Sequence
 from datetime import date
@@ -11,7 +12,7 @@ from movingout.recordings.commands import diversity, exports, failures, imports,
 from movingout.recordings.commands import report as report_command
 from movingout.recordings.commands import split as split_command
 from movingout.recordings.commands import view as viewer_command
-from movingout.recordings.commands.arguments import add_data, add_json, print_json
+from movingout.recordings.commands.arguments import USUAL_DATA, add_data, add_json, print_json
 from movingout.recordings.commands.info_page import info_json, info_page
 from movingout.recordings.episode import Outcome
 from movingout.recordings.errors import RecordingError
@@ -19,7 +20,7 @@ from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, recover_journal
 from movingout.recordings.storage.index import Filter, list_recordings, path_of
-from movingout.recordings.storage.listing import Summary, Unreadable, recording_paths
+from movingout.recordings.storage.listing import Summary, Unreadable, recording_paths, recordings_below
 from movingout.recordings.storage.repair import damaged_below, recover_recording
 from movingout.recordings.terminal import printable
 from movingout.world.constants import TICKS_PER_SECOND
@@ -134,7 +135,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _list(args: argparse.Namespace) -> int:
-    folder = args.folder or args.data / "recordings"
+    folder = args.folder or _data(args) / "recordings"
     nothing = not (args.folder or folder.exists()) or not recording_paths(folder)
     wanted = Filter(args.map, args.agent, args.study, args.since, args.until, args.outcome)
     found, unreadable = ([], []) if nothing else list_recordings(folder, wanted)
@@ -143,12 +144,32 @@ def _list(args: argparse.Namespace) -> int:
         print_json({"recordings": [entry.to_json() for entry in found], "unreadable": problems})
         return 0
     if nothing:
-        print(f"Nothing has been recorded yet in {folder}. {_HOW_TO_RECORD}")
+        print(printable(_nothing_in(folder)))
     else:
         print(_table(found) if found else _no_match(folder, wanted))
     for entry in unreadable:
         print(f"movingout: {printable(_with_folder(entry))}", file=sys.stderr)
     return 0
+
+
+def _data(args: argparse.Namespace) -> Path:
+    """The data folder; only the usual one may be missing, before the first game. Raises RecordingError."""
+    data: Path = args.data
+    if data != USUAL_DATA and not data.exists():
+        raise RecordingError(f"there is no folder {data}; --data names one")
+    return data
+
+
+def _nothing_in(folder: Path) -> str:
+    """The message where no recording lies in a folder itself; says in which below there are some."""
+    below: list[Path] = []
+    with contextlib.suppress(RecordingError):
+        below = recordings_below(folder) if folder.exists() else []
+    if not below:
+        return f"Nothing has been recorded yet in {folder}. {_HOW_TO_RECORD}"
+    folders = sorted({str(path.parent) for path in below})
+    more = f" and {len(folders) - _NAMED} more" if len(folders) > _NAMED else ""
+    return f"No recordings in {folder} itself; {len(below)} below it, in {', '.join(folders[:_NAMED])}{more}"
 
 
 def _with_folder(entry: Unreadable) -> str:
@@ -162,7 +183,7 @@ def _with_folder(entry: Unreadable) -> str:
 _HOW_TO_RECORD = """Two ways to change that:
   movingout play                                                            people play in the browser
   movingout match --blue scripted --red scripted --record data/recordings   agents play"""
-_NAMED = 20  # players named where none matches
+_NAMED = 20  # players named where none matches, and folders
 _HEADINGS = ("id", "started (UTC)", "map", "blue", "red", "time", "delivered", "TCR", "outcome")
 
 
@@ -250,7 +271,7 @@ def _recovered(path: Path) -> list[Recovery]:
 
 def _recover(args: argparse.Namespace) -> int:
     done: list[Recovery] = []
-    usual = args.data / "recordings"
+    usual = _data(args) / "recordings"
     for path in args.paths or ([usual] if usual.exists() else []):
         try:
             done += _recovered(path)
@@ -274,7 +295,8 @@ def _recover(args: argparse.Namespace) -> int:
         return _RECOVER_FAILED if any(entry.failed for entry in done) else 0
     for entry in done:
         if entry.failed:
-            print(printable(f"movingout: {entry.journal.name}: {entry.note}"), file=sys.stderr)
+            where = "" if entry.note.startswith(entry.journal.name) else f"{entry.journal.name}: "
+            print(printable(f"movingout: {where}{entry.note}"), file=sys.stderr)
             continue
         made = f" -> {entry.recording.name}" if entry.recording not in (None, entry.journal) else ""
         print(printable(f"{entry.journal.name}{made}: {entry.ticks} ticks, {entry.note}"))

@@ -2,6 +2,8 @@
 
 import argparse
 import os
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +32,7 @@ def perform(args: argparse.Namespace) -> int:
     if args.new and not (paths := not_verified(paths)):
         print_json({"files": []}) if args.json else print("nothing new to verify")
         return 0
-    verdicts = _verdicts(paths, args)
+    verdicts = _noted(paths, args) if args.new else [*_verdicts(paths, args)]
     if args.json:
         print_json({"files": [_verdict_json(path, verdict) for path, verdict in zip(paths, verdicts, strict=True)]})
     else:
@@ -39,17 +41,26 @@ def perform(args: argparse.Namespace) -> int:
         if len(verdicts) > 1:
             equal = sum(map(_holds, verdicts))
             print(f"{equal} of {len(verdicts)} recordings are identical")
-    if args.new:
-        _keep_verified([path for path, verdict in zip(paths, verdicts, strict=True) if _holds(verdict)])
     if any(isinstance(verdict, str) for verdict in verdicts):
         return 2
     return int(any(isinstance(verdict, Verification) and not verdict.identical for verdict in verdicts))
 
 
-def _verdicts(paths: list[Path], args: argparse.Namespace) -> list[Verification | str]:
+def _verdicts(paths: list[Path], args: argparse.Namespace) -> Iterator[Verification | str]:
     if args.ray is None:
-        return list(map_in_processes(_verdict, paths, min(args.workers, len(paths)), "verifying"))
-    return list(map_on_ray(args.ray, _verdict, [path.resolve() for path in paths], "verifying"))
+        return map_in_processes(_verdict, paths, min(args.workers, len(paths)), "verifying")
+    return map_on_ray(args.ray, _verdict, [path.resolve() for path in paths], "verifying")
+
+
+def _noted(paths: list[Path], args: argparse.Namespace) -> list[Verification | str]:
+    """The verdicts. What holds is noted, also what was verified before Ctrl-C."""
+    verdicts: list[Verification | str] = []
+    try:
+        for verdict in _verdicts(paths, args):
+            verdicts.append(verdict)
+    finally:
+        _keep_verified([path for path, verdict in zip(paths, verdicts, strict=False) if _holds(verdict)])
+    return verdicts
 
 
 def _holds(verdict: Verification | str) -> bool:
@@ -57,10 +68,11 @@ def _holds(verdict: Verification | str) -> bool:
 
 
 def _keep_verified(paths: list[Path]) -> None:
+    """Where that cannot be written, they are verified once more the next time."""
     try:
         note_verified(paths)
     except OSError as error:
-        raise RecordingError(f"cannot note what was verified: {error.strerror or error}") from None
+        print(f"movingout: cannot note what was verified: {error.strerror or error}", file=sys.stderr)
 
 
 def _verdict(path: Path) -> Verification | str:

@@ -1,5 +1,6 @@
 """What to export: which recordings, where to, with which options."""
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +19,10 @@ from movingout.recordings.storage.listing import Players, read_players
 Worked = TypeVar("Worked")
 
 
+def _warn(sentence: str) -> None:
+    warnings.warn(sentence, RuntimeWarning, stacklevel=3)
+
+
 @dataclass(frozen=True)
 class ExportPlan:
     """The options of all formats; each format uses those that apply to it."""
@@ -34,6 +39,7 @@ class ExportPlan:
     speed: float = 1.0  # of videos, times real time
     every_s: float = 5.0  # seconds between the pictures of a strip
     overlay: bool = True  # names, time and deliveries on pictures
+    tell: Callable[[str], None] = _warn  # takes a sentence on what was written, for whoever goes on with it
     ray: str = ""  # address of a Ray cluster that reads and converts the episodes; empty for this process
 
     def episodes(self, verb: str, training_first: bool = False) -> Iterator[tuple[Episode, str]]:

@@ -1,8 +1,8 @@
 """HDF5 in the layout of robomimic: data/demo_k with actions, rewards, dones, obs, next_obs; mask/train, mask/valid."""
 
 import json
-import warnings
 from collections import Counter
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -81,25 +81,21 @@ def _environment(plan: ExportPlan, played: Counter[Task]) -> dict[str, Any]:
     about = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view)}
     if plan.view == "joint":
         return {"env_name": "moving_out", "type": GYM, "env_kwargs": {}, "movingout": about}
-    name, split = _most_played(played)
+    name, split = _most_played(played, plan.tell)
     arguments = {"map": name, "partner": "scripted", "seat": "blue", "layout": plan.layout}
     if split in SPLITS:
         arguments["split"] = split
     return {"env_name": ENVIRONMENT, "type": GYM, "env_kwargs": arguments, "movingout": about}
 
 
-def _most_played(played: Counter[Task]) -> Task:
-    """What most demonstrations show. Warns of others among them, and of a map of one's own: its name finds no file."""
+def _most_played(played: Counter[Task], tell: Callable[[str], None]) -> Task:
+    """What most demonstrations show. Tells of others among them, and of a map of one's own: its name finds no file."""
     ((task, number),) = played.most_common(1)
     name, split = task
     if not is_generated_or_shipped(name):
-        _warn(f"env_args name {name}, which is a map of your own: put the path of its file there before rollouts")
+        tell(f"env_args name {name}, which is a map of your own: put the path of its file there before rollouts")
     drawn = split in SPLITS
     if others := played.total() - (number if drawn or not split else 0):
         what = f"variants of {name} ({split})" if drawn else f"{name} as designed"
-        _warn(f"env_args name {what}, but {others} of {played.total()} demos are of another map or other variants")
+        tell(f"env_args name {what}, but {others} of {played.total()} demos are of another map or other variants")
     return task
-
-
-def _warn(sentence: str) -> None:
-    warnings.warn(sentence, RuntimeWarning, stacklevel=2)

@@ -39,7 +39,7 @@ def parquet_rows(file: Path) -> Iterator[dict[str, Any]]:
                     raise _too_large(file, most)
                 yield from batch.to_pylist()
     except (pa.ArrowException, OSError, ValueError) as error:
-        raise RecordingError(f"{file.name} is not a readable Parquet file: {error}") from error
+        raise RecordingError(f"{file} is not a readable Parquet file: {error}") from error
 
 
 def _claimed(metadata: Any) -> int:
@@ -55,5 +55,5 @@ def _claimed(metadata: Any) -> int:
 
 def _too_large(file: Path, most: int) -> RecordingError:
     return RecordingError(
-        f"{file.name} would take more than {most / 2**30:,.1f} GiB of memory when it is unpacked; split the file"
+        f"{file} would take more than {most / 2**30:,.1f} GiB of memory when it is unpacked; split the file"
     )

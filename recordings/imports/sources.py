@@ -21,6 +21,10 @@ SUFFIXES = (".json", ".jsonl", ".parquet")
 Shape = Literal["recorder", "evaluator", "dataset"]
 
 
+class NoTrajectoriesError(RecordingError):
+    """A file of another shape, such as lies beside trajectories."""
+
+
 @dataclass(frozen=True, slots=True)
 class TrajectoryFile:
     """One trajectory as it lay in a file."""
@@ -77,11 +81,12 @@ def without_copies(found: Sequence[TrajectoryFile]) -> list[TrajectoryFile]:
 
 
 def find(paths: Sequence[Path]) -> list[Path]:
-    """The files named and those in the folders named."""
+    """The files named and those in the folders named and below, but for hidden ones."""
     files: list[Path] = []
     for path in paths:
         if path.is_dir():
-            files += sorted(f for f in path.rglob("*") if f.suffix in SUFFIXES and f.is_file())
+            inside = (file for file in path.rglob("*") if file.suffix in SUFFIXES and file.is_file())
+            files += sorted(f for f in inside if not any(p.startswith(".") for p in f.relative_to(path).parts))
         elif path.suffix in SUFFIXES:
             files.append(path)
         else:
@@ -89,6 +94,25 @@ def find(paths: Sequence[Path]) -> list[Path]:
     if not files:
         raise RecordingError(f"nothing to import there; {', '.join(SUFFIXES)} files are read")
     return files
+
+
+def read_all(paths: Sequence[Path]) -> tuple[list[TrajectoryFile], list[Path]]:
+    """The trajectories of files and folders, and the files in folders that are of another shape.
+
+    Raises RecordingError where such a file is named, or there is nothing else.
+    """
+    found: list[TrajectoryFile] = []
+    others: dict[Path, NoTrajectoriesError] = {}
+    for file in find(paths):
+        try:
+            found += read(file)
+        except NoTrajectoriesError as error:
+            if file in paths:
+                raise
+            others[file] = error
+    if others and not found:
+        raise next(iter(others.values()))
+    return found, [*others]
 
 
 def read(file: Path) -> list[TrajectoryFile]:
@@ -107,12 +131,13 @@ def read(file: Path) -> list[TrajectoryFile]:
 def _episodes(file: Path, document: Any) -> Iterator[TrajectoryFile]:
     """The recorder's and the evaluator's shape: a list of episodes, or the steps of a single one."""
     if not isinstance(document, list) or not document:
-        raise RecordingError(f"{file.name}: a list of episodes is needed, as the official recorder writes it")
+        raise NoTrajectoriesError(f"{file}: a list of episodes is needed, as the official recorder writes it")
     episodes = document if isinstance(document[0], list) else [document]
     for number, steps in enumerate(episodes):
         place = f"episode {number}"
         if not isinstance(steps, list) or not all(_is_step(step) for step in steps):
-            raise RecordingError(f"{file.name}, {place}: each step needs 'id', 'states' and 'action'")
+            kind = RecordingError if _begins_with_steps(episodes) else NoTrajectoriesError
+            raise kind(f"{file}, {place}: each step needs 'id', 'states' and 'action'")
         first = steps[0] if steps else {"id": ""}  # one without a step is refused by itself
         blue, red = str(first.get("blue_name") or ""), str(first.get("red_name") or "")
         evaluated = {blue, red} == {"model_1", "model_2"}
@@ -131,7 +156,8 @@ def _episodes(file: Path, document: Any) -> Iterator[TrajectoryFile]:
 
 def _row(file: Path, number: int, row: Any) -> TrajectoryFile:
     if not _is_row(row):
-        raise RecordingError(f"{file.name}, row {number}: 'map_name' and 'steps_data' are needed")
+        kind = RecordingError if number else NoTrajectoriesError
+        raise kind(f"{file}, row {number}: 'map_name' and 'steps_data' are needed")
     return TrajectoryFile(
         file=file,
         place=f"row {number}",
@@ -178,15 +204,21 @@ def _is_step(value: Any) -> bool:
     return isinstance(value, Mapping) and "id" in value and "states" in value and "action" in value
 
 
+def _begins_with_steps(episodes: Sequence[Any]) -> bool:
+    """Whether they are trajectories of which one is damaged, and nothing else altogether."""
+    first = episodes[0]
+    return isinstance(first, list) and (not first or _is_step(first[0]))
+
+
 def _text(file: Path) -> str:
     try:
         return read_bytes(file).decode("utf-8")
     except UnicodeDecodeError as error:
-        raise RecordingError(f"{file.name} is not text: {error}") from error
+        raise RecordingError(f"{file} is not text: {error}") from error
 
 
 def _json(text: str, file: Path, place: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise RecordingError(f"{file.name} {place}: not JSON: {error}".replace("  ", " ")) from error
+        raise RecordingError(f"{file} {place}: not JSON: {error}".replace("  ", " ")) from error

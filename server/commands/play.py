@@ -84,7 +84,9 @@ def tell_cautions(settings: Settings) -> None:
 def tell_own_maps(own: MapFolder) -> None:
     """Say on standard error which of the operator's maps are left out, and what others probably mean otherwise."""
     hints = [f"own map {name}: {hint}" for name, spec in own.maps.items() for hint in hints_on(spec)]
-    for sentence in (*(f"own map left out: {problem}" for problem in own.problems.values()), *hints):
+    empty = own.folder is not None and not own.maps and not own.problems
+    none = [f"there is no map file in {own.folder} yet"] if empty else []
+    for sentence in (*none, *(f"own map left out: {problem}" for problem in own.problems.values()), *hints):
         print(f"movingout: {sentence}", file=sys.stderr)
 
 

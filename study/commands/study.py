@@ -2,6 +2,8 @@
 
 import argparse
 import json
+import shlex
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,7 +21,7 @@ from movingout.study.design.definition import Study
 from movingout.study.design.review import Review, own_agents_tried, review
 from movingout.study.design.study_file import read_study
 from movingout.study.design.templates import LANGUAGES, template_names, template_text
-from movingout.study.errors import StudyError
+from movingout.study.errors import StudyError, StudyFileError
 
 _MOST_ORDERS = 12  # rows of the order table; --json has all
 
@@ -75,12 +77,20 @@ def _new(args: argparse.Namespace) -> int:
     print(f"wrote {output}; before it can be served:")
     for sentence in unfilled(read_study(output)):
         print(f"  {sentence}")
-    print(f"edit it, then: movingout study check {output}")
+    print(f"edit it, then: movingout study check {shlex.quote(str(output))}")
     return 0
 
 
 def _check(args: argparse.Namespace) -> int:
-    found = own_agents_tried(review(read_study(args.file)))
+    try:
+        study = read_study(args.file)
+    except StudyFileError as error:
+        print(f"movingout: {error}", file=sys.stderr)
+        if args.json:
+            faults = [fault._asdict() for fault in error.faults]
+            print(json.dumps({"ready": False, "faults": faults}, indent=2, ensure_ascii=False))
+        return 1
+    found = own_agents_tried(review(study))
     if args.json:
         print(json.dumps(_document(found), indent=2, ensure_ascii=False))
     else:
@@ -165,6 +175,7 @@ def _maps_in_short(study: Study, visit: Visit) -> str:
 def _document(found: Review) -> dict[str, Any]:
     names = letters(found.study)
     return {
+        "ready": found.ready,
         "study": found.study.id,
         "title": found.study.title.text(),
         "participants": found.study.participants,

@@ -56,6 +56,8 @@ def test_a_list_names_whatever_an_option_names(tmp_path: Path) -> None:
         ("# nothing\n", "names none"),
         ("HandOff\n@more.txt\n", "line 2: a list names no other list, such as @more.txt"),
         ("generated:awarenes:1 300\n", "unknown maps generated:awarenes:1; did you mean awareness?"),
+        ("HandOff\nHandOff # mine\n", "maps.txt, line 2: "),
+        ("LeftRight\n\nHandOf\n", "maps.txt, line 3: unknown map 'HandOf'"),
         ("\xff", "is no text in UTF-8"),
     ],
 )

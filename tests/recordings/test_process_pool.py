@@ -4,11 +4,13 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
+from movingout.recordings import process_pool as pools
 from movingout.recordings.process_pool import process_pool
 
 KILLED_AT_WORK = """
@@ -33,6 +35,21 @@ def test_when_the_work_is_broken_off_what_has_not_begun_is_dropped() -> None:
         futures[0].result()
         raise KeyboardInterrupt
     assert sum(future.cancelled() for future in futures) > 50
+
+
+def test_a_second_ctrl_c_does_not_keep_what_has_begun_from_being_broken_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pools, "BREAK_OFF_S", 0.3)
+    again = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt, match="the first"), process_pool(1) as processes:
+        begun = processes.submit(time.sleep, 20)
+        while not begun.running():
+            time.sleep(0.01)
+        again.start()
+        raise KeyboardInterrupt("the first")
+    again.join()
+    assert time.monotonic() - began < 10 and isinstance(begun.exception(), BrokenProcessPool)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_after_kill_9_no_worker_is_left_behind() -> None:

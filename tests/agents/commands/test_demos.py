@@ -63,6 +63,30 @@ def test_a_map_that_is_delivered_from_the_start_is_refused(
     assert [file.name for file in tmp_path.iterdir()] == ["done.json"]
 
 
+def test_nobody_is_refused_as_one_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It was taken for the default: all people played on all maps."""
+    few = ["--map", "HandOff", "--episodes", "1", "--ticks", "2", "--workers", "1"]
+    assert main(["demos", "generate", "--people", "0", *few, "-o", str(tmp_path / "out")]) == 2
+    assert "--people must be an even number from 2 to 20, not 0" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_split_without_variants_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demos", "generate", "--split", "official", "-o", str(tmp_path / "out")]) == 2
+    assert "--split is of variants, which --challenge 2 has" in capsys.readouterr().err
+
+
+def test_the_document_has_no_rate_of_episodes_that_were_there_already(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    few = ["--map", "HandOff", "--episodes", "1", "--ticks", "2", "--workers", "1", "-o", str(tmp_path), "--json"]
+    documents = []
+    for _ in range(2):
+        assert main(["demos", "generate", "--people", "2", *few]) == 0
+        documents.append(json.loads(capsys.readouterr().out))
+    assert [(one["episodes"], one["already"], one["mean_tcr"]) for one in documents] == [(1, 0, 0.0), (0, 1, None)]
+
+
 @pytest.mark.parametrize("action", ["generate", "label"])
 @pytest.mark.parametrize("number", [["--seed", "-1"], ["--seed", str(2**53)], ["--ticks", "36001"]])
 def test_numbers_that_cannot_be_are_answered_in_a_sentence(

@@ -273,7 +273,7 @@ def test_who_stands_idle_is_not_learned_from_unless_it_is_asked_for(
     command = ["train", "mlp", str(tmp_path), "--data", str(tmp_path), *TINY, "--json"]
     windows = {}
     for seats in ("acting", "all"):
-        assert main([*command, "--id", f"mlp@{seats}", "--seats", seats]) == 0
+        assert main([*command, "--id", f"mlp@{seats}-seats", "--seats", seats]) == 0
         printed = capsys.readouterr()
         windows[seats] = json.loads(printed.out)["windows"]
         assert ("1 of 2 seats are not learned from" in printed.err) == (seats == "acting")
@@ -294,13 +294,13 @@ def test_a_family_of_partners_is_left_out_of_the_training_data(
     command = ["train", "mlp", str(tmp_path), "--data", str(tmp_path / "data"), *TINY, "--json"]
     episodes = {}
     for name, left_out in (
-        ("all", []),
+        ("whole", []),
         ("greedy", ["--without", "family:greedy"]),
         ("two", ["--without", "family:greedy", "--without", "people:B"]),
     ):
         assert main([*command, "--id", f"mlp@{name}", *left_out]) == 0
         episodes[name] = json.loads(capsys.readouterr().out)["episodes"]
-    assert episodes == {"all": 5, "greedy": 3, "two": 1}
+    assert episodes == {"whole": 5, "greedy": 3, "two": 1}
     for names, refused in (
         (["family:porter"], "nobody named by --without family:porter plays in any of these 5 episodes"),
         (["family:gredy"], "unknown family 'gredy'"),

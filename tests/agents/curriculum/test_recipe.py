@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from bench._roster import OF_A, OF_BOTH
+from movingout.agents.checkpoint.checkpoint import ships
 from movingout.agents.curriculum.recipe import Sizes, recipe
 from movingout.agents.curriculum.roster import AUGMENTED, DP, FIRST, LEARNER, PLAIN
 from movingout.agents.curriculum.steps import TrainingStep, run_stages, run_step
@@ -30,6 +31,11 @@ def _option(words: tuple[str, ...], name: str) -> str:
 def test_everybody_in_the_tables_is_trained(commands: Commands) -> None:
     learners = {agent_id.partition(":")[0] for field in (OF_BOTH, OF_A) for agent_id in field.learners}
     assert learners | {FIRST, LEARNER, "demos", "match"} == set(commands)
+
+
+def test_agents_that_ship_are_trained_on_purpose(commands: Commands) -> None:
+    shipped = [agent_id for agent_id in commands if ships(agent_id)]
+    assert shipped and all("--instead-of-shipped" in words for one in shipped for words in commands[one])
 
 
 def test_who_is_trained_with_people_of_a_alone_sees_no_episode_of_others(commands: Commands, tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from movingout.agents.checkpoint.checkpoint import SHIPPED, find_checkpoint
+from movingout.agents.checkpoint.checkpoint import SHIPPED, find_checkpoint, ships
 from movingout.agents.curriculum.recipe_anywhere import (
     BASS_ANY,
     DP_ANY,
@@ -50,6 +50,11 @@ def test_several_seeds_are_several_agents(tmp_path: Path) -> None:
     assert [(step.agent_id, option(step, "--seed")) for step in trained] == [
         ("dp@any", "0"), ("dp@any-1", "1"), ("dp@any-2", "2"),
     ]  # fmt: skip
+
+
+def test_agents_that_ship_are_trained_on_purpose(tmp_path: Path) -> None:
+    shipped = [step for step in steps(tmp_path) if ships(step.agent_id)]
+    assert shipped and all("--instead-of-shipped" in step.words for step in shipped)
 
 
 def test_the_value_is_learned_again_from_what_it_led_to(tmp_path: Path) -> None:

@@ -63,6 +63,8 @@ def test_a_wrong_word_is_answered_with_those_there_are(
         ("bass --base dp@all --order separate --dynamics gru", "--dynamics gru has none"),
         ("mlp --layout image-v1", "--layout image-v1 is for `train dp`"),
         ("bass --base dp@all --simulator bass@all --decay 0.1", "neither of which is learned; leave it out"),
+        ("mlp --id mlp@all", "mlp@all ships with the package"),
+        ("dp --id dp@any", "take --id dp@mine, or say --instead-of-shipped"),
         ("dp --id ../x", "'../x' is no id of a trained agent"),
         ("dp --id DP@mine", "such as dp@mine"),
         ("dp --id mine", "such as dp@mine"),
@@ -77,6 +79,17 @@ def test_what_cannot_be_is_refused_in_a_sentence_before_a_recording_is_read(
     (said,) = capsys.readouterr().err.splitlines()
     assert said.startswith("movingout: ") and sentence in said
     assert not list(tmp_path.iterdir())
+
+
+def test_an_id_that_ships_is_trained_where_it_was_begun_and_where_that_is_meant(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mlp", "nowhere", "--id", "mlp@all", "--data", str(tmp_path)]
+    assert main([*command, "--instead-of-shipped"]) == 2
+    (tmp_path / "runs" / "mlp-all").mkdir(parents=True, exist_ok=True)
+    assert main(command) == 2
+    said = capsys.readouterr().err
+    assert said.count("nowhere") == 2 and "ships" not in said
 
 
 def test_a_given_number_of_updates_is_in_place_of_the_presets_epochs() -> None:

@@ -45,6 +45,13 @@ def test_show_sketches_the_map_where_colours_are(capsys: Output, monkeypatch: py
     assert capsys.readouterr().out.count("▀") == 48 * 24
 
 
+def test_a_picture_may_end_in_capitals_and_an_svg_has_no_pixels(capsys: Output, tmp_path: Path) -> None:
+    assert answer(capsys, "render", "HandOff", "-o", str(tmp_path / "X.PNG"))["format"] == "png"
+    assert (tmp_path / "X.PNG").read_bytes().startswith(b"\x89PNG")
+    assert main(["maps", "render", "HandOff", "--side", "100", "-o", str(tmp_path / "x.svg")]) == 2
+    assert "--side is of a PNG" in capsys.readouterr().err
+
+
 def test_check_is_silent_about_a_sound_map(capsys: Output) -> None:
     assert answer(capsys, "check", "HandOff") == {"map": "HandOff", "playable": True, "faults": [], "hints": []}
 

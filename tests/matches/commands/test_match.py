@@ -50,6 +50,13 @@ def test_wrong_use_is_answered_in_a_sentence(
     assert message in captured.err and captured.out == ""
 
 
+def test_an_unset_variable_is_no_folder_for_recordings(capsys: pytest.CaptureFixture[str]) -> None:
+    """They were written into the current folder."""
+    with pytest.raises(SystemExit):
+        main(["match", "--red", "idle", "--blue", "idle", "--record", ""])
+    assert "--record: name a folder; the current one is ." in capsys.readouterr().err
+
+
 def test_a_match_on_a_map_that_an_agent_never_saw_is_played_and_says_so_once_and_in_the_recording(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -197,8 +197,8 @@ def test_what_cannot_be_measured_is_refused_in_a_sentence(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--points", "0"], "--points: it must be from 1 to 1000"),
-        (["--points", "300000"], "--points: it must be from 1 to 1000"),
+        (["--points", "1"], "--points: it must be from 2 to 1000"),
+        (["--points", "300000"], "--points: it must be from 2 to 1000"),
         (["--grid", "200000"], "--grid: it must be from 2 to 500"),
         (["--seed", "-1"], "--seed: it must be from 0 to"),
         (["--bandwidth", "0"], "--bandwidth: a width is above 0"),

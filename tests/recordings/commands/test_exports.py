@@ -59,6 +59,39 @@ def test_recordings_without_a_tick_are_no_demonstrations(
     assert f"| episodes | {number}: " in (tmp_path / "out" / "README.md").read_text()
 
 
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("gif --test-share 0.4", "--test-share is for --to parquet, csv, lerobot, robomimic, official; with --to gif"),
+        ("csv --layout official-v1", "--layout is for --to parquet, lerobot, robomimic; with --to csv it does nothing"),
+        ("parquet --no-overlay", "--no-overlay is for --to mp4, gif, png"),
+        ("gif --every 2", "--every is for --to png"),
+        ("csv --images 96", "--images is for --to lerobot"),
+        ("csv --seed 0", "--seed does nothing without --test-share"),
+    ],
+)
+def test_options_that_do_nothing_are_refused(
+    words: str, sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Five equal GIFs, of which one was for testing, it said."""
+    finalise(record(tmp_path / "in", 3)[0])
+    command = ["recordings", "export", str(tmp_path / "in"), "-o", str(tmp_path / "out"), "--to", *words.split()]
+    assert main(command) == 2
+    assert sentence in capsys.readouterr().err and not (tmp_path / "out").exists()
+
+
+def test_whoever_goes_on_with_demos_of_several_maps_is_told_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], recwarn: pytest.WarningsRecorder
+) -> None:
+    pytest.importorskip("h5py")
+    for name in ("HandOff", "LeftRight"):
+        finalise(record(tmp_path / "in", 3, episode_id=name, map_name=name)[0])
+    command = ["recordings", "export", str(tmp_path / "in"), "--to", "robomimic", "-o", str(tmp_path / "out.hdf5")]
+    assert main(command) == 0
+    assert capsys.readouterr().err.startswith("movingout: env_args name HandOff as designed, but 2 of 4 demos are")
+    assert not recwarn.list
+
+
 @pytest.mark.parametrize("to", ["official", "robomimic"])
 def test_not_even_those_that_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], to: str) -> None:
     """They were counted as written, and were not."""

@@ -40,6 +40,23 @@ def test_an_exported_folder_comes_back_once_with_the_kinds(
     assert {tick.sources for tick in episode.ticks} == {("human", "agent")}
 
 
+def test_what_our_commands_put_beside_trajectories_does_not_stop_an_import(
+    exported: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (exported / "in").mkdir()
+    (exported / "in" / ".verified.json").write_text("{}")
+    others = {"people.json": "{}", "notes.jsonl": '{"a": 1}', "numbers.json": "[1, 2]"}
+    for name, text in others.items():
+        (exported / name).write_text(text)
+    command = ["recordings", "import", "--out", str(tmp_path / "in"), "--workers", "1"]
+    assert main([*command, str(exported)]) == 0
+    said = capsys.readouterr().err
+    assert all(f"left out: {exported / name}, which has no trajectories" in said for name in others)
+    assert ".verified" not in said and len(kinds(tmp_path / "in")) == 1
+    assert main([*command, str(exported / "people.json")]) == 2
+    assert f"{exported / 'people.json'}: a list of episodes is needed" in capsys.readouterr().err
+
+
 def imported_again(tmp_path: Path, *options: str) -> list[str]:
     """The command that imports the export of one recording that ran out of time after eight ticks of eight."""
     recording, _ = record(tmp_path, ticks=8, map_name="LeftRight", limit_ticks=8)

@@ -115,3 +115,11 @@ def test_what_is_wrong_with_own_maps_and_what_probably_is_is_said(
         "movingout: own map left out: none.json: the map: an object is needed here",
         "movingout: own map Den: number: numbers are those of the paper's maps; write 0 for a map of your own",
     ]
+
+
+def test_a_folder_without_a_map_is_told_of(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for folder in (tmp_path, None):
+        own = MapFolder(folder)
+        own.read()
+        tell_own_maps(own)
+    assert capsys.readouterr().err == f"movingout: there is no map file in {tmp_path} yet\n"

@@ -59,6 +59,14 @@ def test_without_standard_output_a_command_does_its_work() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_what_the_encoding_of_a_c_locale_lacks_is_escaped() -> None:
+    """A table ended in a traceback, after all matches had been played."""
+    plain = {name: value for name, value in os.environ.items() if name != "PYTHONIOENCODING"}
+    ascii_only = plain | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    done = subprocess.run([*COMMAND, "maps", "list"], capture_output=True, env=ascii_only, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
 def test_a_name_that_is_not_utf8_is_escaped(tmp_path: Path) -> None:
     try:
         (tmp_path / os.fsdecode(b"caf\xe9.json")).write_text("{}")

@@ -196,13 +196,23 @@ def test_an_agent_with_options_that_cannot_be_is_named_before_any_participant_me
     )
 
 
-def test_faults_are_listed_with_their_lines_and_the_exit_code_is_two(
+def test_faults_are_listed_with_their_lines_and_the_exit_code_is_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "study.yaml"
     file.write_text(template_text("agent_survey").replace("HandOff,", "HandOf,"))
-    assert main(["study", "check", str(file)]) == 2
+    assert main(["study", "check", str(file)]) == 1
     assert "blocks[0].maps: unknown map 'HandOf'" in capsys.readouterr().err
+    assert main(["study", "check", str(file), "--json"]) == 1
+    document = json.loads(capsys.readouterr().out)
+    (fault,) = document["faults"]
+    assert not document["ready"] and fault["path"] == "blocks[0].maps" and fault["line"] > 1
+    assert main(["study", "check", str(tmp_path / "none.yaml")]) == 2
+
+
+def test_the_next_command_can_be_copied(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["study", "new", "-o", str(tmp_path / "my study.yaml")]) == 0
+    assert f"movingout study check '{tmp_path / 'my study.yaml'}'" in capsys.readouterr().out
 
 
 def test_a_file_that_exists_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
