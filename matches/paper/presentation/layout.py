@@ -269,8 +269,8 @@ def _about_moments(cells: Sequence[EntryCell]) -> list[str]:
     if of_the_same_samples not in pools:
         return []
     return [
-        "Of what is measured in moments, ± takes those of an episode together; n counts them once for all trainings. Of "
-        "choices, which are told apart in other moments for each training, it is that of the training with most."
+        "Of what is measured in moments, ± takes those of an episode together; n counts them once for all trainings. "
+        "Of choices, which are told apart in other moments for each training, it is that of the training with most."
     ]
 
 
