@@ -95,7 +95,9 @@ def test_a_room_on_a_drawn_map_is_listed_with_its_title(server: Server, open_pag
 
 
 def test_all_rooms_of_an_address_are_closed_at_once(server: Server, open_page: OpenPage) -> None:
-    rooms = [server.make_room("FourCorners", blue="link", red="idle")["room"] for _ in range(2)]
+    seats = [{"kind": "link"}, {"kind": "agent", "agent": "idle"}]
+    wanted = {"maps": ["FourCorners"], "seats": seats}  # without the operator's token, so that they are of an address
+    rooms = [server.request("/api/rooms", wanted)["room"] for _ in range(2)]
     page = open_page("/admin", script=unlocked(server))
     page.locator(f"[data-room='{rooms[0]}']").get_by_role("button", name="Close").click()
     page.get_by_role("button", name="from this address").click()
