@@ -4,7 +4,8 @@
 Where the table leaves something open: "inside a goal" is what the score counts as delivered; distances are
 those of the 48 x 48 grid; a held item's own distance to the goal counts, or with `carrier=True` that of the robot that
 holds it, as the text has it ("the agent's distance to the current target"); on the tick of a grab or release only
-events are paid, because the target changes.
+events are paid, because the target changes; "another agent needs help" (row C) is about another item than the one
+that is released, so that letting go of an item held together brings no reward for help.
 """
 
 import math

@@ -89,7 +89,10 @@ _SENTENCES = (
         label="tab:dense_rewards", kind="table", rows=REWARD_ROWS, own_episodes=True, grouping="line",
         row_heads=("Specific Condition",),
         differs="the settings of `world/reward.py`, which says what the paper leaves open",
-        notes=("A large rectangle is approached by its short sides on every map; the paper does so on map 11.",),
+        notes=(
+            "A large rectangle is approached by its short sides on every map; the paper does so on map 11. Row C: "
+            "the agent that needs help holds another item than the one released; the paper's words leave that open.",
+        ),
     ),
 )  # fmt: skip
 _OF_PEOPLE = (

@@ -101,10 +101,10 @@ VARIED_REINFORCED = (
 
 RECOMBINED = (
     "Diversity is that of whole episodes: from a matching stretch on, the partner goes the rest of its way in the "
-    "other episode, as in the paper's example. The paper's method and what agents learn from here (8 ticks) exchange "
-    "the stretch alone. Beside the recorded episodes stand up to four times as many recombined ones (of all of them 24 "
-    "per map), which share the way of one robot with a recorded one; sets of other sizes are not alike in spread and "
-    "entropy."
+    "other episode, as in the paper's example, and the path ends where that way does. The paper's method and what "
+    "agents learn from here (8 ticks) exchange the stretch alone. Beside the recorded episodes stand up to four times "
+    "as many recombined ones (of all of them 24 per map), which share the way of one robot with a recorded one; sets "
+    "of other sizes are not alike in spread and entropy."
 )
 
 

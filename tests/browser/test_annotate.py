@@ -15,6 +15,8 @@ from tests.browser.pages import admin_token, overflow, violations
 from tests.browser.support import DESKTOP, PHONE, Server, running_server
 from tests.recordings.annotation.support import waiting_alone
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 GROUND = "button => getComputedStyle(button).backgroundColor"
 EPISODES = ("annotated-1", "annotated-2")
@@ -69,7 +71,6 @@ def judged(folder: Path) -> list[str]:
     return [line.verdict for line in verdicts_of(folder)]
 
 
-@pytest.mark.slow
 def test_all_findings_are_judged_with_the_keyboard_and_an_answer_can_be_changed(
     open_page: OpenPage, server: Server, folder: Path
 ) -> None:
@@ -173,7 +174,6 @@ def test_who_comes_back_while_a_verdict_is_saved_goes_on_with_the_note(
     assert judged(folder) == ["confirmed"]
 
 
-@pytest.mark.slow
 def test_the_excerpt_plays_around_the_finding_and_can_be_watched_again(
     open_page: OpenPage, server: Server, folder: Path
 ) -> None:
@@ -252,7 +252,6 @@ def test_a_name_may_be_written_with_vowel_signs_or_an_apostrophe(
     expect(page.locator("#progress")).to_have_text("1 of 2 judged")
 
 
-@pytest.mark.slow
 def test_what_is_asked_before_says_what_for(open_page: OpenPage, server: Server, folder: Path) -> None:
     page = open_page("/annotate")
     expect(page.get_by_role("heading", level=1, name="Failure cases")).to_be_visible()
@@ -266,7 +265,6 @@ def test_what_is_asked_before_says_what_for(open_page: OpenPage, server: Server,
     assert violations(page) == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
 @pytest.mark.parametrize("viewport", [DESKTOP, PHONE], ids=["desktop", "phone"])
 def test_the_page_is_accessible_before_and_after_all_are_judged(

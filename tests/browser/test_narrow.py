@@ -20,6 +20,8 @@ from tests.browser.test_layout import CUT_OFF, PARTS, THUMBS, Window, apart, ass
 from tests.browser.test_study_experimenter import UNLOCKED, FakeDashboard
 from tests.recordings.support import record
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 
 LANGUAGES = ("en", "de")
@@ -39,7 +41,6 @@ def assert_narrow(page: Page, what: str) -> None:
     assert overflow(page) == 0, what
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_no_page_is_wider_than_a_small_phone(server: Server, open_page: OpenPage, language: str) -> None:
     episode = f"narrow-{language}"
@@ -74,7 +75,6 @@ def test_the_page_that_does_not_exist_is_no_wider(browser: Browser, server: Serv
         assert_narrow(page, "/nosuchpage")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_no_view_of_a_game_is_wider_than_a_small_phone(server: Server, open_page: OpenPage, language: str) -> None:
     room = server.make_room("AdaptiveAssist", red="idle", limit_ticks=30)
@@ -227,7 +227,6 @@ def test_a_phone_on_its_side_shows_the_whole_arena_before_the_round(
     assert page.locator("#ready").evaluate("(card) => card.scrollHeight <= card.clientHeight")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_no_screen_of_a_study_is_wider_than_a_small_phone(open_page: OpenPage, language: str) -> None:
     study = FakeStudy.at(*study_fake.every_screen().values())

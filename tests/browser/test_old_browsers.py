@@ -6,6 +6,8 @@ from playwright.sync_api import Browser, Page, Route, expect
 from tests.browser.conftest import OpenPage
 from tests.browser.support import PHONE, Server, start, wait_for
 
+pytestmark = pytest.mark.slow
+
 # What Safari 15.4 and Chrome 108 do not know yet, as far as a newer browser can forget it.
 LOWEST = """delete window.OffscreenCanvas;
   delete CanvasRenderingContext2D.prototype.roundRect;
@@ -31,8 +33,8 @@ def forget_newer_css(page: Page) -> None:
     "size",
     [
         pytest.param({"width": 375, "height": 553}, id="small"),
-        pytest.param(PHONE, id="phone", marks=pytest.mark.slow),
-        pytest.param({"width": 667, "height": 375}, id="across", marks=pytest.mark.slow),
+        pytest.param(PHONE, id="phone"),
+        pytest.param({"width": 667, "height": 375}, id="across"),
     ],
 )
 def test_the_lowest_browsers_show_a_round(server: Server, open_page: OpenPage, size: dict[str, int]) -> None:

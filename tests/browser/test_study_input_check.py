@@ -10,6 +10,8 @@ from tests.browser.study_fake import FakeStudy
 from tests.browser.support import PHONE, Server
 from tests.browser.test_devices import PAD_STUB, set_pad
 
+pytestmark = pytest.mark.slow
+
 
 def test_the_controls_are_tried_and_the_connection_is_measured(open_page: OpenPage) -> None:
     study = FakeStudy.at(fake.input_check(), fake.code())

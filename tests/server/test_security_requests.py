@@ -23,6 +23,8 @@ from movingout.server.security.certificate import certificate_in
 from tests.server.live import ADMIN, WAIT_S, Live, limits, raw_socket, serve
 from tests.server.threats import close_code, player
 
+pytestmark = pytest.mark.slow
+
 GHOST = {"maps": [], "seats": [{"kind": "ghost", "recording": "nothing"}, {"kind": "here"}]}
 
 # ---- 9, 10 slow and many --------------------------------------------------------------------------------------
@@ -143,7 +145,6 @@ def _ends(client: socket.socket) -> bool:
     return True
 
 
-@pytest.mark.slow
 def test_10_sockets_that_never_join_are_closed_and_limited(tmp_path: Path) -> None:
     with serve(tmp_path, limits(join_s=1.5, waiting_per_address=5)) as live:
         waiting = [live.connect() for _ in range(5)]

@@ -19,6 +19,8 @@ from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups
 from tests.agents.learning import recorded
 
+pytestmark = pytest.mark.slow
+
 SMOKE = BUDGETS["smoke"]
 BASE, BASS, OTHER = (trained_id(name) for name in ("dp-augmented@a", "bass@a", "gru@b"))
 
@@ -41,7 +43,6 @@ def _graphs(folder: Path, agent: TrainedId) -> list[Path]:
     return sorted((folder / "data" / "models" / folder_name(agent.text)).glob("*.onnx"))
 
 
-@pytest.mark.slow
 def test_they_wait_for_those_that_they_are_made_of_and_learn_the_same_as_alone(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -24,6 +24,8 @@ from movingout.server.cli import main
 from movingout.server.uvicorn_server import listen
 from tests.server.live import Live, Person
 
+pytestmark = pytest.mark.slow
+
 COMMAND = [sys.executable, "-m", "movingout.server.cli", "play", "--countdown", "0.3", "--processes", "1"]
 
 
@@ -133,18 +135,15 @@ def test_after_kill_9_the_same_people_play_on_where_they_were(tmp_path: Path) ->
     kill_and_return(tmp_path, [7], limit_ticks=20)
 
 
-@pytest.mark.slow
 def test_the_same_with_several_processes(tmp_path: Path) -> None:
     kill_and_return(tmp_path, [7], 20, "--processes", "2")
 
 
-@pytest.mark.slow
 def test_ten_kills_at_random_ticks_lose_nothing_but_the_tick_in_flight(tmp_path: Path) -> None:
     kills = random.Random(9).choices(range(1, 25), k=10)
     kill_and_return(tmp_path, kills, limit_ticks=sum(kills) + 60)
 
 
-@pytest.mark.slow
 def test_sigterm_says_goodbye_exits_with_0_and_the_round_goes_on_after_it(tmp_path: Path) -> None:
     port = free_port()
     with program(tmp_path, port) as running:
@@ -190,7 +189,6 @@ def test_games_are_not_served_from_the_folder_of_a_study(tmp_path: Path, capsys:
     assert "holds a study (tower)" in refusal and "movingout study serve" in refusal
 
 
-@pytest.mark.slow
 def test_the_links_are_printed_and_work(tmp_path: Path) -> None:
     port = free_port()
     with program(tmp_path, port) as running:
@@ -200,7 +198,6 @@ def test_the_links_are_printed_and_work(tmp_path: Path) -> None:
         assert running.live.call("/api/admin/state", token=running.admin_token)[0] == 200
 
 
-@pytest.mark.slow
 def test_tls_serves_pages_and_sockets_with_the_kept_certificate(tmp_path: Path) -> None:
     port = free_port()
     with program(tmp_path, port, "--tls") as running:
@@ -218,7 +215,6 @@ def test_tls_serves_pages_and_sockets_with_the_kept_certificate(tmp_path: Path) 
             assert json.loads(connection.recv(20))["code"] == m.CLOSE_NOT_FOUND
 
 
-@pytest.mark.slow
 def test_journals_that_others_left_behind_are_finished_at_start_up(tmp_path: Path) -> None:
     port = free_port()
     with program(tmp_path, port) as running:
@@ -252,13 +248,11 @@ def test_a_port_in_use_is_told_with_what_would_work(tmp_path: Path) -> None:
         assert f"--port {port + 1}" in refused("--port", str(port), "--data", str(tmp_path))
 
 
-@pytest.mark.slow
 def test_an_address_that_is_not_ours_is_told(tmp_path: Path) -> None:
     assert "127.0.0.1" in refused("--host", "192.0.2.7", "--port", "0", "--data", str(tmp_path))
     assert "a port is a number from 0 to 65535, not 99999" in refused("--port", "99999", "--data", str(tmp_path))
 
 
-@pytest.mark.slow
 def test_a_data_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.write_text("")
@@ -266,7 +260,6 @@ def test_a_data_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     assert "--data DIR" in refused("--data", "/proc/nowhere")
 
 
-@pytest.mark.slow
 def test_an_unknown_partner_is_told_with_the_known_ones(tmp_path: Path) -> None:
     assert "known: scripted" in refused("--partner", "skripted", "--data", str(tmp_path))
 
