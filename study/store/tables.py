@@ -59,6 +59,7 @@ study = Table(
         doc="agent id to SHA-256 of its checkpoint, map:NAME to that of an own map, JSON",
     ),
     Column("simulated", Boolean, nullable=False, server_default=false(), doc="whether the participants were programs"),
+    Column("allocation", Integer, nullable=False, server_default="1", info=_INSIDE, doc="rule that draws the slots"),
     Column("salt", String(32), nullable=False, info=_INSIDE, doc="of the hashes in the audit; leads to who left"),
     Column("paused", Boolean, nullable=False, server_default=false(), info=_INSIDE, doc="by the experimenter, for all"),
 )
