@@ -25,6 +25,7 @@ from movingout.server.study.unit import StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StoreError
+from movingout.study.store.frozen_study import frozen_study
 
 NOTE_S = 5.0  # for which a server that stops tries to note who is here
 
@@ -49,7 +50,9 @@ class RunningStudy:
         simulated: bool = False,
         in_charge: Callable[[], bool] = always,
     ) -> None:
-        self.study = folder.study
+        self.alerts = Alerts()
+        self.databases = StudyDatabases(folder, file_text, self.alerts, simulated)
+        self.study = folder.study.allocated_by(frozen_study(self.databases.store).allocation)
         self.host = host
         self.needs_code = needs_code
         self.needs_signature = needs_signature
@@ -58,8 +61,6 @@ class RunningStudy:
         self.simulated = simulated
         self.let_go = False  # whether another server goes on with it
         self._in_charge = in_charge  # whether no other server runs the study meanwhile
-        self.alerts = Alerts()
-        self.databases = StudyDatabases(folder, file_text, self.alerts, simulated)
         self._lock = asyncio.Lock()
         self.participants = Participants(self.study, self.databases)
         self.units = Units(self.study, self.participants, self.databases, self.alerts)

@@ -1,6 +1,5 @@
 """The report of a study as one HTML page: no script, nothing from the network."""
 
-import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +14,7 @@ from movingout.study.analysis.likert import VALUES, likert_bars
 from movingout.study.analysis.questions import AskedItem, counted_items, rated_items
 from movingout.study.analysis.results import STORED, Results
 from movingout.study.analysis.tables import ENGLISH, HEADS, Namer, ReportTable
-from movingout.study.questionnaire import LIKERT_MAX, LIKERT_MIN, QuestionnaireItem
+from movingout.study.questionnaire import LIKERT_MAX, LIKERT_MIN, NO_ANSWER, QuestionnaireItem
 from movingout.world.estimates import estimate
 
 
@@ -116,7 +115,7 @@ def _dots(
 
 
 def _ratings(results: Results, name: Namer, words: Words) -> Iterator[RatingChart]:
-    """A figure per Likert item and blocks that may be pooled: a bar per partner."""
+    """A figure per Likert item and blocks that may be pooled: a bar of all answers per partner."""
     for rated in rated_items(results.study, words.language):
         for label, part in results.by_condition_asked():
             rows = list(_bars(part, rated, name, words)) if rated.item.kind == "likert7" else []
@@ -132,7 +131,8 @@ def _ends(item: QuestionnaireItem) -> str:
 
 def _bars(results: Results, rated: AskedItem, name: Namer, words: Words) -> Iterator[tuple[str, Sequence[int]]]:
     for partner in (*results.partners, None):
-        values = results.ratings(rated.questionnaire, rated.item.id, partner, rated.occasions).values()
+        counts = results.counts(rated.questionnaire, rated.item.id, partner, rated.occasions)
+        values = [value for value in counts.elements() if value != NO_ANSWER]
         if values:
             label = words.say("study.ratings.at_end") if partner is None else name(partner)
-            yield label, [math.floor(value + 0.5) for value in values]
+            yield label, values

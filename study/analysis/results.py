@@ -90,6 +90,14 @@ class Results:
                 found[row["pid"]].append(float(row["value"]))
         return {pid: sum(values) / len(values) for pid, values in found.items()}
 
+    def unit_ratings(
+        self, questionnaire: str, item: str, partner: str | None, occasions: Container[Occasion] = RATED
+    ) -> dict[str, float]:
+        """The mean rating of each participant or pair: what the two of a pair say of each other is not independent."""
+        by_pid = self.ratings(questionnaire, item, partner, occasions)
+        found = {str(unit): [by_pid[pid] for pid in pids if pid in by_pid] for unit, pids in self.people.items()}
+        return {unit: sum(values) / len(values) for unit, values in found.items() if values}
+
     def counts(
         self, questionnaire: str, item: str, partner: str | None, occasions: Container[Occasion]
     ) -> Counter[int]:

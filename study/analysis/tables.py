@@ -83,9 +83,9 @@ def metric_comparisons(results: Results, name: Namer, words: Words = ENGLISH) ->
 
 
 def rating_comparisons(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
-    """Every pair of partners in every item, over participants."""
+    """Every pair of partners in every item, over participants (or pairs)."""
     items = rated_items(results.study)
-    found = _pairs(results, lambda part: [(rated.label, partial(_ratings, part, rated)) for rated in items])
+    found = _pairs(results, lambda part: [(rated.label, partial(_unit_ratings, part, rated)) for rated in items])
     return _comparison_table("rating_comparisons", found, name, words)
 
 
@@ -245,6 +245,10 @@ def block_cells(blocks: Sequence[tuple[str, Results]], label: str) -> tuple[str,
 
 def _ratings(results: Results, rated: AskedItem, partner: str | None) -> Values:
     return results.ratings(rated.questionnaire, rated.item.id, partner, rated.occasions)
+
+
+def _unit_ratings(results: Results, rated: AskedItem, partner: str) -> Values:
+    return results.unit_ratings(rated.questionnaire, rated.item.id, partner, rated.occasions)
 
 
 def _pairs(results: Results, measures: Callable[[Results], Sequence[Measure]]) -> list[BlockComparison]:

@@ -79,7 +79,7 @@ def configure(commands: Any) -> None:
 def as_frozen(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
     """With the study that the data were recorded with; says so where the file has changed since."""
     begun = folder.as_frozen(store, file.parent)
-    if begun.study != folder.study:
+    if begun.study.allocated_by(folder.study.allocation) != folder.study:
         print(f"warning: {file} has changed since the study began; the file from then is used", file=sys.stderr)
     return begun
 

@@ -122,7 +122,7 @@ def _begun(folder: StudyFolder, store: Store) -> tuple[Study, tuple[str, ...]]:
     except StudyError as error:
         return folder.study, (f"the study of the backup cannot be read as it began: {error}",)
     changed = "the study file has changed since the study began; the backup has the one from then"
-    return begun, () if begun == folder.study else (changed,)
+    return begun, () if begun == folder.study.allocated_by(begun.allocation) else (changed,)
 
 
 def _save(address: str | None, file: Path, kind: Kind, target: Path) -> None:

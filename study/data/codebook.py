@@ -83,12 +83,13 @@ def _cell(text: str) -> str:
 
 
 def _scale(item: QuestionnaireItem) -> str:
+    expected = f", attention: {item.expected}" if item.expected is not None else ""
     if item.kind == "choice":
-        return "; ".join(["-1: no answer", *(f"{value}: {option}" for value, option in enumerate(item.options))])
+        options = (f"{value}: {option}" for value, option in enumerate(item.options))
+        return "; ".join(["-1: no answer", *options]) + expected
     if item.kind == "text":
         return "free text"
     ends = f" ({item.ends[0]} to {item.ends[1]})" if any(item.ends) else ""
     if item.kind == "likert7" and not ends:
         ends = " (strongly disagree to strongly agree)"
-    expected = f", attention: {item.expected}" if item.expected is not None else ""
     return f"{item.allowed()[0]} to {item.allowed()[-1]}{ends}{expected}, -1 no answer"

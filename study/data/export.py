@@ -84,6 +84,7 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
             copy_own_maps(study, part)
             about: Row = {"study": frozen.id, "protocol": study.protocol, "file_sha256": frozen.file_sha256}
             about |= {"code": frozen.code, "models": frozen.models, "simulated": frozen.simulated}
+            about |= {"allocation": frozen.allocation}
             (part / "about.json").write_text(json.dumps(about, indent=2), encoding="utf-8")
             (part / "codebook.md").write_text(codebook(study, store), encoding="utf-8")
             _training(folder.recordings, part / "training", tables, options)

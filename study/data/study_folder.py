@@ -103,8 +103,9 @@ class StudyFolder:
 
         Texts that the study keeps in files are read from the folder `beside`. Raises StudyError.
         """
-        text = frozen_study(store).file_text
-        return replace(self, study=parse_study(text, "the study as it began", beside, begun=True))
+        frozen = frozen_study(store)
+        study = parse_study(frozen.file_text, "the study as it began", beside, begun=True)
+        return replace(self, study=study.allocated_by(frozen.allocation))
 
     def open_existing(self, now: Callable[[], int] = now_ms) -> Store:
         """The store of a study that was run. Raises StudyError when it never was."""

@@ -4,6 +4,10 @@ Slots are numbered from 0. Each participant (or pair) has one; when they drop ou
 (`next_slot`), so that a finished study has all the planned slots, and orders, roles and maps are balanced as
 designed. Who plays with an agent in a partner's place has one beyond them. Everything is deterministic: the same study
 and slot always give the same assignment.
+
+By rule 2 the factors are crossed within each block: who begins in blue meets each order of partners equally often there
+after as many slots as the two have combinations. Studies that have begun by rule 1 keep it: it crossed the factors of
+all blocks, one after the other, so that those of later blocks moved in step over hundreds of slots.
 """
 
 from collections.abc import Collection, Sequence
@@ -56,10 +60,10 @@ def next_slot(held: Collection[int], first: int = 0) -> int:
 
 def assign(study: Study, slot: int) -> Assignment:
     """The assignment of a slot."""
-    levels = crossed(slot, [count for block in study.blocks for count in _levels(block)])
     visits: list[Visit] = []
-    for number, block in enumerate(study.blocks):
-        begins, partner_row, map_row = levels[3 * number : 3 * number + 3]
+    for number, (block, (begins, partner_row, map_row)) in enumerate(
+        zip(study.blocks, _drawn(study, slot), strict=True)
+    ):
         partners = _ordered(block.partners or ("",), block.partner_order, partner_row, f"{study.seed} {slot} {number}")
         for place, partner in enumerate(partners):
             row, draw = map_row + place, f"{study.seed} {slot} {number} {place}"
@@ -82,8 +86,18 @@ def letters(study: Study) -> dict[str, str]:
 
 
 def cells(study: Study) -> int:
-    """How many slots it takes until every order of every factor has occurred equally often."""
-    return lcm(*(count for block in study.blocks for count in _levels(block)))
+    """How many slots it takes until every order has occurred equally often, those of partners with either beginning."""
+    return lcm(*(lcm(begins * partners, maps) for begins, partners, maps in map(_levels, study.blocks)))
+
+
+def _drawn(study: Study, slot: int) -> list[tuple[int, ...]]:
+    """For each block who begins in blue, and the rows of its partners and maps, which move on from block to block."""
+    levels = [_levels(block) for block in study.blocks]
+    if study.allocation == 1:
+        drawn = crossed(slot, [count for counts in levels for count in counts])
+        return [drawn[at : at + 3] for at in range(0, len(drawn), 3)]
+    within = [crossed(slot, counts) for counts in levels]
+    return [(begins, partners + number, maps + number) for number, (begins, partners, maps) in enumerate(within)]
 
 
 def _levels(block: Block) -> tuple[int, int, int]:

@@ -222,6 +222,7 @@ class MapText(StudyModel):
     description: LocalizedText
 
 
+ALLOCATION = 2  # the newest rule of `.allocation`, by which studies begin; earlier ones keep theirs
 SUBSTITUTE = "agent"  # the partner, in data, where an agent plays in the place of one who never came
 NOTICED_S = 25.0  # after which a page that says nothing counts as closed: it asks every 10 s
 
@@ -261,6 +262,7 @@ class Study(StudyModel):
     """study.yaml. Validated with `MapFiles` as the context, where it has a file and so maps beside it."""
 
     _map_files: MapFiles = MapFiles()
+    _allocation: int = ALLOCATION
 
     format: Literal[1]
     id: Name
@@ -318,6 +320,17 @@ class Study(StudyModel):
         """The maps of one's own, in blocks and practice, as the file names them."""
         names = {name for block in self.blocks for name in block.maps} | {self.practice.map if self.practice else ""}
         return tuple(name for name in sorted(names) if name and not is_generated_or_shipped(name))
+
+    @property
+    def allocation(self) -> int:
+        """The rule by which slots are drawn (`.allocation`)."""
+        return self._allocation
+
+    def allocated_by(self, rule: int) -> Self:
+        """The same study whose slots are drawn by another rule: that by which it has begun."""
+        study = self.model_copy()
+        study._allocation = rule
+        return study
 
     def map_source(self, name: str) -> str:
         """What commands and `load_map` call a map that the file names."""

@@ -14,7 +14,7 @@ from movingout.study.design.consent_text import contradictions, shared_code, unf
 from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
 from movingout.study.design.partner_origin import origin_warnings
 from movingout.study.design.steps import Step, longest_round_s, planned_seconds, steps
-from movingout.study.design.translations import missing_texts
+from movingout.study.design.translations import missing_texts, questionnaires_asked
 
 SILENT = ("idle", "person", "ghost")  # agents of the catalogue that take no notice of pings; so do trained ones
 
@@ -121,7 +121,8 @@ def agent_ids(study: Study) -> tuple[str, ...]:
 
 def _attention(study: Study) -> Iterator[str]:
     """An option is named by its place, which is easily taken for its text."""
-    for spec in study.questionnaires:
+    asked = questionnaires_asked(study)
+    for spec in (one for one in study.questionnaires if one.id in asked):
         for item in spec.build(study.languages[0]).items:
             if item.expected is not None:
                 option = f", the option {item.options[item.expected]!r}" if item.options else ""
@@ -177,6 +178,7 @@ def _first_map(study: Study, agent: str) -> str:
 
 def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[Step, ...]) -> Iterator[str]:
     yield from _role_confound(orders)
+    yield from _seat_imbalance(study, orders)
     yield from _order_confounds(study)
     yield from _ping_weaknesses(study)
     yield from _without_effect(study, step_order)
@@ -243,6 +245,21 @@ def _impatient_partners(study: Study) -> Iterator[str]:
         )
 
 
+def _seat_imbalance(study: Study, orders: tuple[Assignment, ...]) -> Iterator[str]:
+    """Blocks in which a partner is met in a seat in more rounds than another; a cut-off square has two maps more."""
+    met = Counter(
+        (visit.block, visit.partner, turn.seat) for one in orders for visit in one.visits for turn in visit.turns
+    )
+    for block in study.blocks:
+        blue, red = ({name: met[block.id, name, seat] for name in block.partners} for seat in (0, 1))
+        if blue and max(blue.values()) - min(blue.values()) > 2 * block.rounds:
+            counts = ", ".join(f"{name} {blue[name]} and {red[name]}" for name in block.partners)
+            yield (
+                f"block {block.id}: role and model are confounded: participants play in blue and in red with {counts} "
+                "rounds; a difference between these models may be a difference between the seats"
+            )
+
+
 def _role_confound(orders: tuple[Assignment, ...]) -> Iterator[str]:
     seats: dict[str, set[int]] = defaultdict(set)
     for order in orders:
@@ -278,6 +295,7 @@ def _without_effect(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]
     twice = [name for name, count in Counter(study.languages).items() if count > 1]
     if twice:
         yield f"languages: {', '.join(twice)} is named more than once"
+    yield from _unused(study)
     if study.group == 2 and study.pairing.return_s < NOTICED_S:
         yield (
             f"pairing: return_s is {study.pairing.return_s}, and between rounds a closed page is noticed after "
@@ -291,6 +309,23 @@ def _without_effect(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]
         if block.break_after_maps and not breaks:
             maps = f"{len(block.maps)} map{'s' * (len(block.maps) > 1)}"
             yield f"block {block.id}: no break comes, because break_after_maps is {block.break_after_maps} of {maps}"
+
+
+def _unused(study: Study) -> Iterator[str]:
+    """Entries that nothing refers to, and ends of what is no scale."""
+    asked = questionnaires_asked(study)
+    for spec in study.questionnaires:
+        if spec.id not in asked:
+            places = "demographics, after_round, after_partner or at_end"
+            yield f"questionnaire {spec.id} is never asked: name it in {places}, or remove it"
+        for item in spec.items:
+            if item.ends and item.kind in ("choice", "text"):
+                yield f"questionnaire {spec.id}: ends of {item.id} has no effect, because a {item.kind} is no scale"
+    met = {name for block in study.blocks for name in block.partners}
+    for partner in study.partners:
+        if partner.id not in met:
+            letter = ", and takes a letter from those who are" if study.group == 1 else ""
+            yield f"partner {partner.id} is in no block: it is never met{letter}; name it in one, or remove it"
 
 
 def map_warnings(study: Study) -> Iterator[str]:

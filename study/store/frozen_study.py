@@ -9,6 +9,7 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, func, insert, select, update
 
+from movingout.study.design.definition import ALLOCATION
 from movingout.study.errors import StudyError
 from movingout.study.store.audit import record
 from movingout.study.store.store import Store
@@ -27,6 +28,7 @@ class FrozenStudy:
     code: Mapping[str, str]
     models: Mapping[str, str]
     simulated: bool  # whether the participants were programs
+    allocation: int  # rule by which its slots are drawn
 
 
 def freeze_study(
@@ -44,6 +46,7 @@ def freeze_study(
         "file_sha256": digest,
         "models": json.dumps(dict(models)),
         "simulated": simulated,
+        "allocation": ALLOCATION,
     }
     row |= {"code": json.dumps(dict(code)), "frozen_ms": store.now()}
     with store.database.write() as connection:
@@ -65,7 +68,13 @@ def frozen_study(store: Store) -> FrozenStudy:
     if row is None:
         raise StudyError("nothing was recorded here yet: the study has not been run in this --data folder")
     return FrozenStudy(
-        row.id, row.file_text, row.file_sha256, json.loads(row.code), json.loads(row.models), row.simulated
+        row.id,
+        row.file_text,
+        row.file_sha256,
+        code=json.loads(row.code),
+        models=json.loads(row.models),
+        simulated=row.simulated,
+        allocation=row.allocation,
     )
 
 

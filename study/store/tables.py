@@ -59,6 +59,7 @@ study = Table(
         doc="agent id to SHA-256 of its checkpoint, map:NAME to that of an own map, JSON",
     ),
     Column("simulated", Boolean, nullable=False, server_default=false(), doc="whether the participants were programs"),
+    Column("allocation", Integer, nullable=False, server_default="1", info=_INSIDE, doc="rule that draws the slots"),
     Column("salt", String(32), nullable=False, info=_INSIDE, doc="of the hashes in the audit; leads to who left"),
     Column("paused", Boolean, nullable=False, server_default=false(), info=_INSIDE, doc="by the experimenter, for all"),
 )
@@ -87,7 +88,7 @@ participants = Table(
     Column("language", String(8), nullable=False, doc="of the screens"),
     Column("step", Text, nullable=False, doc="key of the step that the participant is at"),
     Column("arrived_ms", BigInteger, nullable=False, doc="first seen"),
-    Column("finished_ms", BigInteger, doc="when the code was given"),
+    Column("finished_ms", BigInteger, doc="when the code was given; of who was away then, when they were last there"),
     Column(
         "outcome",
         String(16),
@@ -188,7 +189,9 @@ answers = Table(
     Column("value", Integer, nullable=False, doc="on the item's scale; -1 for no answer and for free text"),
     Column("text", Text, nullable=False, doc="free text"),
     Column("elapsed_ms", Float, nullable=False, doc="since the page was shown"),
-    Column("at_ms", BigInteger, nullable=False, doc="when it was clicked"),
+    Column(
+        "at_ms", BigInteger, nullable=False, doc="when it was stored: later than the click where the page was offline"
+    ),
     Column("hidden_ms", Float, nullable=False, server_default="0", doc="of elapsed_ms, how long the page was hidden"),
 )
 notes = Table(

@@ -42,7 +42,7 @@ def read_arrival(
     """Raises ArrivalRefused for a link that no participant can have."""
     given = {name: value.strip() for name, value in link.items()}
     if not all(map(_possible, given.values())):
-        raise ArrivalRefused("link", "This link is not complete. Please open it again from where you got it.")
+        raise _incomplete()
     if given.get("assignmentId") == PREVIEW:
         raise ArrivalRefused("preview", "This is a preview. Please accept the task first, then open it again.")
     if given.get("sig") or needs_signature:
@@ -52,7 +52,13 @@ def read_arrival(
         return _signed(
             given, signer
         )  # its end was lost in a message; as somebody without an id they would be paid twice
+    if source == LINK and any(given.get(name) for name in KEPT):
+        raise _incomplete()  # a platform's, without its person: nobody could pay them, nor tell that they came before
     return Arrival(source, external_id, {name: given[name] for name in KEPT if given.get(name)})
+
+
+def _incomplete() -> ArrivalRefused:
+    return ArrivalRefused("link", "This link is not complete. Please open it again from where you got it.")
 
 
 def _possible(value: str) -> bool:
@@ -62,7 +68,7 @@ def _possible(value: str) -> bool:
 def _signed(given: Mapping[str, str], signer: LinkSigner | None) -> Arrival:
     checked = signer.checked(given, time.time()) if signer is not None else None
     if checked is None:
-        raise ArrivalRefused("link", "This link is not complete. Please open it again from where you got it.")
+        raise _incomplete()
     return Arrival(SIGNED, checked.id, {}, checked.expired)
 
 

@@ -37,6 +37,7 @@ def test_participants_are_where_they_were_and_go_on_to_their_codes(tmp_path: Pat
     shutil.copytree(STUDY / "data", data)
     text = (STUDY / "study.yaml").read_text(encoding="utf-8")
     with served(data, text, any_device=True, agent_workers=1, tick_s=0.025) as study:
+        assert study.running.study.allocation == 1, "as it began"
         for name in ("fixture-done-1", "fixture-done-2", "fixture-stopped"):
             assert returning(study, name).step["code"] == ABOUT[name]["code"]
         asked, card = returning(study, "fixture-asked"), returning(study, "fixture-card")

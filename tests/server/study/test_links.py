@@ -13,7 +13,7 @@ from movingout.server.cli import main
 from movingout.server.host import Host
 from movingout.server.settings import Settings
 from movingout.server.study.api import participant_view
-from movingout.server.study.arrivals.arrival_link import LINK, Arrival, ArrivalRefused
+from movingout.server.study.arrivals.arrival_link import LINK, Arrival, ArrivalRefused, read_arrival
 from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.arrivals.signed_links import LinkSigner
 from movingout.server.study.participant_session import ParticipantSession
@@ -108,6 +108,21 @@ def test_a_signed_link_that_lost_its_end_admits_no_stranger(solo: Served) -> Non
     for kept in (["id"], ["id", "until"], ["until"], ["until", "sig"]):
         assert refused(solo.arrive(**{name: good[name] for name in kept})) == "link"
     assert solo.visitor(PROLIFIC_PID="with-id", id="P01").kind == "consent", "platforms say who it is"
+
+
+@pytest.mark.parametrize(
+    "kept",
+    [
+        {"STUDY_ID": "s", "SESSION_ID": "x"},
+        {"assignmentId": "A1", "hitId": "H1"},
+        {"PROLIFIC_ID": "5f", "STUDY_ID": "s"},
+    ],
+)
+def test_a_platforms_link_without_its_person_admits_no_stranger(kept: dict[str, str]) -> None:
+    with pytest.raises(ArrivalRefused) as refusal:
+        read_arrival(kept, needs_code=False)
+    assert refusal.value.code == "link"
+    assert read_arrival({**kept, "code": "AB12"}, needs_code=True).source == "code", "that says who it is"
 
 
 def test_a_signed_link_of_another_study_is_none_of_this_one(solo: Served) -> None:

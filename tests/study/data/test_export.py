@@ -11,15 +11,17 @@ from sqlalchemy import update
 
 from movingout.server.cli import main
 from movingout.study.analysis.results import collect
+from movingout.study.data.codebook import codebook
 from movingout.study.data.erasure import DAY_MS, due_now, erase, purge
 from movingout.study.data.export import Options, export_study
+from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
 from movingout.study.store import Unit
 from movingout.study.store.clock import now_ms
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import answers, audit, consents, notes, players, rounds, tombstones, units
 from tests.study.filled import fill, template
-from tests.study.support import Clock, rounds_of
+from tests.study.support import Clock, open_store, rounds_of
 
 SHORT = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
 
@@ -133,6 +135,13 @@ def test_the_codebook_explains_every_column_of_every_table_and_every_question(tm
         assert f"| {item.id} |" in book and item.text in book
     assert "(Perfect to Failure)" in book
     assert "| age | -1: no answer; 0: 18–24; 1: 25–34" in book
+
+
+def test_the_codebook_says_what_is_expected_of_a_choice(tmp_path: Path) -> None:
+    line = "  - id: check\n    items: [{id: seen, kind: choice, text: Choose b, options: [a, b], expected: 1}]\n"
+    study, text = template("agent_survey", **SHORT)
+    study = parse_study(f"{text}\nquestionnaires:\n{line}at_end: [check]\n")
+    assert "| seen | -1: no answer; 0: a; 1: b, attention: 1 | Choose b |" in codebook(study, open_store(tmp_path))
 
 
 def test_a_question_with_a_bar_or_several_lines_stays_one_row_of_the_codebook(tmp_path: Path) -> None:

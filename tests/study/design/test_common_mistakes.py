@@ -35,3 +35,26 @@ def test_an_expected_answer_that_is_a_truth_value_is_warned_of_and_read_as_earli
 def test_an_expected_answer_that_is_no_number_is_told_so_once(written: str) -> None:
     ((_, path, message),) = faults(SMALL.replace("expected: 2", f"expected: {written}"))
     assert path == "questionnaires[0].items[0].expected" and "valid integer" in message
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("    after_partner: [short]\n", "", "questionnaire short is never asked: name it in demographics"),
+        ("[one, two]", "[one]", "partner two is in no block: it is never met, and takes a letter"),
+        (
+            "{id: attention, kind: likert7, text: Please choose 2., expected: 2}",
+            "{id: best, kind: choice, text: Which, options: [a, b], ends: [bad, good]}",
+            "questionnaire short: ends of best has no effect, because a choice is no scale",
+        ),
+    ],
+)
+def test_what_the_file_says_and_nothing_uses_is_warned_of(before: str, after: str, said: str) -> None:
+    ready, changed = review(parse_study(SMALL)), review(parse_study(SMALL.replace(before, after)))
+    assert not [one for one in ready.warnings if one.startswith(said)]
+    assert len([one for one in changed.warnings if one.startswith(said)]) == 1
+
+
+def test_an_attention_item_that_nobody_is_asked_expects_nothing() -> None:
+    assert review(parse_study(SMALL)).attention
+    assert not review(parse_study(SMALL.replace("    after_partner: [short]\n", ""))).attention
