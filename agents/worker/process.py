@@ -15,6 +15,7 @@ import socket
 import statistics
 import threading
 import time
+from collections import deque
 from collections.abc import Hashable
 from dataclasses import dataclass
 
@@ -43,12 +44,14 @@ from movingout.agents.worker.messages import (
     read_to_worker,
 )
 from movingout.agents.worker.thread_budget import ThreadBudget
+from movingout.maps import MapSpec, Rect, is_reserved
 from movingout.world.constants import TICK_SECONDS
 
 IDLE_WAIT_S = 0.5  # interval of an idle worker's heartbeat
 GIVE_UP_AFTER = 20  # consecutive failures after which a seat is not asked again
 MOST_MEMORY = 6 << 30  # bytes of one worker
-TIMED = 5  # decisions of an agent that was just loaded
+TIMED = 5  # decisions of an agent that was just loaded, or is new on a map that people made
+MOST_GROUNDS = 200  # on which it is known that an agent was timed
 MOST_SPARE, MOST_SPARE_IDS = 64, 8  # agents kept for later seats, and different ones; the oldest are dropped
 OVERRUN = 4  # exit code
 MAX_BATCH = 10  # requests answered together; more would delay the first of them too much
@@ -66,6 +69,9 @@ class _Seat:
 _Kept = tuple[str, str]
 """An agent's id and the fingerprint of its checkpoint: after another training it is another agent."""
 
+_Ground = tuple[tuple[Rect, ...], tuple[Rect, ...]]
+"""Walls and goals of a map that people made; those of all maps that come with the project count as one."""
+
 
 class DecisionQueue:
     """The seats of one worker and their open requests; knows no socket."""
@@ -76,6 +82,7 @@ class DecisionQueue:
         self._seats: dict[int, _Seat] = {}
         self._questions: dict[int, Observe] = {}
         self._spare: dict[_Kept, list[Agent]] = {}
+        self._timed_on: deque[tuple[_Kept, _Ground]] = deque(maxlen=MOST_GROUNDS)
 
     @property
     def busy(self) -> bool:
@@ -138,13 +145,13 @@ class DecisionQueue:
         episode = EpisodeInfo(message.map, message.seat, message.seed, message.ticks)
         try:
             kept_as = message.agent_id, fingerprint(message.agent_id)
-            spare, share = self._spares(kept_as), 0.0
-            if spare:
-                agent = spare.pop()
-            else:
-                with self._budget.loading():
-                    agent = _warm(load_live_agent(message.agent_id), episode)
+            spare, share, here = self._spares(kept_as), 0.0, (kept_as, _ground(episode.map))
+            known = bool(spare) and here in self._timed_on
+            with self._budget.loading():
+                agent = spare.pop() if spare else _warm(load_live_agent(message.agent_id), episode)
+                if not known:
                     share = _timed(message.agent_id, agent, episode)
+                    self._timed_on.append(here)
             agent.reset(episode)
             self._budget.claim(agent)
             group = batch_group(agent)
@@ -232,6 +239,10 @@ def _warm(agent: Agent, episode: EpisodeInfo) -> Agent:
     return agent
 
 
+def _ground(map_spec: MapSpec) -> _Ground:
+    return ((), ()) if is_reserved(map_spec.name) else (map_spec.walls, map_spec.goals)
+
+
 def _timed(agent_id: str, agent: Agent, episode: EpisodeInfo) -> float:
     """The share of a core that deciding takes: the median of a few first decisions, each of a fresh episode.
 
@@ -246,8 +257,8 @@ def _timed(agent_id: str, agent: Agent, episode: EpisodeInfo) -> float:
         times.append(time.thread_time() - begun)
     if min(times) > TICK_SECONDS:
         raise AgentError(
-            f"{agent_id} needs {1e3 * min(times):.0f} ms for a decision on this machine, and a tick has "
-            f"{1e3 * TICK_SECONDS:.0f} ms: it is for matches without people"
+            f"{agent_id} needs {1e3 * min(times):.0f} ms for a decision on this machine and on this map, and a tick "
+            f"has {1e3 * TICK_SECONDS:.0f} ms: here it is for matches without people"
         )
     return statistics.median(times) / (TICK_SECONDS * rows_to_execute(agent, checked_chunk(chunk)))
 

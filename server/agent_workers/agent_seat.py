@@ -23,7 +23,7 @@ from movingout.agents.worker.messages import (
     answered_chunk,
     observe_message,
 )
-from movingout.server.agent_workers.capacity import AgentCosts
+from movingout.server.agent_workers.capacity import AgentCosts, cost_name
 from movingout.server.agent_workers.process import Worker
 from movingout.world.ping import HelpPing
 from movingout.world.state import Floats, WorldState
@@ -60,7 +60,7 @@ class SeatPool(Protocol):
     def forget(self, seat: "AgentSeat") -> None:
         """The episode is over."""
 
-    def note_cost(self, agent_id: str, decision_ms: float, execute: int) -> None:
+    def note_cost(self, cost_name: str, decision_ms: float, execute: int) -> None:
         """What a decision cost, and the number of ticks it covers."""
 
     def note_decision(self, seat: "AgentSeat", missed: bool) -> None:
@@ -77,6 +77,7 @@ class AgentSeat:
         self._opening = opening
         self.key = key
         self.agent_id = opening.agent_id
+        self.cost_name = cost_name(opening.agent_id, opening.map)
         self.unseen = unseen_map(opening.agent_id, opening.map.name)
         self.ready = False  # loaded and warm
         self.failed = ""  # why it is no longer asked; empty while it plays
@@ -155,7 +156,7 @@ class AgentSeat:
         match message:
             case Opened():
                 self.ready = True
-                self._pool.costs.measured(self.agent_id, message.share)
+                self._pool.costs.measured(self.cost_name, message.share)
             case Answer():
                 self._take_answer(message)
             case Skipped():
@@ -190,7 +191,7 @@ class AgentSeat:
         if self._asked is not None:
             self._latency_ms = (self._clock() - self._asked.asked) * 1e3
         self._asked = None
-        self._pool.note_cost(self.agent_id, message.decision_ms, message.execute)
+        self._pool.note_cost(self.cost_name, message.decision_ms, message.execute)
 
     def _take_failure(self, message: Failed) -> None:
         self.failures += 1

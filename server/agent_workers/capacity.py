@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.maps import MapSpec, is_reserved
 
 log = logging.getLogger(__name__)
 
@@ -25,6 +26,7 @@ LATE_OF = 50  # decisions that this share is of, at least
 HALF_LIFE_S = 10.0
 MOST_KEPT = 200  # agents, of which each set of options makes another one; then the oldest is forgotten
 COSTS = "agent_costs.json"
+_ON_OWN_MAPS = " on own maps"
 
 
 def per_worker(workers: int, cores: int | None = None) -> float:
@@ -38,8 +40,16 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def cost_name(agent_id: str, map_spec: MapSpec) -> str:
+    """What the cost of an agent on a map is kept by: its id, and another name on all maps that people made.
+
+    One of these with many walls can make a decision long, which says nothing of the maps that come with the project.
+    """
+    return agent_id if is_reserved(map_spec.name) else agent_id + _ON_OWN_MAPS
+
+
 class AgentCosts:
-    """The share of a core that one seat of an agent uses. `file` is where it is kept; None for nowhere."""
+    """The share of a core that one seat of an agent uses, by `cost_name`. `file` is where it is kept, if anywhere."""
 
     def __init__(self, file: Path | None = None) -> None:
         self._file = file
@@ -48,17 +58,19 @@ class AgentCosts:
         self._changed = False
         self._read()
 
-    def of(self, agent_id: str) -> float:
-        return self._shares.get(agent_id, GUESS_TRAINED if "@" in agent_id else GUESS)
+    def of(self, name: str) -> float:
+        """On maps of one's own that of other maps until it was measured there."""
+        guess = GUESS_TRAINED if "@" in name else GUESS
+        return self._shares.get(name, self._shares.get(name.removesuffix(_ON_OWN_MAPS), guess))
 
-    def measured(self, agent_id: str, share: float) -> None:
-        """Decisions of a freshly loaded agent were timed; 0 for none. What was learned while it played stays."""
-        if share > 0.0 and (agent_id not in self._shares or self._prints.get(agent_id) != fingerprint(agent_id)):
-            self._set(agent_id, share)
+    def measured(self, name: str, share: float) -> None:
+        """Decisions of an agent were timed when it sat down; 0 for none. What was learned while it played stays."""
+        if share > 0.0 and (name not in self._shares or self._prints.get(name) != _print(name)):
+            self._set(name, share)
 
-    def note(self, agent_id: str, share: float) -> None:
+    def note(self, name: str, share: float) -> None:
         """One decision of an agent that plays. The first may include one-off planning, so it too counts little."""
-        self._set(agent_id, (1.0 - WEIGHT) * self.of(agent_id) + WEIGHT * share)
+        self._set(name, (1.0 - WEIGHT) * self.of(name) + WEIGHT * share)
 
     def save(self) -> None:
         """Write the file if anything has changed; a cost that cannot be kept is measured again."""
@@ -73,10 +85,10 @@ class AgentCosts:
         except OSError as error:
             log.warning("the costs of agents are not kept in %s: %s", self._file, error.strerror)
 
-    def _set(self, agent_id: str, share: float) -> None:
-        if agent_id not in self._prints:
-            self._prints[agent_id] = fingerprint(agent_id)
-        self._shares[agent_id] = share
+    def _set(self, name: str, share: float) -> None:
+        if name not in self._prints:
+            self._prints[name] = _print(name)
+        self._shares[name] = share
         self._changed = True
         if len(self._shares) > MOST_KEPT:
             oldest = next(iter(self._shares))
@@ -87,12 +99,16 @@ class AgentCosts:
             rows = json.loads(self._file.read_text(encoding="utf-8")) if self._file else {}
             for name, row in rows.items():
                 share, model = float(row["share"]), str(row["model"])
-                if math.isfinite(share) and 0.0 < share < 1e3 and model == fingerprint(name):
+                if math.isfinite(share) and 0.0 < share < 1e3 and model == _print(name):
                     self._shares[name], self._prints[name] = share, model
         except FileNotFoundError:
             pass
         except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             log.warning("%s is not read, and its costs are measured again: %s", self._file, error)
+
+
+def _print(name: str) -> str:
+    return fingerprint(name.removesuffix(_ON_OWN_MAPS))
 
 
 class LateDecisions:

@@ -13,7 +13,7 @@ from movingout.agents.worker.messages import Close, FromWorker, Open
 from movingout.agents.worker.thread_budget import MOST_CORES
 from movingout.maps import MapSpec
 from movingout.server.agent_workers.agent_seat import AgentSeat
-from movingout.server.agent_workers.capacity import AgentCosts, LateDecisions, per_worker
+from movingout.server.agent_workers.capacity import AgentCosts, LateDecisions, cost_name, per_worker
 from movingout.server.agent_workers.process import AgentProcess, Worker
 from movingout.server.agent_workers.stopped_agents import StoppedAgents
 from movingout.world.constants import TICK_SECONDS
@@ -24,6 +24,7 @@ class SeatAtWorker(Protocol):
 
     key: int
     agent_id: str
+    cost_name: str
     failed: str
 
     def give_up(self, reason: str) -> None:
@@ -96,7 +97,7 @@ class AgentPool:
         cannot be loaded reports it later, in `AgentSeat.failed`.
         """
         agent_card(agent_id)
-        worker = self._admitted(agent_id)
+        worker = self._admitted(agent_id, cost_name(agent_id, map))
         key = next(self._keys)
         taken = AgentSeat(
             pool=self,
@@ -113,10 +114,10 @@ class AgentPool:
             taken.begin()
         return taken
 
-    def _admitted(self, agent_id: str) -> "Worker":
+    def _admitted(self, agent_id: str, cost_name: str) -> "Worker":
         """The worker that takes one more seat. Raises AgentsBusyError."""
         worker = min(self._workers, key=self.load)
-        load = self.load(worker) + self.costs.of(agent_id)
+        load = self.load(worker) + self.costs.of(cost_name)
         if self._seats_of(worker):  # a worker without seats always takes one
             if load > self._most:
                 raise AgentsBusyError(
@@ -136,7 +137,7 @@ class AgentPool:
 
     def load(self, worker: "Worker") -> float:
         """Share of a core that the seats of `worker` use, as measured so far."""
-        return sum(self.costs.of(seat.agent_id) for seat in self._seats_of(worker))
+        return sum(self.costs.of(seat.cost_name) for seat in self._seats_of(worker))
 
     @property
     def connected(self) -> bool:
@@ -171,9 +172,9 @@ class AgentPool:
         if self._seats.pop(seat.key, None) is not None:
             self._home.pop(seat.key).send(Close(seat.key))
 
-    def note_cost(self, agent_id: str, decision_ms: float, execute: int) -> None:
+    def note_cost(self, cost_name: str, decision_ms: float, execute: int) -> None:
         """Called by a seat with the cost of a decision and the number of ticks it covers."""
-        self.costs.note(agent_id, decision_ms / 1e3 / (TICK_SECONDS * execute))
+        self.costs.note(cost_name, decision_ms / 1e3 / (TICK_SECONDS * execute))
 
     def note_decision(self, seat: "SeatAtWorker", missed: bool) -> None:
         """Called by a seat in each tick for which a decision was due."""

@@ -30,7 +30,7 @@ from movingout.agents.worker.messages import (
     frame,
     read_to_worker,
 )
-from movingout.server.agent_workers.capacity import AgentCosts
+from movingout.server.agent_workers.capacity import AgentCosts, cost_name
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.agent_workers.process import Worker
 from movingout.server.background import BackgroundWork
@@ -63,6 +63,7 @@ class ServedSeat:
     def __init__(self, pool: "ServicePool", worker: Worker, opening: Open, rooms: "RoomsLink") -> None:
         self.key = opening.key
         self.agent_id = opening.agent_id
+        self.cost_name = cost_name(opening.agent_id, opening.map)
         self._pool = pool
         self._worker = worker
         self._opening = opening
@@ -85,9 +86,9 @@ class ServedSeat:
         """Pass on what the worker says, and learn from it."""
         match message:
             case Opened():
-                self._pool.costs.measured(self.agent_id, message.share)
+                self._pool.costs.measured(self.cost_name, message.share)
             case Answer():
-                self._pool.note_cost(self.agent_id, message.decision_ms, message.execute)
+                self._pool.note_cost(self.cost_name, message.decision_ms, message.execute)
                 self._pool.note_decision(self, asyncio.get_running_loop().time() > self._deadline)
             case Skipped():
                 self._pool.note_decision(self, missed=True)
@@ -106,7 +107,7 @@ class ServicePool(AgentPool):
         """Raises AgentError."""
         if why := self._stopped.why(opening.agent_id):
             raise AgentError(why)
-        worker = self._admitted(opening.agent_id)
+        worker = self._admitted(opening.agent_id, cost_name(opening.agent_id, opening.map))
         seat = ServedSeat(self, worker, opening, rooms)
         self._seats[opening.key], self._home[opening.key] = seat, worker
         if worker.connected:

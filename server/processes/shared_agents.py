@@ -30,8 +30,8 @@ class SharedAgents(AgentPool):
         self._link = _ServiceLink(self)
         return self._link
 
-    def _admitted(self, agent_id: str) -> Worker:
-        share = self.costs.of(agent_id)
+    def _admitted(self, agent_id: str, cost_name: str) -> Worker:
+        share = self.costs.of(cost_name)
         if share > self._free:
             raise AgentsBusyError(f"no room for one more {agent_id!r}: the agents of this server are all at work")
         self._free -= share

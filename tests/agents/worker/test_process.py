@@ -4,6 +4,7 @@ import re
 import tempfile
 import time
 from collections.abc import Hashable, Sequence
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -27,7 +28,7 @@ from movingout.agents.worker.messages import (
     read_to_worker,
 )
 from movingout.agents.worker.process import MAX_BATCH, DecisionQueue
-from movingout.maps import load_map
+from movingout.maps import MapSpec, load_map
 from movingout.world.ping import HelpPing
 from tests.agents.support import Forward
 
@@ -238,10 +239,33 @@ def test_an_agent_whose_every_decision_takes_longer_than_a_tick_is_refused_in_a_
     failed = queue.take(Open(0, f"{HERE}:Slow", MAP, 0, 0, 100))
     assert isinstance(failed, Failed) and failed.fatal
     assert re.fullmatch(
-        rf"{HERE}:Slow needs \d+ ms for a decision on this machine, and a tick has 1 ms: "
-        "it is for matches without people",
+        rf"{HERE}:Slow needs \d+ ms for a decision on this machine and on this map, and a tick has 1 ms: "
+        "here it is for matches without people",
         failed.reason,
     )
+
+
+def test_an_agent_that_has_played_elsewhere_is_timed_again_on_a_map_that_people_made(
+    queue: DecisionQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def sits(the_map: MapSpec) -> FromWorker | None:
+        answer = queue.take(Open(0, f"{HERE}:Counted", the_map, 0, 0, 100))
+        queue.take(Close(0))
+        return answer
+
+    def share(the_map: MapSpec) -> float:
+        opened = sits(the_map)
+        assert isinstance(opened, Opened)
+        return opened.share
+
+    drawn, shipped = replace(MAP, name="Den"), load_map("FourCorners")
+    assert share(MAP) > 0.0
+    assert [share(shipped), share(MAP)] == [0.0, 0.0]
+    assert share(drawn) > 0.0
+    assert [share(drawn), share(replace(drawn, name="Lair")), share(MAP)] == [0.0, 0.0, 0.0]
+    monkeypatch.setattr(process, "TICK_SECONDS", 1e-9)
+    refused = sits(replace(drawn, walls=()))
+    assert isinstance(refused, Failed) and "on this map" in refused.reason
 
 
 def test_an_agent_sits_again_until_its_checkpoint_is_another(

@@ -2,20 +2,30 @@
 
 import asyncio
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from movingout.agents.errors import AgentsBusyError
 from movingout.agents.worker.heartbeat import WorkerHeartbeat
-from movingout.agents.worker.messages import Close, Open, Opened
+from movingout.agents.worker.messages import Close, Open, Opened, answer_message
 from movingout.agents.worker.process import MOST_SPARE_IDS, DecisionQueue
 from movingout.maps import load_map
-from movingout.server.agent_workers.capacity import GUESS_TRAINED, MOST_KEPT, AgentCosts, LateDecisions, per_worker
+from movingout.server.agent_workers.capacity import (
+    GUESS_TRAINED,
+    MOST_KEPT,
+    AgentCosts,
+    LateDecisions,
+    cost_name,
+    per_worker,
+)
 from movingout.server.agent_workers.pool import AgentPool
 from tests.agents.support import HERE
 
 MAP = load_map("HandOff")
+DRAWN = replace(MAP, name="Den")
 
 
 def queue(tmp_path: Path) -> DecisionQueue:
@@ -49,6 +59,32 @@ def test_seats_are_admitted_by_what_was_measured_at_the_warm_up_not_by_a_guess()
     pool.open("bass@all", MAP, 0, 1, 500), pool.open("bass@all", MAP, 0, 1, 500)
     with pytest.raises(AgentsBusyError, match="busy 100% of the time, and at most 80% is safe"):
         pool.open("bass@all", MAP, 0, 1, 500)
+
+
+def test_what_an_agent_costs_on_drawn_maps_decides_for_drawn_maps_alone(tmp_path: Path) -> None:
+    pool = AgentPool(1, costs=AgentCosts(tmp_path / "costs.json"))
+    pool._most = 0.8
+    seat = pool.open("bass@all", DRAWN, 0, 1, 500)
+    assert pool.load(seat._worker) == GUESS_TRAINED
+    seat.take(Opened(seat.key, share=0.3))
+    for tick in range(200):
+        seat.take(answer_message(seat.key, tick, np.zeros((1, 4)), 1, 60.0, {}))
+    assert pool.costs.of("bass@all") == GUESS_TRAINED
+    assert pool.load(seat._worker) == pytest.approx(0.6, abs=0.01)
+    with pytest.raises(AgentsBusyError, match="no room for one more 'bass@all': one agent process would be busy 120%"):
+        pool.open("bass@all", DRAWN, 0, 1, 500)
+    other = pool.open("bass@all", MAP, 0, 1, 500)
+    other.take(Opened(other.key, share=0.07))
+    pool.costs.save()
+    kept = AgentCosts(tmp_path / "costs.json")
+    assert [kept.of(cost_name("bass@all", one)) for one in (MAP, DRAWN)] == pytest.approx([0.07, 0.6], abs=0.01)
+    assert kept.of(cost_name("bass@all", load_map("generated:awareness:21:mirror"))) == 0.07
+
+
+def test_until_it_was_measured_an_agent_costs_as_much_on_drawn_maps_as_on_others() -> None:
+    costs = AgentCosts()
+    costs.measured("bass@all", 0.07)
+    assert costs.of(cost_name("bass@all", DRAWN)) == 0.07
 
 
 def test_what_agents_cost_is_known_after_a_restart_unless_they_were_trained_again(tmp_path: Path) -> None:
