@@ -73,6 +73,7 @@ class RunningStudy:
             on_saved=self.progress.round_ended,
             on_recovered=self.progress.catch_up,
         )
+        self.notes = ExperimenterNotes(self.databases, self.participants)
         self.departures = Departures(
             folder.recordings,
             host=host,
@@ -81,9 +82,9 @@ class RunningStudy:
             participants=self.participants,
             units=self.units,
             rooms=self.rooms,
+            notes=self.notes,
             is_paused=self.progress.is_paused,
         )
-        self.notes = ExperimenterNotes(self.databases, self.participants)
 
     def is_over(self) -> bool:
         """Whether nobody hears anything more from here."""
