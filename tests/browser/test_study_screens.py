@@ -281,12 +281,14 @@ def test_the_debrief_asks_and_the_code_can_be_copied(open_page: OpenPage) -> Non
 
 def test_whom_a_platform_sent_is_not_asked_for_another_person_at_this_screen(open_page: OpenPage) -> None:
     earned = {"minutes": 0.2, "amount": 0.07, "currency": "USD"}  # stopped after some seconds
-    study = FakeStudy.at(fake.code(completion_url="https://example.org/complete", from_platform=True, earned=earned))
+    sent = {"completion_url": "https://example.org/complete", "from_platform": True, "shared_code": True}
+    study = FakeStudy.at(fake.code(**sent, earned=earned))
     page = open_page("/healthz")
     study.open(page)
     heading(page, "Thank you")
     expect(page.get_by_text("$0.07 for 0.2 min", exact=True)).to_be_visible()
     expect(page.get_by_text("Enter this code on the site that sent you here.")).to_be_visible()
+    expect(page.get_by_text("tell the experimenter your ID on the site that sent you here.")).to_be_visible()
     expect(page.get_by_role("button", name="Next person at this screen")).to_have_count(0)
 
 

@@ -127,7 +127,8 @@ function earnedLine({ earned }) {
 }
 
 /** @param {Step} step */
-function dataSentence({ kept }) {
+function dataSentence({ kept, shared_code: shared, from_platform: fromPlatform }) {
   if (kept === false) return el("p", { class: "muted small" }, say("study.code.deleted"));
-  return el("p", { class: "muted small" }, `${say("study.code.kept")} ${say("study.code.later")}`);
+  const later = shared ? (fromPlatform ? "laterById" : "laterByTime") : "later";
+  return el("p", { class: "muted small" }, `${say("study.code.kept")} ${say(`study.code.${later}`)}`);
 }

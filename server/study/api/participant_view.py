@@ -150,6 +150,7 @@ class ParticipantViews:
             "key": "code",
             "kind": "code",
             "code": record.code,
+            "shared_code": self._running.study.shares(record.code),
             "long_ago": _long_ago(session),
             "outcome": outcome,
             "completion_url": f"{PROLIFIC_ADDRESS}{record.code}" if from_prolific else None,

@@ -36,6 +36,7 @@ def test_from_the_link_to_the_code_a_reload_anywhere_returns_to_the_same_place(s
     assert amount == pytest.approx(0.2 * minutes, abs=0.02)
     assert step == {
         "key": "code", "kind": "code", "code": step["code"], "outcome": "done", "kept": True, "long_ago": False,
+        "shared_code": False,
         "completion_url": f"https://app.prolific.com/submissions/complete?cc={step['code']}",
         "earned": {"currency": "USD"}, "from_platform": True,
     }  # fmt: skip
