@@ -281,8 +281,8 @@ def test_the_debrief_asks_and_the_code_can_be_copied(open_page: OpenPage) -> Non
 
 def test_whom_a_platform_sent_is_not_asked_for_another_person_at_this_screen(open_page: OpenPage) -> None:
     earned = {"minutes": 0.2, "amount": 0.07, "currency": "USD"}  # stopped after some seconds
-    sent = {"completion_url": "https://example.org/complete", "from_platform": True, "shared_code": True}
-    study = FakeStudy.at(fake.code(**sent, earned=earned))
+    address = "https://example.org/complete"
+    study = FakeStudy.at(fake.code(completion_url=address, from_platform=True, shared_code=True, earned=earned))
     page = open_page("/healthz")
     study.open(page)
     heading(page, "Thank you")
