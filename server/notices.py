@@ -43,7 +43,7 @@ UnrecordedCode = Literal["disk_full", "not_writable", "failed"]  # why a round i
 AlertCode = Literal[
     "fault", "disk", "database", "deletion", "recovery", "not_closed", "recording", "room", "agent_failed",
     "agent_unseen", "gone", "slow", "duplicate", "controls", "full", "away",
-    "other_device", "server", "unvaried",
+    "other_device", "server", "unvaried", "clock",
 ]  # fmt: skip
 
 

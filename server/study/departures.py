@@ -11,6 +11,7 @@ from movingout.server.notices import Notice
 from movingout.server.public_host import PublicHost
 from movingout.server.study.alerts import Alerts
 from movingout.server.study.databases import StudyDatabases
+from movingout.server.study.notes import ExperimenterNotes
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.participants import Participants
 from movingout.server.study.rounds.round_recovery import FINISHED_S
@@ -40,6 +41,7 @@ class Departures:
         participants: Participants,
         units: Units,
         rooms: StudyRooms,
+        notes: ExperimenterNotes,
         is_paused: Callable[[ParticipantSession], bool],
     ) -> None:
         self._recordings = recordings
@@ -49,6 +51,7 @@ class Departures:
         self._participants = participants
         self._units = units
         self._rooms = rooms
+        self._notes = notes
         self._is_paused = is_paused
         self._deletions: set[asyncio.Task[None]] = set()
         self._ending = asyncio.Event()
@@ -140,6 +143,7 @@ class Departures:
             played = [row for row in await run(store.rows, rounds) if row["episode"] in episodes]
             removed = await asyncio.to_thread(remove_recordings, self._recordings, pid, episodes)
             await run(withdraw_data, store, pid, removed)
+            self._notes.forget(pid)
             self._rooms.finished.count_deleted(played)
             self._forget_last_round(pid)
         except Exception as error:  # noqa: BLE001 - the experimenter hears of it, and it is tried again

@@ -18,6 +18,7 @@ from movingout.study.store.store import DoneUnit, Participant
 CODE_LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 CODE_LENGTH = 10
 UNDECIDED_S = 1800.0  # how long somebody who has not consented yet may be away
+CLOCK_MS = 5000  # by which the clock of another node, or one that was corrected, may be behind without a word
 MOST_UNDECIDED = 2000  # of them are remembered after they have closed the page
 MOST_DECLINED = 1000  # whose pages still say goodbye
 MOST_AT_ONCE = 500  # deleted a second; more than can arrive
@@ -45,8 +46,12 @@ class Participants:
     def get(self, pid: str) -> ParticipantSession | None:
         return self._sessions.get(pid)
 
-    async def restore(self, tx: Transaction, sources: Mapping[str, str]) -> None:
-        """Read everybody from the database after a start; `sources` says by pseudonym who recruited them."""
+    async def restore(self, tx: Transaction, sources: Mapping[str, str]) -> float:
+        """Read everybody from the database after a start; `sources` says by pseudonym who recruited them.
+
+        Returns for how many seconds the clock was set back meanwhile, as far as anybody's times tell.
+        """
+        back_s = await self._follow_clock(tx)
         for record in await tx.run(self._store.everybody):
             session = self._add(record, sources.get(record.pid, ""))
             session.present_since = session.last_seen_at  # who comes back first waits from the start on
@@ -56,6 +61,17 @@ class Participants:
             if seen_ms is not None:
                 session.away_before_s = max(0.0, (self._store.now() - seen_ms) / 1e3)
         self._done_units = await tx.run(self._store.done_units)
+        return back_s
+
+    async def _follow_clock(self, tx: Transaction) -> float:
+        """Move the times of those on their way who, by a clock that was set back, would be paid for nothing."""
+        now = self._store.now()
+        on_their_way = [one for one in await tx.run(self._store.everybody) if one.code is None]
+        ahead = {one.pid: max(one.arrived_ms, one.last_seen_ms or 0) - now for one in on_their_way}
+        ahead = {pid: ms for pid, ms in ahead.items() if ms > CLOCK_MS}
+        if ahead:
+            await tx.run(self._store.set_back, ahead)
+        return max(ahead.values(), default=0) / 1e3
 
     async def arrive(self, tx: Transaction, pid: str, language: str, source: str) -> ParticipantSession:
         """Somebody takes part from now on."""

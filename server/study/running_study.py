@@ -74,6 +74,7 @@ class RunningStudy:
             on_saved=self.progress.round_ended,
             on_recovered=self.progress.catch_up,
         )
+        self.notes = ExperimenterNotes(self.databases, self.participants)
         self.departures = Departures(
             folder.recordings,
             host=host,
@@ -82,9 +83,9 @@ class RunningStudy:
             participants=self.participants,
             units=self.units,
             rooms=self.rooms,
+            notes=self.notes,
             is_paused=self.progress.is_paused,
         )
-        self.notes = ExperimenterNotes(self.databases, self.participants)
 
     def is_over(self) -> bool:
         """Whether nobody hears anything more from here."""
@@ -116,7 +117,8 @@ class RunningStudy:
         """Bring everybody back to where they were."""
         known = await self.databases.run(self.databases.identities.everybody)
         async with self.transaction() as tx:
-            await self.participants.restore(tx, {pid: source for pid, (source, _) in known.items()})
+            back_s = await self.participants.restore(tx, {pid: source for pid, (source, _) in known.items()})
+            self._tell_of_clock(back_s)
             await self.notes.restore()
             await self.units.restore(tx)
             await self.rooms.resume(tx, self.units)
@@ -128,6 +130,12 @@ class RunningStudy:
                     await self.departures.release_partners(tx, unit)
         withdrawn = [one for one in self.participants if one.record.keep is False and one.finished]
         self.departures.delete_again(withdrawn)
+
+    def _tell_of_clock(self, back_s: float) -> None:
+        if back_s:
+            minutes = round(back_s / 60, 1)
+            text = f"The clock is {minutes:g} min behind the times of before the start; everybody's paid time goes on."
+            self.alerts.add("clock", text, minutes=minutes)
 
     async def stop(self) -> None:
         await self.rooms.finished.saved()

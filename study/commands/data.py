@@ -63,7 +63,9 @@ def configure(commands: Any) -> None:
         example="movingout study forget study.yaml P7KXM2Q",
     )
     add_place(forgetting)
-    forgetting.add_argument("pid", metavar="PID", help="pseudonym, such as P7KXM2Q, or completion code")
+    forgetting.add_argument(
+        "pid", metavar="PID", help="pseudonym, such as P7KXM2Q, completion code of theirs alone, or ID on a platform"
+    )
     forgetting.set_defaults(perform=_forget)
 
     purging = commands.add_parser(

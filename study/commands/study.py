@@ -196,6 +196,7 @@ def _document(found: Review) -> dict[str, Any]:
             }
             for order in found.orders
         ],
+        "partners": {names[one.id]: {"id": one.id, "agent": one.agent} for one in found.study.partners},
         "attention": list(found.attention),
         "warnings": list(found.warnings),
         "missing": list(found.missing),

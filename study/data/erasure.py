@@ -45,16 +45,30 @@ class DueForErasure:
 
 
 def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
-    """Delete a participant, named by pseudonym or completion code.
+    """Delete a participant, named by pseudonym, completion code or the id that a platform knows them by.
 
-    If this is interrupted, run it again: the row in the store is deleted last.
+    If this is interrupted, run it again, at best with the pseudonym: the row in the store is deleted last.
     """
-    pid = resolve_participant(store, name)
+    pid = _named(folder, store, name)
     removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
     remove_rooms(folder, pid)
     with folder.existing_identities() as identities:
         known = identities is not None and identities.forget(pid) > 0
     return Erased(pid, remove_participant(store, pid, removed), removed, known)
+
+
+def _named(folder: StudyFolder, store: Store, name: str) -> str:
+    """The pseudonym. Raises StudyError unless there is exactly one, and for a code that several may have."""
+    if folder.study.shares(name):
+        also = "name the participant by pseudonym, or by the ID on the platform; payments.csv has both"
+        raise StudyError(f"{name!r} is the code of all who end alike, as `codes` says; {also}")
+    with folder.existing_identities() as identities:
+        known = identities.pids(name) if identities else []
+    if len(known) > 1:
+        raise StudyError(
+            f"{len(known)} participants have the ID {name!r}; name one by the pseudonym: payments.csv has it"
+        )
+    return resolve_participant(store, known[0] if known else name)
 
 
 def _due(study: Study, store: Store, known: Collection[str]) -> DueForErasure:

@@ -1,6 +1,7 @@
 """Places in the consent that are filled from the study file, and whether its text says the same as the file.
 
-`{minutes}`, `{protocol}`, `{pay.per_hour}` and `{pay.maximum}` stand for these fields, amounts with their currency.
+`{minutes}`, `{protocol}`, `{pay.per_hour}` and `{pay.maximum}` stand for these fields, amounts with their currency; in
+the debriefing `{partners}` says which letter was which partner.
 """
 
 import re
@@ -8,10 +9,13 @@ from collections.abc import Iterable, Iterator
 from typing import Final
 
 from movingout.recordings.report.words import Words
+from movingout.study.design.allocation import letters
 from movingout.study.design.definition import Study
 from movingout.study.design.localized_text import LocalizedText
 
 PLACES: Final = ("minutes", "protocol", "pay.per_hour", "pay.maximum")
+PARTNERS: Final = "partners"  # would unblind anywhere but in the debriefing
+DEBRIEFING: Final = "the debriefing"
 _PLACE = re.compile(r"\{([a-z][a-z_.]*)\}")
 _BLANK = re.compile(r"(?<!\\)\[[^\]]+\](?![(\[])")  # [number], and not a link; \[ is a bracket that stays
 _CODE = re.compile(r"\bcode\b", re.IGNORECASE)  # in German, too
@@ -73,16 +77,17 @@ def _texts(study: Study) -> Iterator[tuple[str, LocalizedText]]:
     for box in study.consent.boxes:
         yield f"consent box {box.id!r}", box.text
     if study.debrief is not None:
-        yield "the debriefing", study.debrief.text
+        yield DEBRIEFING, study.debrief.text
 
 
 def _blanks(study: Study, where: str, text: LocalizedText) -> Iterator[str]:
+    places = (*PLACES, PARTNERS) if where == DEBRIEFING else PLACES
     for language, one in text.root.items():
         for blank in _BLANK.findall(one):
             yield f"{where} has a blank to fill in: {' '.join(blank.split())}"
         for place in _PLACE.findall(one):
-            if place not in PLACES:
-                known = ", ".join(f"{{{name}}}" for name in PLACES)
+            if place not in places:
+                known = ", ".join(f"{{{name}}}" for name in places)
                 yield f"{where} has {{{place}}}, which is no place; places are {known}"
             elif not _value(study, place, language):
                 yield f"{where} has {{{place}}}, and the file has no {place}"
@@ -95,6 +100,10 @@ def _value(study: Study, place: str, language: str) -> str:
         return str(study.minutes)
     if place == "protocol":
         return study.protocol
+    if place == PARTNERS:
+        return ", ".join(
+            f"{shown}: {name}" for shown, name in sorted((two, one) for one, two in letters(study).items())
+        )
     if place == "pay.per_hour" and pay is not None:
         return _amount(pay.per_hour, pay.currency, language)
     if place == "pay.maximum" and pay is not None and pay.maximum is not None:

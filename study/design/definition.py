@@ -345,6 +345,10 @@ class Study(StudyModel):
         text = self.map_texts.get(name)
         return None if text is None else (text.title.text(language), text.description.text(language))
 
+    def shares(self, code: str | None) -> bool:
+        """Whether a completion code is one that the file fixes: others have the same."""
+        return self.codes != "unique" and code in self.codes.values()
+
     def shuffles(self, name: str) -> bool:
         return any(spec.id == name and spec.shuffle for spec in self.questionnaires)
 

@@ -9,7 +9,8 @@ _BEGAN_NS = time.time_ns() - time.clock_gettime_ns(_STEADY)
 def now_ms() -> int:
     """Milliseconds since the epoch, from the system clock at the start of this process.
 
-    If the system clock is corrected in the middle of a session, durations and pay stay right.
+    If the system clock is corrected in the middle of a session, durations and pay stay right; where it is set back
+    between two runs of a server, `Store.set_back` sees to it.
     """
     return (_BEGAN_NS + time.clock_gettime_ns(_STEADY)) // 1_000_000
 

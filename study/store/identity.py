@@ -65,6 +65,12 @@ class IdentityStore:
             found = connection.execute(query).scalar()
             return None if found is None else str(found)
 
+    def pids(self, external_id: str) -> list[str]:
+        """The pseudonyms of a recruitment id, whatever its source: nearly always one, or none."""
+        with self.database.read() as connection:
+            query = select(identities.c.pid).where(identities.c.external_id == external_id)
+            return [str(pid) for pid in connection.execute(query).scalars()]
+
     def open_session(self, pid: str, token_hash: str) -> None:
         """From now on only the browser with this secret acts for the participant."""
         with self.database.write() as connection:

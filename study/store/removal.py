@@ -36,12 +36,13 @@ def remove_participant(store: Store, pid: str, recordings: int) -> int:
 
 
 def has_data(store: Store, pid: str) -> bool:
-    """Whether there are still answers or rounds of a participant."""
+    """Whether there are still answers or rounds of a participant, or notes about them."""
     unit = store.participant(pid).unit
     mine = select(answers.c.id).where(answers.c.pid == pid)
     played = select(rounds.c.id).where(rounds.c.unit == unit)
+    noted = select(notes.c.id).where(_about(pid, unit))
     with store.database.read() as connection:
-        return any(connection.execute(query).first() is not None for query in (mine, played))
+        return any(connection.execute(query).first() is not None for query in (mine, played, noted))
 
 
 def withdraw_data(store: Store, pid: str, recordings: int) -> int:
@@ -94,10 +95,15 @@ def _remove_data(connection: Connection, pid: str, unit: int | None) -> int:
     rows = _remove(connection, players, or_(players.c.pid == pid, players.c["round"].in_(mine)))
     if unit is not None:
         rows += _remove(connection, rounds, rounds.c.unit == unit)
-        rows += _remove(connection, notes, notes.c.unit == unit)  # notes may say who it was
         connection.execute(update(units).where(units.c.id == unit).values(state="dropped"))
-    rows += _remove(connection, notes, notes.c.text.contains(pid, autoescape=True))
+    rows += _remove(connection, notes, _about(pid, unit))
     return rows + _remove(connection, answers, answers.c.pid == pid)
+
+
+def _about(pid: str, unit: int | None) -> ColumnElement[bool]:
+    """The notes on a participant or their unit, which may say who it was."""
+    named = notes.c.text.contains(pid, autoescape=True)
+    return named if unit is None else or_(named, notes.c.unit == unit)
 
 
 def _remove(connection: Connection, table: Table, condition: ColumnElement[bool]) -> int:

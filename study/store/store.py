@@ -187,6 +187,15 @@ class Store:
         with self.database.write() as connection:
             connection.execute(change, [{"who": pid, "at": at} for pid, at in last_seen_ms.items()])
 
+    def set_back(self, by_ms: Mapping[str, int]) -> None:
+        """The clock was set back: participants, by pseudonym, arrived so many milliseconds earlier and are here now."""
+        change = update(participants).where(participants.c.pid == bindparam("who"))
+        moved = {"arrived_ms": participants.c.arrived_ms - bindparam("by"), "last_seen_ms": self.now()}
+        with self.database.write() as connection:
+            connection.execute(change.values(**moved), [{"who": pid, "by": by} for pid, by in by_ms.items()])
+            seconds = round(max(by_ms.values()) / 1e3)
+            record(connection, self.now(), "server", "clock-set-back", participants=len(by_ms), seconds=seconds)
+
     def keep_data(self, pid: str, keep: bool) -> None:
         """The answer to "may we keep your data?"."""
         self._change(pid, keep=keep)

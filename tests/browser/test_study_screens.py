@@ -281,19 +281,22 @@ def test_the_debrief_asks_and_the_code_can_be_copied(open_page: OpenPage) -> Non
 
 def test_whom_a_platform_sent_is_not_asked_for_another_person_at_this_screen(open_page: OpenPage) -> None:
     earned = {"minutes": 0.2, "amount": 0.07, "currency": "USD"}  # stopped after some seconds
-    study = FakeStudy.at(fake.code(completion_url="https://example.org/complete", from_platform=True, earned=earned))
+    address = "https://example.org/complete"
+    study = FakeStudy.at(fake.code(completion_url=address, from_platform=True, shared_code=True, earned=earned))
     page = open_page("/healthz")
     study.open(page)
     heading(page, "Thank you")
     expect(page.get_by_text("$0.07 for 0.2 min", exact=True)).to_be_visible()
     expect(page.get_by_text("Enter this code on the site that sent you here.")).to_be_visible()
+    expect(page.get_by_text("tell the experimenter your ID on the site that sent you here.")).to_be_visible()
     expect(page.get_by_role("button", name="Next person at this screen")).to_have_count(0)
 
 
 def test_who_came_by_a_link_of_their_own_is_not_asked_for_the_next_person_and_an_unpaid_code_is_not_for_pay(
     open_page: OpenPage,
 ) -> None:
-    study = FakeStudy.at(fake.debrief(), fake.code("withdrew", earned=None))
+    told = "<h1>What it was about</h1><p>Partner A: dp</p>"
+    study = FakeStudy.at(fake.debrief(), fake.code("withdrew", earned=None, html=told))
     study.pays = False
     page = open_page("/healthz", script="localStorage.setItem('movingout-study-by-link', '1')")
     study.open(page)
@@ -306,6 +309,8 @@ def test_who_came_by_a_link_of_their_own_is_not_asked_for_the_next_person_and_an
     page.get_by_label("You may keep my data").check()
     page.get_by_role("button", name="Continue", exact=True).click()
     heading(page, "The study was stopped")
+    expect(page.get_by_role("heading", name="What it was about", level=2)).to_be_visible()
+    expect(page.get_by_text("Partner A: dp")).to_be_visible()
     expect(page.get_by_role("button", name="Next person at this screen")).to_have_count(0)
     expect(page.get_by_text("to be paid")).to_have_count(0)
 

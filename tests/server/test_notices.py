@@ -46,6 +46,8 @@ def test_how_a_study_ends_is_told_to_participants_and_experimenters(catalogue: P
         lead = f"study.code.{outcome}Lead"
         assert {f"study.code.{outcome}", f"experimenter.outcome.{outcome}"} <= texts.keys(), outcome
         assert lead in texts or {f"{lead}.paid", f"{lead}.unpaid"} <= texts.keys(), outcome
+    away = [text for key, text in texts.items() if key.startswith("study.code.dropped-outLead")]
+    assert away and "artner" not in str(away), "they may have played with agents"
 
 
 def test_a_refusal_over_http_carries_its_values() -> None:

@@ -66,6 +66,7 @@ export function codeScreen({ step, several, people, pay, leaveScreen, nextCode }
     heading(say(`study.code.${outcome}`), who),
     el("p", { class: "lead" }, say(has(`${lead}.${pay}`) ? `${lead}.${pay}` : lead)),
     step.code ? codeBlock(step, step.code) : null,
+    step.html ? debriefing(step.html) : null,
     step.code ? dataSentence(step) : null,
     el(
       "div",
@@ -75,6 +76,14 @@ export function codeScreen({ step, several, people, pay, leaveScreen, nextCode }
     ),
   );
   return { root };
+}
+
+/** What who was ended early would have read before the code. @param {string} html */
+function debriefing(html) {
+  const text = prose(html);
+  const title = text.querySelector("h1");
+  title?.replaceWith(el("h2", {}, title.textContent ?? "")); // the page has its own
+  return text;
 }
 
 /** @param {Step} step @param {string} code */
@@ -127,7 +136,8 @@ function earnedLine({ earned }) {
 }
 
 /** @param {Step} step */
-function dataSentence({ kept }) {
+function dataSentence({ kept, shared_code: shared, from_platform: fromPlatform }) {
   if (kept === false) return el("p", { class: "muted small" }, say("study.code.deleted"));
-  return el("p", { class: "muted small" }, `${say("study.code.kept")} ${say("study.code.later")}`);
+  const later = shared ? (fromPlatform ? "laterById" : "laterByTime") : "later";
+  return el("p", { class: "muted small" }, `${say("study.code.kept")} ${say(`study.code.${later}`)}`);
 }

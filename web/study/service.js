@@ -43,6 +43,7 @@ import { pickLanguage } from "../text/language.js";
  * @property {number} [seconds]
  * @property {boolean} [ask_to_keep]
  * @property {string | null} [code]
+ * @property {boolean} [shared_code] others have the same code, because the study file fixes it
  * @property {boolean} [long_ago] they finished so long ago that somebody else may sit here now
  * @property {string} [outcome]
  * @property {boolean | null} [kept]

@@ -84,10 +84,13 @@ class ParticipantViews:
         if step.kind in ("practice", "round"):
             return shown | await self._round(session, step)
         if step.kind == "debrief" and running.study.debrief is not None:
-            debrief = running.study.debrief
-            html = _html(filled(running.study, debrief.text, session.record.language))
-            return shown | {"html": html, "ask_to_keep": debrief.ask_to_keep}
+            html = self._debriefing(session.record.language)
+            return shown | {"html": html, "ask_to_keep": running.study.debrief.ask_to_keep}
         return shown | {"seconds": BREAK_S}
+
+    def _debriefing(self, language: str) -> str | None:
+        debrief = self._running.study.debrief
+        return _html(filled(self._running.study, debrief.text, language)) if debrief else None
 
     def _consent(self, language: str) -> View:
         study, consent = self._running.study, self._running.study.consent
@@ -145,17 +148,20 @@ class ParticipantViews:
     def _code(self, session: ParticipantSession) -> View:
         record = session.record
         outcome: Outcome | str | None = "declined" if session.declined else record.outcome
+        ended_early = record.unit is not None and outcome != "done"  # after the game had begun, before the debriefing
         from_prolific = session.source == PROLIFIC and record.code
         return {
             "key": "code",
             "kind": "code",
             "code": record.code,
+            "shared_code": self._running.study.shares(record.code),
             "long_ago": _long_ago(session),
             "outcome": outcome,
             "completion_url": f"{PROLIFIC_ADDRESS}{record.code}" if from_prolific else None,
             "from_platform": session.source in PLATFORMS,
             "earned": earnings(self._running.study, session.record),
             "kept": record.keep,
+            "html": self._debriefing(record.language) if ended_early else None,
         }
 
 

@@ -118,9 +118,15 @@ class RoomSetup:
                 continue
             agent = self._agent(step)
             kind = "idle" if agent == "idle" else "agent"
-            name = self._letters.get(step.partner, PARTNER_NAME)
-            seats[index] = Seat(index, kind, agent, name=name)  # type: ignore[arg-type]
+            seats[index] = Seat(index, kind, agent, name=self._letter(step))  # type: ignore[arg-type]
         return [seats[0], seats[1]]
+
+    def blinded(self, step: Step, problem: str) -> str:
+        """Why a room cannot be opened, as the experimenter may read it: with the letter in place of the agent's id."""
+        return problem.replace(repr(self._agent(step)), self._letter(step))
+
+    def _letter(self, step: Step) -> str:
+        return self._letters.get(step.partner, PARTNER_NAME)
 
     def _agent(self, step: Step) -> str:
         """The id of the agent that plays with a participant."""

@@ -92,7 +92,8 @@ class StudyRooms:
             except MovingOutError as error:
                 unit.problem = str(error)
         if unit.problem:
-            self._alerts.add("room", f"Unit {unit.record.id} cannot play yet.", unit.problem, unit=unit.record.id)
+            why = self._setup.blinded(step, unit.problem)
+            self._alerts.add("room", f"Unit {unit.record.id} cannot play yet.", why, unit=unit.record.id)
 
     async def _open(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
         members = unit.members_at(step)

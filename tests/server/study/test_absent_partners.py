@@ -35,6 +35,7 @@ def test_who_does_not_come_back_gets_a_code_of_the_file(own: dict[str, str], tmp
         study.look()
         first.look()
         assert first.step["code"] == own.get("dropped-out", "STOP0000"), "files of before have no code for it"
+        assert first.step["shared_code"], "it finds nobody"
 
 
 def test_when_both_are_away_nobody_is_sent_away(pair: Served) -> None:

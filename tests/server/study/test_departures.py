@@ -12,10 +12,10 @@ from movingout.recordings.storage.index import list_recordings
 from movingout.server.study import departures
 from movingout.study.data.erasure import remove_recordings
 from movingout.study.errors import StudyError
-from movingout.study.store.tables import answers
+from movingout.study.store.tables import answers, notes
 from tests.recordings.support import record
 from tests.server.cluster.processes import wait_until
-from tests.server.study.support import Visitor, served
+from tests.server.study.support import Served, Visitor, served
 
 
 def journal_of(visitor: Visitor, folder: Path) -> Path:
@@ -86,3 +86,15 @@ def test_a_deletion_that_failed_is_tried_again(tmp_path: Path, monkeypatch: pyte
         study.visitor().go_to("questionnaire").stop(False)
         wait_until(lambda: not names_in(tmp_path / "recordings"), "nothing is left")
         assert study.alerts().count("deletion") == 1
+
+
+def test_notes_on_somebody_go_with_their_data_also_where_they_are_shown(solo: Served) -> None:
+    visitor = solo.visitor().go_to("practice")
+    solo.ask("note", text="Felt sick.", pid=visitor.pid)
+    solo.ask("note", text=f"Call {visitor.pid} again.")
+    solo.ask("note", text="It rained.")
+    visitor.stop(False)
+    wait_until(lambda: visitor.pid not in str(solo.state()["notes"]), "the deletion")
+    texts = [note["text"] for note in solo.state()["notes"]]
+    assert "It rained." in texts and "Felt sick." not in texts
+    assert "Felt sick." not in str(solo.running.databases.store.rows(notes))

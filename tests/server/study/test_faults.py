@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from movingout.agents.errors import AgentsBusyError
 from movingout.server.notices import Notice
 from movingout.server.rooms.seat import Seat
 from movingout.server.study import databases
@@ -158,6 +159,21 @@ def test_a_full_disk_lets_no_round_begin_and_says_so(study: Served, monkeypatch:
     monkeypatch.undo()
     study.look()
     assert visitor.look()["step"]["state"] == "playing"
+
+
+def test_an_alert_says_no_more_than_the_letter_of_an_agent_that_has_no_room(
+    study: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def full(*_: object) -> str:
+        raise AgentsBusyError("no room for one more 'idle': the agents of this server are all at work")
+
+    visitor = study.visitor().go_to("round")
+    monkeypatch.setattr(study.live.host, "open_room", full)
+    visitor.next()
+    alert = next(one for one in study.running.alerts.to_json() if one["about"] == "room")
+    letter = f"Partner {visitor.step['partner_letter']}"
+    assert alert["detail"] == f"no room for one more {letter}: the agents of this server are all at work"
+    assert "idle" not in str(alert)
 
 
 def test_a_room_that_fails_is_opened_again(study: Served, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,6 +36,7 @@ def test_from_the_link_to_the_code_a_reload_anywhere_returns_to_the_same_place(s
     assert amount == pytest.approx(0.2 * minutes, abs=0.02)
     assert step == {
         "key": "code", "kind": "code", "code": step["code"], "outcome": "done", "kept": True, "long_ago": False,
+        "shared_code": False, "html": None,
         "completion_url": f"https://app.prolific.com/submissions/complete?cc={step['code']}",
         "earned": {"currency": "USD"}, "from_platform": True,
     }  # fmt: skip
@@ -160,6 +161,15 @@ def test_every_exit_gives_exactly_one_code(solo: Served, outcome: str, leave: Ca
         assert (visitor.step["code"], visitor.step["outcome"]) == (first["code"], outcome)
     codes = [row["code"] for row in solo.running.databases.store.rows(participants) if row["code"]]
     assert len(set(codes)) == len(codes)
+
+
+@pytest.mark.parametrize(("at", "read"), [("form", False), ("practice", True)])
+def test_who_stops_once_the_game_has_begun_reads_the_debriefing_beside_the_code(
+    solo: Served, at: str, read: bool
+) -> None:
+    visitor = solo.visitor().go_to(at)
+    visitor.stop(False)
+    assert visitor.step["html"] == ("<h1>Thank you</h1>\n" if read else None)
 
 
 def test_who_stops_and_lets_the_data_be_kept_has_said_so(solo: Served) -> None:

@@ -16,6 +16,7 @@ from movingout.server.study.earnings import minutes_here
 from movingout.server.study.experimenter_actions import ExperimenterActions, ExperimenterRequest
 from movingout.server.study.monitor import StudyMonitor
 from movingout.server.study.participant_session import ParticipantSession
+from movingout.server.study.rounds.study_rooms import StudyRooms
 from movingout.server.study.running_study import RunningStudy
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
@@ -170,6 +171,40 @@ def test_an_absence_goes_on_while_the_server_is_stopped(
                 session.seen(time.monotonic(), paused=False)
             paid = HOUR_S + (paid_s if returns else 0)
             assert await minutes(study, session) == pytest.approx(paid / 60, abs=0.1)
+        finally:
+            study.databases.close()
+
+    asyncio.run(test())
+
+
+@pytest.mark.parametrize("away_s", [0, 100])
+def test_a_clock_that_is_set_back_between_two_runs_takes_nobodys_minutes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, away_s: int
+) -> None:
+    async def no_rooms(*_: object) -> None: ...
+
+    monkeypatch.setattr(StudyRooms, "resume", no_rooms)
+
+    async def test() -> None:
+        clock = Clock()
+        study = begun(tmp_path, clock)
+        session = await here(study)
+        clock.ms += 1000 * (HOUR_S + away_s)
+        session.last_seen_at -= away_s
+        await study.stop()
+        clock.ms -= 1000 * 3 * HOUR_S
+        told = []
+        for again in (True, False):  # the times are moved once
+            study = begun(tmp_path, clock)
+            await study.start()
+            told.append([alert["values"] for alert in study.alerts.to_json()])
+            if again:
+                study.databases.close()
+        try:
+            session = study.participants["P1"]
+            session.seen(time.monotonic(), paused=False)
+            assert await minutes(study, session) == pytest.approx(60, abs=0.1)
+            assert told == [[{"minutes": pytest.approx(180 - away_s / 60, abs=0.2)}], []]
         finally:
             study.databases.close()
 

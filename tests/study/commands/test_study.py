@@ -26,6 +26,10 @@ def test_a_new_study_is_written_and_checked(
     assert code == 1 and document["unfilled"], "a template is not ready before its blanks are filled in"
     assert document["untranslated"] == document["contradictions"] == []
     assert document["timeline"][0]["step"] == "consent"
+    assert document["partners"].get("Partner A", {"id": "", "agent": ""}).keys() == {"id", "agent"}
+    assert {visit["partner"] for order in document["orders"] for visit in order["visits"]} - {""} <= {
+        *document["partners"]
+    }
     assert len(document["orders"]) == document["participants"] // (2 if name == "collect" else 1)
 
 

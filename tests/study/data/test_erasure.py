@@ -18,8 +18,10 @@ from movingout.study.data.erasure import (
     remove_recordings,
 )
 from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import parse_study
+from movingout.study.errors import StudyError
 from tests.recordings.support import record
-from tests.study.support import agree, open_store, study
+from tests.study.support import TEXT, agree, open_identities, open_store, study
 
 PID = "P7QRS2"
 
@@ -99,3 +101,14 @@ def test_identities_that_were_deleted_or_lost_are_not_made_anew(tmp_path: Path, 
     assert due_now(folder, store).identities == purge(folder, store).identities == ()
     assert erase(folder, store, PID).identity is False
     assert not folder.has_identities and identities.exists() == (left != "nothing")
+
+
+def test_a_code_that_several_may_have_finds_nobody_and_the_id_on_the_platform_does(tmp_path: Path) -> None:
+    folder = StudyFolder(parse_study(TEXT.replace("codes: unique", "codes: {withdrew: STOP1}")), tmp_path)
+    store, identities = open_store(folder.own), open_identities(folder.own)
+    pid, _ = identities.pid("prolific", "5f3c")
+    agree(store, [pid])
+    store.finish(pid, "withdrew", "STOP1")
+    with pytest.raises(StudyError, match="'STOP1' is the code of all who end alike"):
+        erase(folder, store, "STOP1")
+    assert erase(folder, store, "5f3c").pid == pid and identities.pids("5f3c") == []

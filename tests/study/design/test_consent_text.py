@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from movingout.server.cli import main
+from movingout.study.design.allocation import letters
 from movingout.study.design.consent_text import contradictions, filled, unfilled
 from movingout.study.design.review import review
 from movingout.study.design.study_file import parse_study
@@ -40,6 +41,16 @@ def test_blanks_and_places_without_a_value_are_named() -> None:
         "the consent has {protocol}, and the file has no protocol",
     )
     assert unfilled(parse_study(consent("{minutes} minutes for {pay.per_hour}"))) == ()
+
+
+def test_the_debriefing_says_which_letter_was_which_partner_and_the_consent_cannot() -> None:
+    study = parse_study(template_text("human_study"))
+    assert study.debrief is not None
+    found = filled(study, study.debrief.text, "en")
+    told = [f"{shown}: {name}" for name, shown in letters(study).items()]
+    assert f"influence you: {', '.join(sorted(told))}. We compare" in " ".join(found.split())
+    assert not any("{partners}" in sentence for sentence in unfilled(study))
+    assert "{partners}, which is no place" in unfilled(parse_study(consent("Played with {partners}")))[0]
 
 
 @pytest.mark.parametrize(

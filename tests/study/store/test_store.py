@@ -310,6 +310,8 @@ def test_what_a_participant_did_goes_at_their_wish_and_the_code_stays(place: Pat
     assert (store.rows(rounds), [row["pid"] for row in store.rows(answers)]) == ([], ["P2"])
     assert store.participant("P1").code == "CODE-1" and len(store.rows(consents)) == 2
     assert withdraw_data(store, "P1", 0) == 0, "asking again changes nothing"
+    store.note("Came back for her umbrella.", unit.id)
+    assert has_data(store, "P1"), "a note of later is about them"
     assert [row["action"] for row in store.rows(audit)].count("withdraw") == 1
 
 
