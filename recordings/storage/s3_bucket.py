@@ -206,6 +206,13 @@ def deleted_of(data: Path) -> set[str]:
         raise cannot("read", data / DELETED, error) from error
 
 
+def add_notes(other: Path, data: Path) -> None:
+    """What another data folder, or a copy of its notes, knows of copies, this one knows as well. Raises OSError."""
+    for address in uploads_of(other):
+        note_uploads(data, address)
+    _note_deleted(data, sorted(deleted_of(other) - deleted_of(data) - {""}))
+
+
 def _note_deleted(data: Path, names: list[str]) -> None:
     """Append and fsync."""
     if names:
