@@ -4,9 +4,10 @@ import os
 from pathlib import Path
 
 from movingout.recordings import finalise
-from movingout.recordings.annotation.finding import CASES, VERDICTS
+from movingout.recordings.annotation.finding import VERDICTS
 from movingout.recordings.annotation.search import SEARCH_NAME, search_failures
 from movingout.recordings.annotation.verdicts import VERDICTS_NAME, add_verdict, new_line
+from movingout.recordings.report.failures import CASES
 from movingout.recordings.storage.index import INDEX_NAME, list_recordings
 from movingout.recordings.storage.s3_bucket import DELETED, UPLOADED_TO, note_uploads
 from movingout.study.data.erasure import remove_recordings
