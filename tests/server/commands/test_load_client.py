@@ -39,12 +39,8 @@ async def played(monkeypatch: pytest.MonkeyPatch, inputs_per_s: float, most: int
 
 
 @pytest.mark.parametrize("inputs_per_s", [0.4, 1.0, 10.0])
-def test_it_plays_at_any_rate(monkeypatch: pytest.MonkeyPatch, inputs_per_s: float) -> None:
-    _, written = asyncio.run(played(monkeypatch, inputs_per_s, 40))
+def test_it_plays_at_any_rate_and_what_ends_it_is_told(monkeypatch: pytest.MonkeyPatch, inputs_per_s: float) -> None:
+    bot, written = asyncio.run(played(monkeypatch, inputs_per_s, 40))
     assert len(written) == 40
-
-
-def test_a_client_that_has_failed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    bot, _ = asyncio.run(played(monkeypatch, 10.0, 5))
     with pytest.raises(RuntimeError, match="broken"):
         bot.check()
