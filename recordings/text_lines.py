@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+from movingout.maps.files.ownership import give_to_owner_of_folder
+
 
 def append_line(path: Path, line: str, most_bytes: int | None = None) -> bool:
     """Append and fsync; False where the file would exceed `most_bytes`. Raises OSError.
@@ -18,6 +20,8 @@ def append_line(path: Path, line: str, most_bytes: int | None = None) -> bool:
         data = (b"\n" if begun else b"") + line.encode(errors="surrogateescape") + b"\n"
         if most_bytes is not None and size + len(data) > most_bytes:
             return False
+        if not size:
+            give_to_owner_of_folder(path)
         stream.write(data)
         stream.flush()
         os.fsync(stream.fileno())

@@ -117,9 +117,10 @@ def _server(host: PublicHost, reports: Reports) -> Iterator[Metric]:
     yield counter("recordings_uploaded", "Recordings sent to a bucket since the start", sent)
     yield gauge("upload_failing", "Whether the last attempt to send a recording failed", failing)
     yield gauge("disk_free_bytes", "Free on the disk of the data folder", host.disk_free())
-    refusals = CounterMetricFamily("movingout_refusals", "What was refused", labels=["reason"])
-    for reason, number in sorted(refused(host, reports).items()):
-        refusals.add_metric([reason], number)
+    refusals = CounterMetricFamily("movingout_refusals", "What was refused", labels=["reason", PROCESS])
+    for process, counts in refused(host, reports).items():
+        for reason, number in sorted(counts.items()):
+            refusals.add_metric([reason, process], number)
     yield refusals
     yield gauge("faults", "What does not work; /healthz names it", len(host.faults()))
     yield gauge("ready", "Whether a room can be opened now", not host.why_not_ready())

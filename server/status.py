@@ -68,7 +68,7 @@ def server_report(host: "PublicHost", reports: list[dict[str, Any]]) -> dict[str
         "disk_free_mb": round(host.disk_free() / 1e6),
         "finalising": host.recording_service.pending,
         "faults": host.faults(),
-        "refusals": dict(refused(host, reports)),
+        "refusals": dict(sum(refused(host, reports).values(), Counter())),
         "unfinished": host.recording_service.unfinished,
         "uploads": None if host.uploads is None else {"waiting": host.uploads.waiting, "problem": host.uploads.problem},
         "refusal": refusal.message,
@@ -83,13 +83,12 @@ def server_report(host: "PublicHost", reports: list[dict[str, Any]]) -> dict[str
     }
 
 
-def refused(host: "PublicHost", reports: list[dict[str, Any]]) -> Counter[str]:
-    """What was refused, by reason, in all processes; where there is one, it reports the same counts."""
-    total = Counter(host.admission.refusals)
-    for each in reports:
-        if each["pid"] != os.getpid():
-            total.update(each["refusals"])
-    return total
+def refused(host: "PublicHost", reports: list[dict[str, Any]]) -> dict[str, Counter[str]]:
+    """What was refused, by process and reason: by those with rooms, and by the front where it is another one."""
+    found = {str(each["process"]): Counter(each["refusals"]) for each in reports}
+    if all(each["pid"] != os.getpid() for each in reports):
+        found["front"] = Counter(host.admission.refusals)
+    return found
 
 
 def _room(room: Room) -> dict[str, Any]:

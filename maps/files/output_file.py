@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from movingout.maps.errors import MapError
+from movingout.maps.files.ownership import give_to_owner_of_folder
 
 _LEFT_S = 3600.0  # a draft that nobody touched for so long is nobody's, on other machines with the same folder, too
 
@@ -21,6 +22,7 @@ def draft_of(path: Path) -> Iterator[Path]:
     draft = path.with_name(f".{path.name}.{os.getpid()}")  # two programs may write the same file
     try:
         yield draft
+        give_to_owner_of_folder(draft)
         draft.replace(path)
         _remove_left(path)
     finally:

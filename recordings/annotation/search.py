@@ -10,6 +10,7 @@ from pathlib import Path
 
 import orjson
 
+from movingout.maps.files.ownership import make_file
 from movingout.recordings.annotation.finding import Finding, SearchedRecording, SearchedSeat
 from movingout.recordings.episode import FINISHED
 from movingout.recordings.errors import RecordingError, cannot
@@ -49,6 +50,8 @@ def search_failures(folder: Path, most_s: float | None = None) -> FailureSearch:
     Raises RecordingError when there is no such folder.
     """
     files, nameless = _files(folder)
+    with suppress(OSError):  # an unwritable folder
+        make_file(folder / SEARCH_NAME)
     try:
         found = _search(folder / SEARCH_NAME, folder, files, most_s)
     except sqlite3.DatabaseError as error:  # an unwritable folder, a locked or broken file: recordings are the truth

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import orjson
 
+from movingout.maps.files.ownership import make_file
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.metadata import EPISODE_ID
@@ -71,6 +72,8 @@ def list_recordings(
     files, journals, nameless = _files(folder)
     if not running:
         journals = []
+    with suppress(OSError):  # an unwritable folder
+        make_file(folder / INDEX_NAME)
     try:
         found, unreadable = _look(folder / INDEX_NAME, folder, files, journals, wanted or Filter())
     except sqlite3.DatabaseError as error:  # an unwritable folder, a locked or broken index: the files are the truth

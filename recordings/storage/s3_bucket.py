@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from movingout.maps.extras import needs_extra
+from movingout.maps.files.output_file import draft_of
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import misnamed
@@ -176,9 +177,8 @@ def note_uploads(data: Path, address: str) -> None:
     known = uploads_of(data)
     if address not in known:
         data.mkdir(parents=True, exist_ok=True)
-        part = data / f"{UPLOADED_TO}.part"
-        part.write_text("".join(f"{line}\n" for line in [*known, address]), encoding="ascii")
-        part.replace(data / UPLOADED_TO)
+        with draft_of(data / UPLOADED_TO) as draft:
+            draft.write_text("".join(f"{line}\n" for line in [*known, address]), encoding="ascii")
 
 
 def uploads_of(data: Path) -> list[str]:
@@ -204,6 +204,13 @@ def deleted_of(data: Path) -> set[str]:
         return set()
     except OSError as error:
         raise cannot("read", data / DELETED, error) from error
+
+
+def add_notes(other: Path, data: Path) -> None:
+    """What another data folder, or a copy of its notes, knows of copies, this one knows as well. Raises OSError."""
+    for address in uploads_of(other):
+        note_uploads(data, address)
+    _note_deleted(data, sorted(deleted_of(other) - deleted_of(data) - {""}))
 
 
 def _note_deleted(data: Path, names: list[str]) -> None:

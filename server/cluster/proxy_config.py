@@ -80,6 +80,7 @@ class ProxyConfig:
         """The whole file. Raises ClusterError."""
         if proxy == "haproxy" and "://" in self.listen + self.redirect_from:
             raise ClusterError("HAProxy listens at :443 or 10.0.0.9:443, without http://")
+        self._refuse_without_effect(proxy)
         if proxy == "caddy" and self.domain and self.listen and not self.listen.startswith(":"):
             raise ClusterError(f"with --domain, Caddy takes a port alone, such as --listen :8443, not {self.listen}")
         folder = Path(__file__).parent / "templates"
@@ -95,12 +96,35 @@ class ProxyConfig:
             certificate=self.certificate,
             listen=listen,
             redirect_from=self.redirect_from,
+            redirects=self._redirects(listen),
             admin_socket=self.admin_socket,
             limits=self.limits,
             shards=SHARDS,
             study=STUDY,
             check=CHECK,
         )
+
+    def _redirects(self, listen: str) -> list[str]:
+        """HAProxy's rules that send http to https. Who names the port of http is sent to that of https."""
+        if not self.certificate or not self.redirect_from:
+            return []
+        http, https = (int(address.rpartition(":")[2]) for address in (self.redirect_from, listen))
+        usual = "scheme https code 301 unless { ssl_fc }"
+        if (http, https) == (80, 443):
+            return [usual]
+        port = "" if https == 443 else f":{https}"
+        to_port = f"location https://%[req.hdr(host),field(1,:)]{port}%[pathq] code 301 if !{{ ssl_fc }}"
+        # At another port than 80 none is named where somebody else, such as a container, passes port 80 on.
+        return [to_port] if http == 80 else [f"{to_port} {{ req.hdr(host) -m reg :[0-9]+$ }}", usual]
+
+    def _refuse_without_effect(self, proxy: Proxy) -> None:
+        """Raises ClusterError for what would do nothing."""
+        redirects, limited = self.redirect_from != ProxyConfig.redirect_from, self.limits != ProxyLimits()
+        if proxy == "caddy" and (redirects or limited or self.admin_socket):
+            options = "--redirect-from, --admin-socket, --max-connections and --max-per-address"
+            raise ClusterError(f"{options} are for HAProxy; Caddy has nothing of that kind")
+        if redirects and self.redirect_from and not self.certificate:
+            raise ClusterError("--redirect-from sends http to https, which needs --certificate")
 
 
 def nodes_of(texts: Sequence[str]) -> dict[str, str]:

@@ -82,6 +82,11 @@ class LoadClient(asyncio.Protocol):
         """Count gaps and delays from now on."""
         self._measured = True
 
+    def check(self) -> None:
+        """Raises what has ended its play, if that was no closed connection."""
+        if self._task is not None and self._task.done() and not self._task.cancelled():
+            self._task.result()
+
     def _take_frames(self) -> None:
         """Server frames are unmasked and never fragmented."""
         buffer, at = self._buffer, 0
@@ -151,7 +156,7 @@ class LoadClient(asyncio.Protocol):
                     client_ms=due * 1e3,
                 )
                 self._send(BINARY, stick.encode())
-            if count % round(self._inputs_per_s) == 0:
+            if count % max(1, round(self._inputs_per_s)) == 0:
                 self._send(BINARY, Ping(client_ms=due * 1e3).encode())
 
     def _say(self, message: m.ClientMessage) -> None:

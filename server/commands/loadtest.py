@@ -205,6 +205,8 @@ async def _measure(
             bot.measure()
         other = asyncio.create_task(beside(target)) if beside else None
         await asyncio.sleep(seconds)
+        for bot in bots:
+            bot.check()
         after = await asyncio.to_thread(_call, target, "/api/admin/state")
     finally:
         for bot in bots:

@@ -9,6 +9,7 @@ from filelock import FileLock, Timeout
 
 from movingout.maps.errors import MovingOutError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server.persistence.room_store import episodes_of_rooms
 from movingout.server.settings import NODES
 
 LOCK = "serving.lock"
@@ -114,11 +115,16 @@ def refuse_served_folder(folder: Path) -> None:
 
 def told_interrupted(folder: Path) -> str:
     """What to say at the end about rounds that were being played, empty for none."""
-    count = len(list((folder / "recordings").glob(f"*{JOURNAL_SUFFIX}")))
-    if count == 0:
+    journals = [path.name.removesuffix(JOURNAL_SUFFIX) for path in (folder / "recordings").glob(f"*{JOURNAL_SUFFIX}")]
+    if not journals:
         return ""
-    rounds = "1 round was interrupted; it goes" if count == 1 else f"{count} rounds were interrupted; they go"
-    return (
-        f"{rounds} on when the server is started again. "
-        f"To end now: movingout recordings recover {folder / 'recordings'}"
-    )
+    going_on = len(episodes_of_rooms(folder / "rooms").intersection(journals))
+    ended = len(journals) - going_on  # their recording had stopped, or was just being finished
+    rounds = {
+        "1 round was interrupted; it goes on when the server is started again.": going_on == 1,
+        f"{going_on} rounds were interrupted; they go on when the server is started again.": going_on > 1,
+        "1 recording is not finished; the next start finishes it.": ended == 1,
+        f"{ended} recordings are not finished; the next start finishes them.": ended > 1,
+    }
+    said = " ".join(sentence for sentence, holds in rounds.items() if holds)
+    return f"{said} To end now: movingout recordings recover {folder / 'recordings'}"

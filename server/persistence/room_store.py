@@ -127,6 +127,19 @@ class RoomStore:
         return self._folder / f"{room_id}.json"
 
 
+class _Playing(msgspec.Struct):
+    episode: str = ""
+
+
+def episodes_of_rooms(folder: Path) -> set[str]:
+    """The rounds in progress that rooms go on with after the next start."""
+    found = set()
+    for path in folder.glob("*.json"):
+        with contextlib.suppress(OSError, msgspec.MsgspecError):
+            found.add(msgspec.json.decode(path.read_bytes(), type=_Playing).episode)
+    return found - {""}
+
+
 def _read(path: Path) -> RoomFile | None:
     """The room; None for a file that is not understood, which is set aside, or that the disk does not give."""
     try:

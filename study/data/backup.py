@@ -8,15 +8,17 @@ import json
 import os
 import shutil
 import sqlite3
-from collections.abc import Iterator
-from contextlib import closing, suppress
+from collections.abc import Collection, Iterator
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.files.output_file import draft_of
 from movingout.recordings.annotation.verdicts import add_verdict, verdicts_of
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.storage.finished import SUFFIX, sync
+from movingout.recordings.storage.s3_bucket import add_notes
 from movingout.study.data.database_copy import fill_databases, refuse_used, save_database
 from movingout.study.data.map_copies import copy_own_maps
 from movingout.study.data.study_folder import StudyFolder
@@ -86,6 +88,7 @@ def _write(
             raise StudyError(f"the database holds the study {frozen.id}, not {folder.study.id}")
         (part / STUDY_FILE).write_text(frozen.file_text, encoding="utf-8")
         (part / MANIFEST).touch()  # a map of that name has no place here
+        add_notes(folder.data, part)
         study, warnings = _begun(folder, store)
         copy_own_maps(study, part)
         rows = store.rows(rounds)
@@ -205,18 +208,31 @@ def restore(backup: Path, data: Path, database: str | None = None, identities: s
         raise StudyError(f"{data} has data of the study {study} already; choose another folder with --data")
     addresses = _addresses(database, identities)
     refuse_used(addresses)
-    recordings = [Path(name) for name in files if Path(name).parts[0] == "recordings"]
+    recordings = _recordings(files)
     for name in recordings:
         there = data / name
         if there.exists() and _digest(there) != files[str(name)]["sha256"]:
             raise StudyError(f"{there} is another recording of that name; choose another folder with --data")
-    part = own.with_name(f"{study}.part")
     try:
+        _place(backup, data, own, files, addresses)
+    except OSError as error:
+        raise StudyError(f"cannot restore into {data}: {error.strerror or error}") from None
+    size = sum(one["bytes"] for one in files.values())
+    return BackedUp(backup, study, len(files), size, len(recordings), (), bool(about["identities"]))
+
+
+def _place(backup: Path, data: Path, own: Path, files: Collection[str], addresses: dict[Kind, str]) -> None:
+    """Put everything where it belongs. Broken off, it leaves nothing of that. Raises OSError, StudyError."""
+    part = own.with_name(f"{own.name}.part")
+    with ExitStack() as undo:
+        undo.callback(shutil.rmtree, part, ignore_errors=True)
         shutil.rmtree(part, ignore_errors=True)
         part.mkdir(parents=True, mode=0o700)
         (data / "recordings").mkdir(parents=True, exist_ok=True)
-        for name in recordings:
-            _put(backup / name, data / name)
+        for name in _recordings(files):
+            if not (data / name).exists():
+                undo.callback((data / name).unlink, missing_ok=True)
+                _put(backup / name, data / name)
         for kept in (MAIN, IDENTITY, LINK_KEY):
             if kept in files:
                 _put(backup / kept, part / kept)
@@ -224,16 +240,14 @@ def restore(backup: Path, data: Path, database: str | None = None, identities: s
         for line in verdicts_of(backup):
             if line not in said:
                 add_verdict(data / "recordings", line)
+        add_notes(backup, data)
         _fill(part, addresses)
         part.rename(own)
-    except OSError as error:
-        shutil.rmtree(part, ignore_errors=True)
-        raise StudyError(f"cannot restore into {data}: {error.strerror or error}") from None
-    except StudyError:
-        shutil.rmtree(part, ignore_errors=True)
-        raise
-    size = sum(one["bytes"] for one in files.values())
-    return BackedUp(backup, study, len(files), size, len(recordings), (), bool(about["identities"]))
+        undo.pop_all()
+
+
+def _recordings(files: Collection[str]) -> list[Path]:
+    return [Path(name) for name in files if Path(name).parts[0] == "recordings"]
 
 
 def _addresses(database: str | None, identities: str | None) -> dict[Kind, str]:
@@ -258,9 +272,10 @@ def _as_written(backup: Path, name: str, known: dict[str, Any]) -> bool:
 
 
 def _put(source: Path, target: Path) -> None:
-    if not target.exists():
-        shutil.copy2(source, target)
-        sync(target)
+    """Under its name it is whole, whatever happens meanwhile."""
+    with draft_of(target) as draft:
+        shutil.copy2(source, draft)
+        sync(draft)
 
 
 def _digest(path: Path) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from movingout.study.data.ownership import make_file, make_folder
+from movingout.maps.files.ownership import make_file, make_folder
 from movingout.study.design.definition import Study
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError

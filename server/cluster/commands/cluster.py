@@ -66,7 +66,9 @@ def _add_config(parser: argparse.ArgumentParser) -> None:
         help="certificate and key in one PEM file, for https (Caddy gets its own without)",
     )
     parser.add_argument("--listen", default="", metavar="ADDRESS", help="where to listen (:443, or :80 without https)")
-    parser.add_argument("--redirect-from", default=":80", metavar="ADDRESS", help="send http from here to https (:80)")
+    parser.add_argument(
+        "--redirect-from", default=":80", metavar="ADDRESS", help="HAProxy sends http from here to https (:80)"
+    )
     parser.add_argument("--admin-socket", default="", metavar="FILE", help="HAProxy's own socket for its operator")
     parser.add_argument(
         "--max-connections",

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import urlencode
 
+from movingout.maps.files.ownership import make_folder
 from movingout.server.security.kept_secret import kept_secret
-from movingout.study.data.ownership import make_folder
 from movingout.study.errors import StudyError
 
 KEY_FILE = "link-key"  # in the folder of the study

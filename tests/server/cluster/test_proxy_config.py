@@ -1,12 +1,13 @@
 """The configuration that `movingout cluster config` writes."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from movingout.server.cli import main
 from movingout.server.cluster.errors import ClusterError
-from movingout.server.cluster.proxy_config import ProxyConfig, nodes_of
+from movingout.server.cluster.proxy_config import ProxyConfig, ProxyLimits, nodes_of
 
 NODES = ("--node", "a=10.0.0.1:8000", "--node", "b=[fd00::2]:8000")
 
@@ -102,6 +103,38 @@ def test_a_proxy_listens_at_an_address_and_a_port(listen: str) -> None:
     assert f"\n{own} {{" in ProxyConfig({"a": "h:1"}, listen=own).text("caddy")
     with pytest.raises(ClusterError, match="without http://"):
         ProxyConfig({"a": "h:1"}, listen=own).text("haproxy")
+
+
+def test_http_is_sent_to_the_port_of_https() -> None:
+    def redirects(listen: str, redirect_from: str) -> list[str]:
+        text = ProxyConfig({"a": "h:1"}, certificate="x.pem", listen=listen, redirect_from=redirect_from).text(
+            "haproxy"
+        )
+        return [
+            line.strip().removeprefix("http-request redirect ") for line in text.splitlines() if " redirect " in line
+        ]
+
+    usual, to = "scheme https code 301 unless { ssl_fc }", "location https://%[req.hdr(host),field(1,:)]"
+    port, named = ":8443%[pathq] code 301 if !{ ssl_fc }", " { req.hdr(host) -m reg :[0-9]+$ }"
+    assert redirects("", ":80") == redirects("10.0.0.9:443", "10.0.0.9:80") == [usual]
+    assert redirects(":8443", ":80") == [to + port]
+    assert redirects(":8443", ":8080") == [to + port + named, usual]
+    assert redirects(":443", ":8080") == [to + port.removeprefix(":8443") + named, usual]
+    assert redirects("", "") == []
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"redirect_from": ":8080"}, {"admin_socket": "/run/x"}, {"limits": ProxyLimits.for_address(20_000, 500)}],
+)
+def test_what_would_do_nothing_is_refused(options: dict[str, Any]) -> None:
+    with pytest.raises(ClusterError, match="are for HAProxy"):
+        ProxyConfig({"a": "h:1"}, domain="game.example.org", **options).text("caddy")
+    if "redirect_from" in options:
+        with pytest.raises(ClusterError, match="needs --certificate"):
+            ProxyConfig({"a": "h:1"}, **options).text("haproxy")
+    else:
+        assert ProxyConfig({"a": "h:1"}, **options).text("haproxy")
 
 
 def test_caddy_listens_for_a_domain_at_another_port() -> None:

@@ -96,8 +96,10 @@ def test_what_does_not_work_in_the_agent_service_is_told_by_the_front(live: Live
 def test_while_a_process_is_replaced_the_counts_of_the_others_stay_theirs(live: Live) -> None:
     """Or Prometheus counts what is there already once more: a false alarm about hundreds of missed ticks."""
     until(lambda: {"movingout_ticks_total,process=0", "movingout_ticks_total,process=1"} <= set(scraped(live)))
+    live.host.admission.refusals["full"] += 7
     first = links(live)[0]
     live.run(first.leaving)
+    assert scraped(live)["movingout_refusals_total,process=front,reason=full"] == 7
     without = [name for name in scraped(live) if re.search("process=[01]", name)]
     assert "movingout_ticks_total,process=1" in without and "process_open_fds,process=1" in without
     assert not [name for name in without if "process=0" in name]

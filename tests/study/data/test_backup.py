@@ -9,11 +9,14 @@ import pytest
 from movingout.recordings import verify
 from movingout.recordings.annotation.verdicts import add_verdict, new_line, verdicts_of
 from movingout.recordings.storage.listing import recording_paths
+from movingout.recordings.storage.s3_bucket import DELETED, note_uploads, uploads_of
 from movingout.server.cli import main
+from movingout.study.data import backup
 from movingout.study.data.backup import back_up, restore
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StudyError
 from movingout.study.store.tables import answers, rounds
+from tests.recordings.full_disk import limited
 from tests.server.study.support import SOLO, served
 from tests.study.support import open_identities, open_store, study
 
@@ -90,6 +93,52 @@ def test_nothing_is_overwritten(backed_up: tuple[Path, Path, str], tmp_path: Pat
     restore(first, tmp_path)
     with pytest.raises(StudyError, match="has data of the study solo already"):
         restore(first, tmp_path)
+
+
+def test_a_restored_study_knows_where_copies_of_its_recordings_are(tmp_path: Path) -> None:
+    """Else `forget` would leave them there."""
+    for name, address, episode in (("data", "s3://one/a", "gone"), ("other", "s3://two/b", "left")):
+        data = tmp_path / name
+        data.mkdir()
+        (data / DELETED).write_text(f"{episode}.mcap\n")
+        note_uploads(data, address)
+    folder = StudyFolder(study(), tmp_path / "data")
+    open_store(folder.own).close()
+    back_up(folder, tmp_path / "backup", 1_800_000_000.0, identities=False)
+    restore(tmp_path / "backup", tmp_path / "other")
+    assert uploads_of(tmp_path / "other") == ["s3://two/b", "s3://one/a"]
+    assert (tmp_path / "other" / DELETED).read_text() == "left.mcap\ngone.mcap\n"
+
+
+def test_a_restoration_that_is_broken_off_leaves_nothing_and_works_again(
+    backed_up: tuple[Path, Path, str], tmp_path: Path
+) -> None:
+    first, _, _ = backed_up
+    (recording,) = (first / "recordings").iterdir()
+    with limited(recording.stat().st_size // 2), pytest.raises(StudyError, match="cannot restore into"):
+        restore(first, tmp_path)
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == []
+    restore(first, tmp_path)
+
+
+def test_a_recording_that_was_there_stays_when_a_restoration_is_interrupted(
+    backed_up: tuple[Path, Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, _, _ = backed_up
+    (recording,) = (first / "recordings").iterdir()
+    kept = tmp_path / "data" / "recordings" / recording.name
+    kept.parent.mkdir(parents=True)
+    shutil.copy2(recording, kept)
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(backup, "_fill", interrupted)
+    for data, left in (("data", [recording.name]), ("empty", [])):
+        with pytest.raises(KeyboardInterrupt):
+            restore(first, tmp_path / data)
+        assert [path.name for path in (tmp_path / data).rglob("*.mcap*")] == left
+        assert not list((tmp_path / data / "studies").iterdir())
 
 
 def test_the_commands_say_what_they_did(

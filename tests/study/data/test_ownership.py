@@ -1,21 +1,20 @@
-"""What root makes in a data folder belongs to whom the folder belongs, so that the server can use it."""
+"""What root's commands make in a data folder belongs to whom it belongs, so that the server can go on with it."""
 
 import os
 from pathlib import Path
 
-import pytest
-
-from movingout.study.data.ownership import make_file, make_folder
+from movingout.recordings import finalise
+from movingout.recordings.annotation.finding import VERDICTS
+from movingout.recordings.annotation.search import SEARCH_NAME, search_failures
+from movingout.recordings.annotation.verdicts import VERDICTS_NAME, add_verdict, new_line
+from movingout.recordings.report.failures import CASES
+from movingout.recordings.storage.index import INDEX_NAME, list_recordings
+from movingout.recordings.storage.s3_bucket import DELETED, UPLOADED_TO, note_uploads
+from movingout.study.data.erasure import remove_recordings
 from movingout.study.data.study_folder import StudyFolder
+from tests.owners import SERVER, only_root, owners
+from tests.recordings.support import record
 from tests.study.support import study
-
-SERVER = 12345
-only_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root makes what belongs to others")
-
-
-def owners(folder: Path) -> dict[str, int]:
-    """Who has what is in a folder, by path from there."""
-    return {str(path.relative_to(folder)): path.stat().st_uid for path in sorted(folder.rglob("*"))}
 
 
 @only_root
@@ -29,20 +28,22 @@ def test_folders_and_the_lock_belong_to_whom_the_data_folder_belongs(tmp_path: P
 
 
 @only_root
-def test_what_is_there_stays_whose_it_is(tmp_path: Path) -> None:
-    (tmp_path / "kept").mkdir()
-    (tmp_path / "kept" / "file").write_text("kept")
-    os.chown(tmp_path / "kept", SERVER, SERVER)
-    make_folder(tmp_path / "kept")
-    make_file(tmp_path / "kept" / "file")
-    make_folder(tmp_path / "mine" / "too")
-    assert owners(tmp_path) == {"kept": SERVER, "kept/file": 0, "mine": 0, "mine/too": 0}
-    assert (tmp_path / "kept" / "file").read_text() == "kept"
-
-
-def test_a_file_in_the_place_of_a_folder_is_told(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(OSError, match="exists"):
-        make_folder(tmp_path / "file")
-    with pytest.raises(OSError):
-        make_folder(tmp_path / "file" / "below")
+def test_after_a_deletion_by_root_the_server_can_delete_annotate_and_list(tmp_path: Path) -> None:
+    recordings = tmp_path / "recordings"
+    for name in ("gone", "kept"):
+        finalise(record(recordings, ticks=3, episode_id=name)[0])
+        add_verdict(recordings, new_line(f"{name}:{CASES[0]}:0:1", VERDICTS[0], "Ann"))
+    for path in (tmp_path, recordings, *recordings.iterdir()):
+        os.chown(path, SERVER, SERVER)
+    remove_recordings(recordings, "nobody", {"gone"})
+    list_recordings(recordings)
+    search_failures(recordings)
+    note_uploads(tmp_path, "s3://bucket/folder")
+    made = {
+        DELETED,
+        UPLOADED_TO,
+        f"recordings/{VERDICTS_NAME}",
+        f"recordings/{INDEX_NAME}",
+        f"recordings/{SEARCH_NAME}",
+    }
+    assert owners(tmp_path) == dict.fromkeys(sorted({"recordings", "recordings/kept.mcap", *made}), SERVER)

@@ -15,24 +15,23 @@ def make_folder(path: Path) -> None:
     while not above.exists():
         missing.append(above)
         above = above.parent
-    owner = above.stat()
     path.mkdir(parents=True, exist_ok=True)
-    if owner.st_uid != os.geteuid():
-        for made in missing:
-            with contextlib.suppress(OSError):  # only root can
-                os.chown(made, owner.st_uid, owner.st_gid, follow_symlinks=False)
+    for made in reversed(missing):
+        give_to_owner_of_folder(made)
 
 
 def make_file(path: Path) -> None:
     """Make an empty file; nothing where it is there. Raises OSError."""
     try:
-        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+        os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644))
     except FileExistsError:
         return
-    try:
-        owner = path.parent.stat()
-        if owner.st_uid != os.geteuid():
-            with contextlib.suppress(OSError):  # only root can
-                os.fchown(descriptor, owner.st_uid, owner.st_gid)
-    finally:
-        os.close(descriptor)
+    give_to_owner_of_folder(path)
+
+
+def give_to_owner_of_folder(made: Path) -> None:
+    """What root has made belongs to whom the folder it lies in belongs."""
+    if os.name == "posix" and os.geteuid() == 0:
+        with contextlib.suppress(OSError):  # a file system without owners
+            owner = made.parent.stat()
+            os.chown(made, owner.st_uid, owner.st_gid, follow_symlinks=False)
