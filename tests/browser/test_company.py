@@ -180,6 +180,31 @@ def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server,
     expect(blue.locator("#problem")).to_be_hidden()
 
 
+@pytest.mark.slow
+def test_while_the_seconds_of_a_pause_run_the_keyboard_stays_where_it_is(server: Server, open_page: OpenPage) -> None:
+    room = server.practice(red="link")
+    blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
+    start(blue, red)
+    blue.keyboard.press("Escape")
+    expect(blue.locator("#overlay .invisible")).to_have_count(0)
+    stop = [page.get_by_role("button", name="Stop the game") for page in (blue, red)]
+    for button in stop:
+        button.focus()
+    seconds = blue.locator("#overlay").get_by_text("at the latest")
+    shown = seconds.inner_text()
+    expect(seconds).not_to_have_text(shown)
+    for button in stop:
+        expect(button).to_be_focused()
+    stop[0].press("Enter")
+    yes = blue.get_by_role("button", name="Yes, stop")
+    yes.focus()
+    red.wait_for_timeout(1100)
+    expect(yes).to_be_focused()
+    red.close()  # the pause has another reason, and the question stands
+    expect(blue.locator("#seats")).to_contain_text("reconnecting…")
+    expect(yes).to_be_focused()
+
+
 def asked_whether_to_stop(room: dict[str, Any], open_page: OpenPage) -> Page:
     page = open_page(room["join_path"], room)
     start(page)
