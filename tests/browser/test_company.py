@@ -27,7 +27,7 @@ def test_a_player_who_drops_out_comes_back_to_the_same_seat_and_the_partner_is_t
     blue.goto("about:blank")
     wait_for(red, "game.phase === 'paused'")
     expect(red.locator("#overlay")).to_contain_text("Blue lost the connection")
-    expect(red.locator("#overlay")).to_contain_text("left to come back")
+    expect(red.locator("#overlay")).to_contain_text("Blue has")
     expect(red.locator("#seats")).to_contain_text("reconnecting…")
     red.screenshot(path=pictures / "paused.png")
     blue.goto(room["join_path"])
