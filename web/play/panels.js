@@ -242,8 +242,7 @@ export class Panels {
    * @param {readonly string[]} presses @param {readonly number[]} unready seats of this page
    */
   #pause(game, { hint, deaf }, presses, unready) {
-    const reason = hint ? el("p", { role: "alert" }, hint) : el("p", {}, reasonText(game.room, game.own));
-    const parts = [reason, this.#limit];
+    const parts = [...reasons(game, hint), this.#limit];
     const quiet = deaf ? "muted invisible" : "muted"; // has its place from the start, so that no button moves
     for (const press of presses) parts.push(el("p", { class: quiet }, press));
     const buttons = [];
@@ -331,6 +330,15 @@ function whatToPress(card, mapping, cards) {
   if (!isBesideTouch(card, cards)) return say("play.ready.press", { key: grab });
   const move = card.keySets.map((set) => moveName(mapping.keys[set])).join(say("play.or"));
   return say("play.ready.needsDevice", { colour: colourName(card.seat), move, grab });
+}
+
+/**
+ * Which gamepad is gone, and why the game waits, where that is not a pause for the gamepad.
+ * @param {Game} game @param {string} hint
+ */
+function reasons({ room, own }, hint) {
+  const told = hint ? [el("p", { role: "alert" }, hint)] : [];
+  return hint && room?.reason_code === "paused" ? told : [...told, el("p", {}, reasonText(room, own))];
 }
 
 /** Nobody can be ready or invited any more: why, and the way out. @param {Game} game */
