@@ -137,6 +137,24 @@ def test_after_the_last_round_one_sees_whether_the_partner_plays_again_or_has_le
 
 
 @pytest.mark.slow
+def test_after_the_last_round_a_phone_still_says_whose_the_partner_s_badge_is(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.make_room("HandOff", limit_ticks=15)
+    phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
+    blue, red = open_page(room["join_path"], room, **phone), open_page(room["join_path"])
+    start(blue, red)
+    partner = blue.locator("#seats .seat").nth(1)
+    blue.get_by_role("button", name="Play again").click()
+    expect(partner.locator(".seat-words")).to_be_empty()  # neither ready nor gone
+    in_sight = "name => name.getBoundingClientRect().width > 20"
+    assert partner.locator(".seat-name").evaluate(in_sight)
+    red.close()
+    expect(partner.locator(".seat-words")).to_have_text("no longer here")
+    assert not partner.locator(".seat-name").evaluate(in_sight), "there is room for one of the two"
+
+
+@pytest.mark.slow
 def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("HandOff", blue="link", red="scripted")
     page = open_page(room["join_path"])
