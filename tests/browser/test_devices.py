@@ -220,6 +220,7 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
     wait_for(page, "game.phase === 'playing'")
 
 
+@pytest.mark.slow
 def test_a_key_that_is_tried_in_the_settings_counts_for_nothing_else(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)

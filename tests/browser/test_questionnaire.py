@@ -69,6 +69,7 @@ def test_all_questions_are_answered_by_keyboard_alone(server: Server, open_page:
     assert saved_answers(server, room) == {**expected, "comment": (-1, "It waited for me.")}
 
 
+@pytest.mark.slow
 def test_the_questions_of_two_at_one_screen_have_one_width_below_whose_they_are(
     server: Server, open_page: OpenPage
 ) -> None:

@@ -242,6 +242,7 @@ def test_practice_may_be_ended_and_stop_in_the_game_asks_about_the_data(
     assert study.sent("/stop") == []
 
 
+@pytest.mark.slow
 def test_a_round_that_begins_behind_the_question_whether_to_stop_waits_for_the_answer(
     open_page: OpenPage, server: Server
 ) -> None:
