@@ -97,9 +97,7 @@ def test_of_two_at_one_screen_each_one_s_controls_are_said_and_kept_as_theirs(
         page.get_by_label("I am 18 or older.").check()
         page.get_by_role("button", name="I agree").click()
     set_pad(page, 0, -1)  # the first gamepad is blue's
-    expect(
-        page.get_by_text("Person 1, please also try: left, down, right, Grab, and Drive backward.")
-    ).to_be_visible()
+    expect(page.get_by_text("Person 1, please also try: left, down, right, Grab, and Drive backward.")).to_be_visible()
     press(page, "ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight")
     expect(page.get_by_text("Person 2, please also try: Grab and Drive backward.")).to_be_visible()
     page.screenshot(path=pictures / f"study-two-todo-{width}.png", full_page=True)

@@ -192,7 +192,7 @@ test("a round pauses for who has lost a gamepad, not for who had lost one in the
   assert.match(hint("paused", null, pad(1)), /^Blue's gamepad is no longer connected\./);
 });
 
-test("a gamepad that goes in a pause for something else is told there, and without an answer the round pauses again", () => {
+test("a gamepad that goes in a pause for something else is told there; unanswered, the round pauses again", () => {
   const { lost, hint, pausesFor } = twoPads();
   assert.match(hint("paused", pad(0)), /^Red's gamepad is no longer connected\./);
   assert.equal(hint("paused", pad(0), pad(1)), "", "it is back");
