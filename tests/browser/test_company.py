@@ -27,7 +27,7 @@ def test_a_player_who_drops_out_comes_back_to_the_same_seat_and_the_partner_is_t
     blue.goto("about:blank")
     wait_for(red, "game.phase === 'paused'")
     expect(red.locator("#overlay")).to_contain_text("Blue lost the connection")
-    expect(red.locator("#overlay")).to_contain_text("left to come back")
+    expect(red.locator("#overlay")).to_contain_text("Blue has")
     expect(red.locator("#seats")).to_contain_text("reconnecting…")
     red.screenshot(path=pictures / "paused.png")
     blue.goto(room["join_path"])
@@ -137,6 +137,24 @@ def test_after_the_last_round_one_sees_whether_the_partner_plays_again_or_has_le
 
 
 @pytest.mark.slow
+def test_after_the_last_round_a_phone_still_says_whose_the_partner_s_badge_is(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.make_room("HandOff", limit_ticks=15)
+    phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
+    blue, red = open_page(room["join_path"], room, **phone), open_page(room["join_path"])
+    start(blue, red)
+    partner = blue.locator("#seats .seat").nth(1)
+    blue.get_by_role("button", name="Play again").click()
+    expect(partner.locator(".seat-words")).to_be_empty()  # neither ready nor gone
+    in_sight = "name => name.getBoundingClientRect().width > 20"
+    assert partner.locator(".seat-name").evaluate(in_sight)
+    red.close()
+    expect(partner.locator(".seat-words")).to_have_text("no longer here")
+    assert not partner.locator(".seat-name").evaluate(in_sight), "there is room for one of the two"
+
+
+@pytest.mark.slow
 def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("HandOff", blue="link", red="scripted")
     page = open_page(room["join_path"])
@@ -178,6 +196,31 @@ def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server,
     expect(blue.locator("#result")).to_be_visible()
     blue.wait_for_timeout(700)  # time for a wrong input and the complaint about it
     expect(blue.locator("#problem")).to_be_hidden()
+
+
+@pytest.mark.slow
+def test_while_the_seconds_of_a_pause_run_the_keyboard_stays_where_it_is(server: Server, open_page: OpenPage) -> None:
+    room = server.practice(red="link")
+    blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
+    start(blue, red)
+    blue.keyboard.press("Escape")
+    expect(blue.locator("#overlay .invisible")).to_have_count(0)
+    stop = [page.get_by_role("button", name="Stop the game") for page in (blue, red)]
+    for button in stop:
+        button.focus()
+    seconds = blue.locator("#overlay").get_by_text("at the latest")
+    shown = seconds.inner_text()
+    expect(seconds).not_to_have_text(shown)
+    for button in stop:
+        expect(button).to_be_focused()
+    stop[0].press("Enter")
+    yes = blue.get_by_role("button", name="Yes, stop")
+    yes.focus()
+    red.wait_for_timeout(1100)
+    expect(yes).to_be_focused()
+    red.close()  # the pause has another reason, and the question stands
+    expect(blue.locator("#seats")).to_contain_text("reconnecting…")
+    expect(yes).to_be_focused()
 
 
 def asked_whether_to_stop(room: dict[str, Any], open_page: OpenPage) -> Page:

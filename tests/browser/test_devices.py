@@ -221,6 +221,19 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
 
 
 @pytest.mark.slow
+def test_a_key_that_is_tried_in_the_settings_counts_for_nothing_else(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    page.get_by_role("button", name="Change…").click()
+    page.get_by_role("button", name="grab: Space").click()
+    for _ in range(2):
+        page.keyboard.press("KeyF")
+    page.get_by_role("button", name="Done").click()
+    page.wait_for_timeout(300)
+    assert page.evaluate("window.__movingout.phase") == "lobby", "nobody has said that they are ready"
+
+
+@pytest.mark.slow
 def test_in_the_settings_the_keyboard_stays_where_something_was_changed(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)

@@ -1,6 +1,7 @@
 """The questions at the end of a series: by keyboard alone, saved per click, resumed, retried."""
 
 import json
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -66,6 +67,30 @@ def test_all_questions_are_answered_by_keyboard_alone(server: Server, open_page:
     expect(page.get_by_role("button", name="Next map")).to_be_visible()  # and one can play on
     expected = {item.id: (number % 7 + 1, "") for number, item in enumerate(PAPER.items[:9])}
     assert saved_answers(server, room) == {**expected, "comment": (-1, "It waited for me.")}
+
+
+@pytest.mark.slow
+def test_the_questions_of_two_at_one_screen_have_one_width_below_whose_they_are(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.make_room("Simple", blue="here", red="here", limit_ticks=10)
+    page = open_page(room["join_path"], room, viewport={"width": 768, "height": 640})
+    for key in ("Space", "Enter"):
+        expect(page.locator("#ready .button-small")).to_have_count(2 if key == "Space" else 1)
+        page.keyboard.press(key)
+    page.get_by_role("button", name=re.compile("Answer .* questions")).click()
+    form, whose = page.locator(".questionnaire").last, page.get_by_text("Questions for Blue")
+    sides = []
+    for first in (0, 3):
+        expect(form).to_be_visible()
+        sides.append(form.evaluate("form => [form.getBoundingClientRect().left, form.getBoundingClientRect().right]"))
+        left, top = whose.evaluate("whose => [whose.getBoundingClientRect().left, whose.getBoundingClientRect().top]")
+        assert left == sides[0][0]
+        assert top >= 12, "not at the edge of the window"
+        for item in PAPER.items[first : first + 3]:
+            answer(page, item.id, 1)
+        page.get_by_role("button", name="Next").click()
+    assert sides[0] == sides[1]
 
 
 @pytest.mark.slow

@@ -89,6 +89,26 @@ def test_a_language_that_arrives_when_the_first_has_left_is_that_of_the_second(o
     heading(page, "Probieren Sie die Steuerung aus")
 
 
+def test_another_language_keeps_the_ticks_of_the_consent_and_the_time_of_a_break(open_page: OpenPage) -> None:
+    page = open_page("/healthz")
+    page.clock.install()
+    study = FakeStudy.at(fake.consent(), {"key": "break", "kind": "break", "seconds": 120})
+    study.open(page)
+    ticks = page.get_by_role("checkbox")
+    ticks.nth(1).check()
+    page.get_by_label("Language").select_option("de")
+    expect(page.get_by_role("button", name="Ich stimme zu")).to_be_visible()
+    expect(ticks.nth(1)).to_be_checked()
+    expect(ticks.nth(0)).not_to_be_checked()
+    ticks.nth(0).check()
+    page.get_by_role("button", name="Ich stimme zu").click()
+    expect(page.get_by_text("Empfohlen: noch")).to_be_visible()
+    page.clock.run_for(60_000)
+    page.get_by_label("Sprache").select_option("en")
+    expect(page.get_by_text(re.compile("Suggested: (1:00|0:..) more"))).to_be_visible()
+    assert study.sent("/next")[0]["boxes"] == ["adult", "release"]
+
+
 @pytest.mark.slow
 def test_who_has_left_before_they_stop_stops_nobody_else(open_page: OpenPage) -> None:
     page = open_page("/healthz")

@@ -55,7 +55,7 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
     expect(page.locator(".check-panel")).to_have_count(2)
     press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space", "ShiftLeft")
     expect(
-        page.get_by_text("Person 2, please also press: up, left, down, right, Grab, and Drive backward.")
+        page.get_by_text("Person 2, please also try: up, left, down, right, Grab, and Drive backward.")
     ).to_be_visible()
     expect(page.get_by_text("Person 1, please")).to_have_count(0)
     press(page, "ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight", "Enter", "ShiftRight")
@@ -97,11 +97,9 @@ def test_of_two_at_one_screen_each_one_s_controls_are_said_and_kept_as_theirs(
         page.get_by_label("I am 18 or older.").check()
         page.get_by_role("button", name="I agree").click()
     set_pad(page, 0, -1)  # the first gamepad is blue's
-    expect(
-        page.get_by_text("Person 1, please also press: left, down, right, Grab, and Drive backward.")
-    ).to_be_visible()
+    expect(page.get_by_text("Person 1, please also try: left, down, right, Grab, and Drive backward.")).to_be_visible()
     press(page, "ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight")
-    expect(page.get_by_text("Person 2, please also press: Grab and Drive backward.")).to_be_visible()
+    expect(page.get_by_text("Person 2, please also try: Grab and Drive backward.")).to_be_visible()
     page.screenshot(path=pictures / f"study-two-todo-{width}.png", full_page=True)
     page.get_by_role("button", name="Does a control not work?").click()
     page.get_by_role("button", name="Continue without trying it").click()

@@ -242,6 +242,23 @@ def test_practice_may_be_ended_and_stop_in_the_game_asks_about_the_data(
     assert study.sent("/stop") == []
 
 
+@pytest.mark.slow
+def test_a_round_that_begins_behind_the_question_whether_to_stop_waits_for_the_answer(
+    open_page: OpenPage, server: Server
+) -> None:
+    room = server.practice()
+    seat = {"id": room["room"], "token": room["tokens"][0], "seat": 0, "path": room["join_path"]}
+    page = open_page("/healthz")
+    FakeStudy.at(fake.play(), fake.play("playing", room=seat)).open(page)
+    page.get_by_role("button", name="I am ready").click()
+    wait_for(page, "game.phase === 'countdown'")
+    page.locator("#stop").click()
+    expect(page.get_by_role("dialog")).to_be_visible()
+    wait_for(page, "game.phase === 'paused'")
+    page.get_by_role("button", name="No, continue").click()
+    expect(page.locator("#overlay").get_by_role("button", name="Continue")).to_be_focused()
+
+
 def test_stop_with_deletion_gives_a_code_and_says_what_becomes_of_the_data(open_page: OpenPage, pictures: Path) -> None:
     study = FakeStudy.at(fake.questions(PAPER, letter="A"))
     page = open_page("/healthz")

@@ -87,10 +87,11 @@ export class Keyboard {
     return { stick: { x: x / length, y: y / length }, backward: this.#down.has(keys.backward), grabs, pings };
   }
 
-  /** Whether a key is meant for a field or a focused button. @param {KeyboardEvent} event */
+  /** Whether a key is meant for a dialog, a field or a focused button. @param {KeyboardEvent} event */
   #belongsToPage(event) {
     const target = event.target;
     if (typeof Element === "undefined" || !(target instanceof Element)) return false;
+    if (document.querySelector("dialog[open]") !== null) return true; // also where nothing in it has the focus
     if (target.closest(TYPING) !== null) return true;
     const code = codeOf(event);
     if (code !== "Space" && code !== "Enter") return false;

@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * Gamepads that somebody played with and that are gone: when a round pauses for them, in whose name, and what the pause
- * says.
+ * Gamepads that somebody played with and that are gone: when a round pauses for them, in whose name, and what a pause
+ * says, also one that was on before.
  */
 
 import { say } from "../text/catalogue.js";
@@ -23,9 +23,10 @@ export class LostPads {
    * @returns {number | null} the seat for which to pause now
    */
   update({ padsLost, padsPresent, padsOwned }, phase) {
+    if (phase === "countdown" && this.#pauses) this.forget(); // also where nobody here has said so
     this.#present = padsPresent;
     this.#owned = padsOwned;
-    if (padsLost.length > 0 && (this.#pauses || ["countdown", "playing"].includes(phase))) {
+    if (padsLost.length > 0 && ["countdown", "playing", "paused"].includes(phase)) {
       const before = this.#pauses ? this.#seats : this.#missing ? this.#gone : [];
       this.#seats = [...new Set([...before, ...padsLost])];
       this.#wanted = Math.max(before.length > 0 ? this.#wanted : 0, padsPresent + padsLost.length);
@@ -52,7 +53,7 @@ export class LostPads {
 
   /** For the pause; with two people at the screen it says whose. @param {readonly number[]} own */
   hint(own) {
-    if (!this.#pauses) return "";
+    if (!this.#pauses && !this.#missing) return "";
     const missing = this.#wanted - this.#present;
     if (this.#missing) return padText("padLost", own, this.#gone.length === missing ? this.#gone : []);
     return padText("padBack", own, this.#seats);

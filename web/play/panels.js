@@ -36,6 +36,7 @@ export class Panels {
   #readyKey = "";
   #overlayKey = "page"; // what the page itself says until its program has begun
   #stopping = false;
+  #limit = el("p", { class: "muted" }); // of a pause: its seconds go on without the panel being built anew
 
   /** @param {Actions} actions */
   constructor(actions) {
@@ -211,8 +212,8 @@ export class Panels {
    */
   #updateOverlay(game, nowMs, news, cards, mapping) {
     const seconds = Math.ceil(game.secondsLeft(nowMs) - 0.05);
-    if (game.phase === "paused") this.#updatePause(game, seconds, news, cards, mapping);
-    else if (this.#stopping) this.#say("stop", () => this.#ask("stop", this.#sure(game)));
+    if (this.#stopping) this.#say("stop", () => this.#ask("stop", this.#sure(game)));
+    else if (game.phase === "paused") this.#updatePause(game, seconds, news, cards, mapping);
     else if (game.phase === "countdown") this.#say(`count ${seconds}`, () => this.#show("count", count(seconds)));
     else this.#say("", () => this.#hide());
   }
@@ -231,20 +232,17 @@ export class Panels {
       return who + say("play.pause.goOn", { key: grabName(card, mapping) });
     });
     const unready = cards.map(({ seat }) => seat).filter((seat) => !seats[seat]?.ready);
-    const key = JSON.stringify([game.room?.reason, limit, this.#stopping, unready, hint, presses, deaf]);
-    this.#say(key, () => {
-      const pause = () => this.#pause(game, limit, { hint, deaf }, presses, unready);
-      this.#ask("pause", this.#stopping ? this.#sure(game) : pause());
-    });
+    if (this.#limit.textContent !== limit) this.#limit.textContent = limit;
+    const key = JSON.stringify([game.room?.reason, unready, hint, presses, deaf]);
+    this.#say(key, () => this.#ask("pause", this.#pause(game, { hint, deaf }, presses, unready)));
   }
 
   /**
-   * @param {Game} game @param {string} limit @param {Pick<News, "hint" | "deaf">} news
+   * @param {Game} game @param {Pick<News, "hint" | "deaf">} news
    * @param {readonly string[]} presses @param {readonly number[]} unready seats of this page
    */
-  #pause(game, limit, { hint, deaf }, presses, unready) {
-    const parts = [hint ? el("p", { role: "alert" }, hint) : el("p", {}, reasonText(game.room, game.own))];
-    if (limit) parts.push(el("p", { class: "muted" }, limit));
+  #pause(game, { hint, deaf }, presses, unready) {
+    const parts = [...reasons(game, hint), this.#limit];
     const quiet = deaf ? "muted invisible" : "muted"; // has its place from the start, so that no button moves
     for (const press of presses) parts.push(el("p", { class: quiet }, press));
     const buttons = [];
@@ -300,14 +298,16 @@ export class Panels {
 
   /**
    * Shows a question. It gets the keyboard if that was there or on the button that brought it: the button must not take
-   * the key that answers.
+   * the key that answers. A button that was there before keeps the keyboard.
    * @param {string} kind @param {HTMLElement} content
    */
   #ask(kind, content) {
     const focused = document.activeElement;
-    const follows = this.#overlay.contains(focused) || focused?.id === "stop";
+    const inside = this.#overlay.contains(focused);
     this.#show(kind, content);
-    if (follows) this.focusAction();
+    const same = [...content.querySelectorAll("button")].find(({ textContent: name }) => name === focused?.textContent);
+    if (inside && same) same.focus();
+    else if (inside || focused?.id === "stop") this.focusAction();
   }
 
   #hide() {
@@ -330,6 +330,15 @@ function whatToPress(card, mapping, cards) {
   if (!isBesideTouch(card, cards)) return say("play.ready.press", { key: grab });
   const move = card.keySets.map((set) => moveName(mapping.keys[set])).join(say("play.or"));
   return say("play.ready.needsDevice", { colour: colourName(card.seat), move, grab });
+}
+
+/**
+ * Which gamepad is gone, and why the game waits, where that is not a pause for the gamepad.
+ * @param {Game} game @param {string} hint
+ */
+function reasons({ room, own }, hint) {
+  const told = hint ? [el("p", { role: "alert" }, hint)] : [];
+  return hint && room?.reason_code === "paused" ? told : [...told, el("p", {}, reasonText(room, own))];
 }
 
 /** Nobody can be ready or invited any more: why, and the way out. @param {Game} game */

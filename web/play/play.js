@@ -285,7 +285,7 @@ class Play {
       focused.blur();
     if (this.#phase !== "playing") return;
     this.#panels.forgetStop();
-    if (this.#settings.isOpen) this.#togglePause(false); // opened during the countdown
+    if (this.#dialogIsOpen) this.#togglePause(false); // opened during the countdown
   }
 
   // ---- devices ----------------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 // Short phrases about seats and the connection, from the state of the room and the view. Pure.
 
+import { clockText } from "../core/ticks.js";
 import { has, say } from "../text/catalogue.js";
 import { agentName, recordedPlayer, shapeObject } from "../text/names.js";
 
@@ -10,6 +11,7 @@ import { agentName, recordedPlayer, shapeObject } from "../text/names.js";
 /** @typedef {import("../messages.js").RoomState["phase"]} Phase */
 
 const PATIENCE_MS = 1000; // a shorter interruption is not mentioned
+const LONG_S = 90; // more than that is told in minutes
 
 /**
  * What to call a seat.
@@ -146,10 +148,15 @@ export function reasonText(room, own = []) {
  */
 export function pauseLimitText(room, seconds) {
   if (room === null || room.reason_code === "study_paused") return "";
-  if (room.seats.some((seat) => !seat.present)) return say("play.pause.back", { count: seconds });
+  const time =
+    seconds > LONG_S
+      ? say("play.pause.minutes", { clock: clockText(seconds) })
+      : say("play.pause.seconds", { count: seconds });
+  const players = room.seats.filter(({ present }) => !present).map(({ name, colour }) => name || colour);
+  if (players.length > 0) return say("play.pause.back", withNames({ players, time }));
   const people = room.seats.filter(({ kind }) => kind === "human" || kind === "remote");
   const someWait = room.reason_code === "paused" && people.length > 1 && people.some(({ ready }) => ready);
-  return someWait ? say("play.pause.most", { count: seconds }) : "";
+  return someWait ? say("play.pause.most", { time }) : "";
 }
 
 /** A refusal over the socket. @param {{code: string, message: string, values: Record<string, any>}} refusal */

@@ -13,12 +13,14 @@ import { card, prose } from "./screen.js";
 /** @typedef {{id: string, text: string, required: boolean}} Box */
 
 /** @param {Context} context @returns {Screen} */
-export function consentScreen({ step, next, decline, addPerson }) {
+export function consentScreen({ step, kept, next, decline, addPerson }) {
   const text = prose(step.html ?? "");
   const problem = problemBox();
-  const boxes = (step.boxes ?? []).map((box) => ({ box, ...checkBox(box) }));
-  for (const { input } of boxes) {
+  const ticked = (kept.ticked ??= new Set());
+  const boxes = (step.boxes ?? []).map((box) => ({ box, ...checkBox(box, ticked.has(box.id)) }));
+  for (const { box, input } of boxes) {
     input.addEventListener("change", () => {
+      ticked[input.checked ? "add" : "delete"](box.id);
       if (input.checked) input.removeAttribute("aria-invalid");
       if (!boxes.some((one) => one.box.required && !one.input.checked)) showProblem(problem, "");
     });
@@ -68,9 +70,9 @@ function secondPerson(addPerson) {
   return el("p", { class: "muted small" }, `${say("study.consent.second")} `, button);
 }
 
-/** @param {Box} box */
-function checkBox(box) {
-  const input = el("input", { type: "checkbox", value: box.id });
+/** @param {Box} box @param {boolean} checked */
+function checkBox(box, checked) {
+  const input = el("input", { type: "checkbox", value: box.id, checked });
   const needed = box.required ? el("span", { class: "muted small" }, ` (${say("study.consent.required")})`) : null;
   return { input, row: el("label", { class: "check" }, input, el("span", {}, box.text, needed)) };
 }

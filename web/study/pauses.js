@@ -17,11 +17,10 @@ import { card } from "./screen.js";
 const SECOND_MS = 1000;
 
 /**
- * Calls `show` with the seconds since this call, now and every second.
+ * Calls `show` with the seconds since this call, or since the time given, now and every second.
  * @param {(seconds: number) => void} show
  */
-function everySecond(show) {
-  const since = new Elapsed();
+function everySecond(show, since = new Elapsed()) {
   const tick = () => show(since.ms / SECOND_MS);
   tick();
   const timer = setInterval(tick, SECOND_MS);
@@ -90,16 +89,19 @@ function secondPerson(addPerson) {
 }
 
 /** @param {Context} context @returns {Screen} */
-export function breakScreen({ step, next }) {
+export function breakScreen({ step, kept, next }) {
   const all = step.seconds ?? 0;
   const problem = problemBox();
   const left = el("p", { class: "label" });
   const bar = el("progress", { class: "bar", max: Math.max(1, all), "aria-label": say("study.break.title") });
-  const stop = everySecond((seconds) => {
-    bar.value = Math.max(0, all - seconds);
-    left.textContent =
-      seconds < all ? say("study.break.left", { time: clock(all - seconds) }) : say("study.break.over");
-  });
+  const stop = everySecond(
+    (seconds) => {
+      bar.value = Math.max(0, all - seconds);
+      left.textContent =
+        seconds < all ? say("study.break.left", { time: clock(all - seconds) }) : say("study.break.over");
+    },
+    (kept.since ??= new Elapsed()),
+  );
   const on = actionButton(say("study.page.goOn"), problem, () => next());
   const root = card(
     heading(say("study.break.title")),

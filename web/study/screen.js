@@ -9,9 +9,16 @@ import { el } from "../core/dom.js";
 /** @typedef {import("./service.js").Place} Place */
 /** @typedef {Record<string, unknown>} Given what a step is answered with */
 /**
+ * What a step's screen knows that is lost on no change of the language.
+ * @typedef {object} Kept
+ * @property {Set<string>} [ticked] ids of a consent's boxes
+ * @property {import("../core/elapsed.js").Elapsed} [since] when a break began
+ */
+/**
  * What a screen can read and do.
  * @typedef {object} Context
  * @property {Step} step of the person, or of the first of both
+ * @property {Kept} kept
  * @property {Step[]} steps of everybody whose screen this is
  * @property {number[]} people whose screen this is
  * @property {boolean} several whether two people sit here

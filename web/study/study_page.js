@@ -41,6 +41,9 @@ export class StudyPage {
   #askedFor = ""; // key of the round whose card was shown here
   #readyFor = ""; // key of the round for which "I am ready" was said in this tab: another one leaves the game to it
   #codeOf = 0;
+  #stepShown = "";
+  /** @type {import("./screen.js").Kept} */
+  #kept = {};
   #asksNext = false; // somebody finished here long ago, and another person may sit here now
   #known = loadPeople(); // at the start of this page
   #frame = new StudyFrame({ language: (language) => void this.#setLanguage(language), stop: () => void this.#stop() });
@@ -253,17 +256,11 @@ export class StudyPage {
     if (step.state === "waiting" && step.key !== this.#askedFor) this.#readyFor = step.key; // said before a reload
     if (step.state === "playing" && step.key === this.#readyFor && this.#play(steps)) return;
     const make = SCREENS[step.kind];
-    const id = JSON.stringify([
-      people,
-      this.#places.length,
-      step.key,
-      step.kind,
-      step.state,
-      Boolean(step.room),
-      step.version,
-      currentLanguage(),
-    ]);
-    if (make) this.#frame.show(id, () => make(this.#context(people)), step);
+    const { key, kind, state, room, version } = step;
+    const shown = JSON.stringify([people, this.#places.length, key, kind, state, Boolean(room), version]);
+    if (shown !== this.#stepShown) this.#kept = {};
+    this.#stepShown = shown;
+    if (make) this.#frame.show(`${shown} ${currentLanguage()}`, () => make(this.#context(people)), step);
     else this.#frame.showProblem(say("error.http"), () => location.reload());
     dropUnsentOf(this.#tokens.filter((_, person) => this.#views[person]?.step.kind === "code"));
   }
@@ -287,6 +284,7 @@ export class StudyPage {
     const key = steps[0].key;
     return {
       step: steps[0],
+      kept: this.#kept,
       steps,
       people,
       place,

@@ -192,6 +192,26 @@ test("a round pauses for who has lost a gamepad, not for who had lost one in the
   assert.match(hint("paused", null, pad(1)), /^Blue's gamepad is no longer connected\./);
 });
 
+test("a gamepad that goes in a pause for something else is told there; unanswered, the round pauses again", () => {
+  const { lost, hint, pausesFor } = twoPads();
+  assert.match(hint("paused", pad(0)), /^Red's gamepad is no longer connected\./);
+  assert.equal(hint("paused", pad(0), pad(1)), "", "it is back");
+  hint("paused", pad(0));
+  lost.forget();
+  assert.equal(pausesFor("playing", pad(0)), null, "somebody has gone on without it");
+  hint("paused", pad(0), driven(1));
+  assert.equal(pausesFor("paused", pad(0)), null);
+  assert.equal(pausesFor("countdown", pad(0)), null);
+  assert.equal(pausesFor("playing", pad(0)), 1, "the pause was over before anybody had answered");
+});
+
+test("when a pause for a gamepad ran out, the round pauses for the next one that goes", () => {
+  const { pausesFor } = twoPads();
+  assert.equal(pausesFor("playing", pad(0)), 1);
+  for (const phase of ["paused", "countdown", "playing"]) assert.equal(pausesFor(phase, pad(0)), null);
+  assert.equal(pausesFor("playing"), 0);
+});
+
 test("whose gamepad a strange one replaces is not known before it is used", () => {
   const { hint } = twoPads();
   hint("playing");

@@ -52,10 +52,17 @@ const map = (...items) => ({
 const view = (held) => ({ poses: [], held, delivered: [] });
 
 test("a pause says how long it lasts at most where somebody waits", () => {
-  /** @param {import("../../messages.js").SeatState[]} seats @param {string} [code] */
-  const limit = (seats, code = "paused") => pauseLimitText({ reason_code: code, seats }, 40);
+  /** @param {import("../../messages.js").SeatState[]} seats @param {string} [code] @param {number} [seconds] */
+  const limit = (seats, code = "paused", seconds = 40) => pauseLimitText({ reason_code: code, seats }, seconds);
   assert.equal(limit([seat({ ready: true }), seat()]), "The game goes on in 40 seconds at the latest.");
-  assert.equal(limit([seat({ ready: true }), seat({ present: false })], "waiting"), "40 seconds left to come back.");
+  const left = seat({ colour: "red", present: false });
+  assert.equal(limit([seat({ ready: true }), left], "waiting"), "Red has 40 seconds to come back.");
+  assert.equal(limit([seat(), { ...left, name: "Ada" }], "waiting", 1), "Ada has 1 second to come back.");
+  assert.equal(limit([seat({ present: false }), left], "waiting"), "Blue and Red have 40 seconds to come back.");
+  assert.equal(
+    limit([seat({ ready: true }), seat()], "paused", 599),
+    "The game goes on in 9:59 minutes at the latest.",
+  );
   assert.equal(limit([seat(), seat()]), "");
   assert.equal(limit([seat(), seat({ kind: "agent", ready: true })]), "");
   assert.equal(limit([seat({ ready: true }), seat()], "study_paused"), "");

@@ -34,6 +34,14 @@ test("no line begins with an ellipsis: in German it stands apart from its word, 
   );
 });
 
+test("German texts call a key what it is called everywhere else", () => {
+  const texts = Object.entries(textsOf("de"));
+  assert.deepEqual(
+    texts.filter(([, text]) => /\b(Enter|Shift|Space|Delete)\b/.test(text)),
+    [],
+  );
+});
+
 test("every key in the code and the pages has a text, and no text is there for nothing", () => {
   const files = readdirSync(WEB, { recursive: true })
     .map(String)
