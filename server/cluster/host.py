@@ -17,7 +17,7 @@ from movingout.server.cluster.lease_store import LeaseStore, NodeIdentity, NodeR
 from movingout.server.cluster.limit_store import LimitStore
 from movingout.server.cluster.node import LOOK_S, ClusterNode
 from movingout.server.cluster.node_calls import NodeCaller
-from movingout.server.cluster.report import cluster_report
+from movingout.server.cluster.report import cluster_report, tokens_apart
 from movingout.server.cluster.room_files import (
     ShardedRoomStore,
     adopt,
@@ -124,6 +124,8 @@ class ClusterHost(Host):
         await self.node.store.prepare()
         self._secret = await self.node.store.secret()
         await self.node.join()
+        if sentence := tokens_apart(self.node.view, self.node.who):
+            log.warning("%s", sentence)
         self.shared_limits.begin(self._secret)
         self.admission.name_owners_by(self._secret)
         self.node.begin()

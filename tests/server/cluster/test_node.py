@@ -9,7 +9,7 @@ import pytest
 from movingout.server.cluster.errors import DatabaseAway, NodeRefused
 from movingout.server.cluster.lease_store import FORGET_S, NodeIdentity
 from movingout.server.cluster.node import LOOK_S, ROUTED_S, SPARE, ClusterNode
-from movingout.server.cluster.report import waiting_rooms
+from movingout.server.cluster.report import tokens_apart, waiting_rooms
 from movingout.server.cluster.shards import SHARDS, STUDY
 from movingout.server.settings import LEASE_S
 from tests.server.cluster.clock import TestClock, identity
@@ -98,6 +98,8 @@ def test_the_rooms_of_a_node_that_is_gone_go_on_at_another_and_the_shard_is_give
 def test_without_a_shared_folder_rooms_wait_for_their_node_and_it_is_said_which(clock: TestClock) -> None:
     async def story() -> None:
         a, b = await Node(clock, "a", folder="one").start(), await Node(clock, "b", folder="two").start()
+        assert tokens_apart(a.node.view, a.node.who) == "", "it was alone when it started"
+        assert tokens_apart(b.node.view, b.node.who).startswith("the data folder of a is another one, with an admin")
         home = a.node.home
         a.rooms.counts[home] = 1
         for _ in range(3):

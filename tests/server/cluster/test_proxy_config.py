@@ -43,6 +43,15 @@ def test_a_large_class_behind_one_address_may_send_more(capsys: pytest.CaptureFi
     assert "sc0_conn_rate(addresses) gt 1000 }" in written(capsys, "--max-per-address", "20")
 
 
+def test_an_operator_is_told_of_the_same_node_again_and_again(capsys: pytest.CaptureFixture[str]) -> None:
+    text = written(capsys)
+    rules = [line.split()[1] for line in text.splitlines() if line.startswith("    use_backend")]
+    assert rules == ["shard_study", "shard_%[var(txn.shard)]", "operator", "lobby"], "rooms go to their node first"
+    assert "backend operator\n    balance source\n    hash-type consistent\n    server a 10.0.0.1:8000 track" in text
+    caddy = written(capsys, "--for", "caddy")
+    assert "lb_policy ip_hash" in caddy.split("handle /api/admin/* {")[1].split("handle")[0]
+
+
 POD = ("--node", "c=movingout-0.movingout.invalid:8001")
 
 
