@@ -46,7 +46,7 @@ def waiting_rooms(view: ClusterView, lease_s: float) -> Iterator[str]:
 
 
 def tokens_apart(view: ClusterView, who: NodeIdentity) -> str:
-    """What the operator has to do where another node has another data folder, and so another admin token; else empty."""
+    """What the operator does where another node has another data folder, and so another admin token; or empty."""
     others = [node.name for node in view.nodes if node.alive and node.folder != who.folder]
     if not others:
         return ""
