@@ -27,7 +27,7 @@ from movingout.server.connection.uvicorn_protocols import (
     http_protocol,
 )
 from movingout.server.open_files import most_connections
-from movingout.server.security.certificate import Certificate
+from movingout.server.security.certificate import Certificate, keep_valid
 from movingout.server.settings import Settings
 
 SEND_BUFFER = 32 * 1024
@@ -35,6 +35,7 @@ RECEIVE_BUFFER = 8 * 1024  # so that a flood is held back at its sender
 BACKLOG = 128  # connections that are accepted in one turn of the loop
 TLS_HANDSHAKE_S = 5.0
 HANDSHAKES = 0.25  # of all connections: so many are in their handshakes at once
+CERTIFICATE_S = 60.0  # between two looks whether the certificate ends, or was made anew by another process
 DRAIN = getattr(signal, "SIGUSR1", None)  # none on Windows
 DRAIN_S = 900.0  # for rounds to end; those that have not are suspended
 
@@ -133,8 +134,22 @@ class GameServer(uvicorn.Server):
             self._acceptor.start()
         else:
             await super().startup(sockets)
+        if self.config.is_ssl:
+            work = partial(self.look_at_certificate, renews=bool(sockets))
+            self.app.state.host.background.repeat("the certificate", work, CERTIFICATE_S)
         if self.started:
             self._on_ready()
+
+    async def look_at_certificate(self, renews: bool) -> None:
+        """New connections get the certificate that is in the folder now; the process that listens makes it anew.
+
+        Raises OSError.
+        """
+        files = Certificate(Path(str(self.config.ssl_certfile)), Path(str(self.config.ssl_keyfile)))
+        if renews:
+            await asyncio.to_thread(keep_valid, files, self.app.state.host.room_count == 0)
+        if files.certificate.exists() and self.config.ssl is not None:
+            self.config.ssl.load_cert_chain(files.certificate, files.key, password="")
 
     def elsewhere(self, connection: socket.socket, address: str) -> bool:
         """Whether a connection from this address was given to another process instead."""

@@ -15,9 +15,9 @@ from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.lease_store import LeaseStore, NodeIdentity, NodeRow
 from movingout.server.cluster.limit_store import LimitStore
-from movingout.server.cluster.node import ClusterNode
+from movingout.server.cluster.node import LOOK_S, ClusterNode
 from movingout.server.cluster.node_calls import NodeCaller
-from movingout.server.cluster.report import cluster_report
+from movingout.server.cluster.report import cluster_report, tokens_apart
 from movingout.server.cluster.room_files import (
     ShardedRoomStore,
     adopt,
@@ -25,8 +25,9 @@ from movingout.server.cluster.room_files import (
     folder_id,
     has_rooms_of,
     journals_of,
+    shards_in,
 )
-from movingout.server.cluster.shards import new_id_in, shard_of
+from movingout.server.cluster.shards import SHARDS, new_id_in, shard_of
 from movingout.server.cluster.shared_limits import SHARE_S, SharedLimits
 from movingout.server.connection.closing import CloseConnection, no_room
 from movingout.server.connection.other_nodes import RoomCount
@@ -123,6 +124,8 @@ class ClusterHost(Host):
         await self.node.store.prepare()
         self._secret = await self.node.store.secret()
         await self.node.join()
+        if sentence := tokens_apart(self.node.view, self.node.who):
+            log.warning("%s", sentence)
         self.shared_limits.begin(self._secret)
         self.admission.name_owners_by(self._secret)
         self.node.begin()
@@ -130,6 +133,7 @@ class ClusterHost(Host):
         await self.start_rooms()
         self.background.repeat("rooms that wait for an agent", self._bring_awaiting, AGENTS_AGAIN_S)
         self.background.repeat("limits of addresses", self.shared_limits.share, SHARE_S)
+        self.background.repeat("recordings that no node has", self._recover_left, LOOK_S)
 
     async def stop(self) -> None:
         """Hand the rooms over: first everything about them is on the disk, then the leases end."""
@@ -249,6 +253,17 @@ class ClusterHost(Host):
             if name not in running and not self.recording_service.knows(journal):
                 self.recording_service.recover(journal)
 
+    async def _recover_left(self) -> None:
+        """Finish what is in this folder of shards that a node with another folder has: one node of the folder does."""
+        on_disk, who = await self.shards_on_disk(), self.node.who
+        first = min((node.name for node in self._nodes() if node.folder == who.folder), default="")
+        if self.node.problem or first != who.name:
+            return
+        for lease in self.node.view.leases:
+            elsewhere = lease.node is not None and lease.folder != who.folder and lease.expired_s < 0.0
+            if elsewhere and lease.shard in SHARDS and lease.shard in on_disk:
+                self._recover_shard(lease.shard)
+
     def close_shard(self, shard: str) -> None:
         for room in [room for room in self.registry.rooms.values() if shard_of(room.id) == shard]:
             room.suspend(MOVING)
@@ -279,6 +294,9 @@ class ClusterHost(Host):
 
     def can_see(self, shard: str) -> bool:
         return has_rooms_of(self.settings.rooms, shard)
+
+    async def shards_on_disk(self) -> frozenset[str]:
+        return await asyncio.to_thread(shards_in, self.settings.rooms, self.settings.recordings)
 
     # ---- what people and proxies are told -------------------------------------------------------------------
 

@@ -28,6 +28,8 @@ log = logging.getLogger(__name__)
 
 RENEW_S = 1.0
 AGAIN_S = 0.25  # after a call that failed: three of them fit into a lease
+LOOK_S = 60.0  # between two looks for rooms and recordings that no node has
+SPARE = 8  # shards that are left to nodes that join
 ROUTED_S = 2.5  # until the proxy knows where a shard is
 
 
@@ -57,6 +59,9 @@ class RoomKeeper(Protocol):
     def can_see(self, shard: str) -> bool:
         """Whether the files of a shard lie in the data folder."""
 
+    async def shards_on_disk(self) -> frozenset[str]:
+        """Shards of which rooms or unfinished recordings lie in the data folder."""
+
 
 class ClusterNode:
     """`open` has the shards whose rooms are here; those of `leases` besides are being opened.
@@ -82,6 +87,7 @@ class ClusterNode:
         self._rooms = rooms
         self._clock, self._sleep = clock, sleep
         self._opening: dict[str, asyncio.Task[None]] = {}
+        self._look_at = self._clock()
         self._task: asyncio.Task[None] | None = None
 
     # ---- what others ask ------------------------------------------------------------------------------------
@@ -115,6 +121,7 @@ class ClusterNode:
         await self._register()
         self.leases.shared |= self._is_shared(self.view)
         await self._take_own()
+        await self._take_left()
         if not self.home:
             await self._find_home()
         if not self.home:
@@ -166,15 +173,29 @@ class ClusterNode:
 
     async def _find_home(self) -> None:
         """Take a free shard for new rooms."""
-        free = [
-            lease
-            for lease in self.view.leases
-            if lease.shard in SHARDS and (lease.node is None or lease.expired_s > FORGET_S)
-        ]
+        free = self._free()
         random.shuffle(free)
         for lease in free:
             if await self._take(lease):
                 return
+
+    async def _take_left(self) -> None:
+        """Free shards of which the data folder has something: a server that was no node or another database left it."""
+        if self._clock() < self._look_at or self.state != "serving":
+            return
+        self._look_at = self._clock() + LOOK_S
+        on_disk, free = await self._rooms.shards_on_disk(), self._free()
+        for lease in [lease for lease in free if lease.shard in on_disk][: max(0, len(free) - SPARE)]:
+            if await self._take(lease):
+                log.warning("took the shard %r: no node had its rooms or recordings in the data folder", lease.shard)
+
+    def _free(self) -> list[LeaseRow]:
+        """Leases that nobody has or waits for."""
+        return [
+            lease
+            for lease in self.view.leases
+            if lease.shard in SHARDS and (lease.node is None or lease.expired_s > FORGET_S)
+        ]
 
     async def _take(self, lease: LeaseRow) -> bool:
         asked_at = self._clock()
@@ -215,6 +236,7 @@ class ClusterNode:
         for lease in self._to_take_over():
             if await self._take(lease):
                 log.warning("took over the shard %r of node %s with %d rooms", lease.shard, lease.node, lease.rooms)
+        await self._take_left()
         if not self.home and self.state == "serving":
             await self._find_home()
         await self._take_study()

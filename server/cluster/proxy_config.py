@@ -58,6 +58,7 @@ class ProxyConfig:
     listen: str = ""
     redirect_from: str = ":80"
     admin_socket: str = ""
+    resolve_names: bool = False  # also while HAProxy runs; Caddy always does
     limits: ProxyLimits = field(default_factory=ProxyLimits)
     command: str = ""
 
@@ -98,6 +99,7 @@ class ProxyConfig:
             redirect_from=self.redirect_from,
             redirects=self._redirects(listen),
             admin_socket=self.admin_socket,
+            resolve_names=self.resolve_names,
             limits=self.limits,
             shards=SHARDS,
             study=STUDY,

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from movingout.server.cluster.lease_store import FORGET_S, ClusterView, LeaseRow
+from movingout.server.cluster.lease_store import FORGET_S, ClusterView, LeaseRow, NodeIdentity
 from movingout.server.cluster.node import ClusterNode
 
 
@@ -43,3 +43,14 @@ def waiting_rooms(view: ClusterView, lease_s: float) -> Iterator[str]:
         beginnings = ", ".join(lease.shard for lease in leases)
         away_s = min(lease.expired_s for lease in leases)
         yield f"node {node} has been away for {away_s:.0f} s: {rooms} for it (ids beginning with {beginnings})"
+
+
+def tokens_apart(view: ClusterView, who: NodeIdentity) -> str:
+    """What the operator does where another node has another data folder, and so another admin token; or empty."""
+    others = [node.name for node in view.nodes if node.alive and node.folder != who.folder]
+    if not others:
+        return ""
+    return (
+        f"the data folder of {', '.join(others)} is another one, with an admin token of its own; behind one proxy all "
+        "nodes need the same: copy admin-token from one folder to the others and start these nodes again"
+    )

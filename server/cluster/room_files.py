@@ -60,10 +60,19 @@ def has_rooms_of(rooms: Path, shard: str) -> bool:
     return bool(_folders(rooms, shard))
 
 
+def shards_in(rooms: Path, recordings: Path) -> frozenset[str]:
+    """The shards of which rooms or unfinished recordings lie here, whoever left them; blocks for the disk."""
+    kept = [path for path in rooms.glob("*/*.json") if _FOLDER.fullmatch(path.parent.name)]
+    files = (*kept, *rooms.glob("*.json"), *recordings.glob(f"*{JOURNAL_SUFFIX}"))
+    return frozenset(shard for path in files if (shard := shard_of(path.name)))
+
+
 def adopt(rooms: Path, recordings: Path, shard: str, fence: int) -> None:
     """Make the newest files of a shard those of this fencing token; blocks for the disk. Raises ClusterError."""
     try:
         _adopt_rooms(rooms, shard, fence)
+        for file in rooms.glob(f"{shard}*.json"):  # of a server that was no node
+            os.replace(file, _place(rooms, shard, fence) / file.name)
         for journal in journals_of(recordings, shard):
             _copy_in_place(journal)
     except OSError as error:

@@ -201,6 +201,7 @@ async def _measure(
         await asyncio.sleep(WARM_UP_S)
         await asyncio.to_thread(_call, target, "/api/admin/measurements/reset", {})
         before = await asyncio.to_thread(_call, target, "/api/admin/state")
+        _refuse_several_nodes(target, opened, before)
         for bot in bots:
             bot.measure()
         other = asyncio.create_task(beside(target)) if beside else None
@@ -208,6 +209,7 @@ async def _measure(
         for bot in bots:
             bot.check()
         after = await asyncio.to_thread(_call, target, "/api/admin/state")
+        _refuse_several_nodes(target, opened, after)
     finally:
         for bot in bots:
             bot.cancel()
@@ -215,6 +217,18 @@ async def _measure(
             other.cancel()
         await asyncio.sleep(0.1)  # for the connections to close
     return _result(rooms, clients, before, after, tally)
+
+
+def _refuse_several_nodes(target: RunningServer, rooms: list[str], state: Any) -> None:
+    """Raise LoadTestError where a node has answered that has not all the rooms: the figures are those of one node."""
+    cluster = state.get("cluster")
+    if cluster is None or {room[:1] for room in rooms} == {cluster["home"]}:
+        return
+    nodes = ", ".join(f"http://{node['address']}" for node in cluster["nodes"] if node["state"] == "serving")
+    raise LoadTestError(
+        f"at {target.base} are several nodes of a cluster, each with figures of its own; measure one of them: "
+        f"--url with one of {nodes}"
+    )
 
 
 async def _open_rooms(target: RunningServer, rooms: int, clients: int, partner: str) -> list[str]:

@@ -14,6 +14,7 @@ from cryptography.x509.oid import NameOID
 
 VALID_DAYS = 365
 RENEW_DAYS = 30
+LAST_DAYS = 3  # then it is made anew while people play, too
 
 
 def serves(file: Path, key_file: Path, names: list[str]) -> bool:
@@ -22,13 +23,26 @@ def serves(file: Path, key_file: Path, names: list[str]) -> bool:
         # A key with a password is none of ours; without the answer OpenSSL would ask for it at the terminal.
         ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(file, key_file, password="")
         certificate = x509.load_pem_x509_certificate(file.read_bytes())
+    except (OSError, ValueError):
+        return False
+    begun = certificate.not_valid_before_utc <= datetime.datetime.now(datetime.UTC)
+    return begun and days_left(file) > RENEW_DAYS and set(names_in(file)) >= set(names)
+
+
+def names_in(file: Path) -> list[str]:
+    """The names that a certificate holds, in its order; none of a file that is no certificate."""
+    try:
+        certificate = x509.load_pem_x509_certificate(file.read_bytes())
         extension = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     except (OSError, ValueError, x509.ExtensionNotFound):
-        return False
-    covered = {str(name.value) for name in extension}
-    now = datetime.datetime.now(datetime.UTC)
-    soon = now + datetime.timedelta(days=RENEW_DAYS)
-    return certificate.not_valid_before_utc <= now and certificate.not_valid_after_utc > soon and covered >= set(names)
+        return []
+    return [str(name.value) for name in extension if isinstance(name, x509.DNSName | x509.IPAddress)]
+
+
+def days_left(file: Path) -> float:
+    """Raises OSError and ValueError."""
+    end = x509.load_pem_x509_certificate(file.read_bytes()).not_valid_after_utc
+    return (end - datetime.datetime.now(datetime.UTC)) / datetime.timedelta(days=1)
 
 
 def make(file: Path, key_file: Path, names: list[str]) -> None:

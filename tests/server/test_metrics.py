@@ -120,6 +120,13 @@ def test_dashboard_alerts_and_documentation_use_metrics_that_exist(tmp_path: Pat
     assert len({panel["id"] for panel in dashboard["panels"]}) == len(dashboard["panels"]) == 19
 
 
+def test_somebody_is_told_when_no_room_can_be_opened() -> None:
+    """A node whose database is away has no fault: it goes on by itself."""
+    rules = yaml.safe_load((DEPLOY / "alerts.yml").read_text())["groups"][0]["rules"]
+    [rule] = [rule for rule in rules if "movingout_ready" in rule["expr"]]
+    assert rule["expr"] == 'movingout_ready{job="movingout"} == 0' and rule["labels"]["severity"] == "page"
+
+
 @pytest.mark.skipif(shutil.which("promtool") is None, reason="promtool is not installed")
 def test_promtool_accepts_rules_and_metrics(live: Live) -> None:
     for arguments in (["check", "rules", "alerts.yml"], ["test", "rules", "alerts_test.yml"]):

@@ -50,6 +50,7 @@ import { has, say } from "../text/catalogue.js";
  * @property {string} refusal_code
  * @property {Record<string, unknown>} refusal_values
  * @property {RoomRow[]} rooms
+ * @property {{node: string, nodes: {name: string, state: string, rooms: number}[]}} [cluster] of a node
  */
 
 const CPU_PERCENT = 80; // of one core, above which it is too much
@@ -123,10 +124,19 @@ export function uptime(seconds) {
 }
 
 /** @param {AdminState} state */
-export function summaryWords({ rooms, uptime_s }) {
+export function summaryWords({ rooms, uptime_s, cluster }) {
   const people = rooms.flatMap(({ seats }) => seats).filter(({ kind, present }) => kind === "human" && present).length;
   const up = say("admin.upFor", { time: uptime(uptime_s) });
-  return [say("admin.rooms", { count: rooms.length }), say("admin.players", { count: people }), up].join(" · ");
+  const here = [say("admin.rooms", { count: rooms.length }), say("admin.players", { count: people }), up];
+  return [...here, ...(cluster ? nodeWords(cluster) : [])].join(" · ");
+}
+
+/** Which node this is about, and the rooms of all. @param {NonNullable<AdminState["cluster"]>} cluster */
+function nodeWords({ node, nodes }) {
+  const running = nodes.filter(({ state }) => state === "serving" || state === "draining");
+  const count = running.reduce((sum, { rooms }) => sum + rooms, 0);
+  const all = { nodes: running.length, rooms: say("admin.rooms", { count }) };
+  return [say("admin.node", { node }), ...(running.length > 1 ? [say("admin.allNodes", all)] : [])];
 }
 
 /** The cards above the rooms. @param {AdminState} state @returns {Fact[]} */

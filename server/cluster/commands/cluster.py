@@ -69,6 +69,11 @@ def _add_config(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--redirect-from", default=":80", metavar="ADDRESS", help="HAProxy sends http from here to https (:80)"
     )
+    parser.add_argument(
+        "--resolve-names",
+        action="store_true",
+        help="look for names of nodes in the DNS again and again: for pods and containers, which get other addresses",
+    )
     parser.add_argument("--admin-socket", default="", metavar="FILE", help="HAProxy's own socket for its operator")
     parser.add_argument(
         "--max-connections",
@@ -138,6 +143,7 @@ def _config(args: argparse.Namespace) -> int:
         listen=args.listen,
         redirect_from=args.redirect_from,
         admin_socket=args.admin_socket,
+        resolve_names=args.resolve_names,
         limits=ProxyLimits.for_address(args.max_connections, args.max_per_address),
         command=command_line(),
     )

@@ -20,6 +20,7 @@ class FakeRooms:
     counts: dict[str, int] = field(default_factory=dict)
     done: list[str] = field(default_factory=list)
     visible: bool = True
+    on_disk: frozenset[str] = frozenset()
 
     async def open_shard(self, shard: str, fence: int) -> None:
         self.done.append(f"open {shard}.{fence}")
@@ -38,6 +39,9 @@ class FakeRooms:
 
     def can_see(self, shard: str) -> bool:
         return self.visible
+
+    async def shards_on_disk(self) -> frozenset[str]:
+        return self.on_disk
 
 
 @contextmanager

@@ -1,6 +1,8 @@
 """Two whole nodes on one database, without a proxy: what each says of rooms that are at the other, or waiting."""
 
+import asyncio
 import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,7 @@ from movingout.server.settings import Settings
 from tests.database import PostgresServer
 from tests.server.cluster.nodes import host, node
 from tests.server.cluster.processes import wait_until
-from tests.server.live import ADMIN, Live, Person
+from tests.server.live import ADMIN, Live, Person, serve
 
 ROUND = 40
 SEATS = {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]}
@@ -94,6 +96,39 @@ def test_a_node_comes_back_to_its_rooms(tmp_path: Path, database: str) -> None:
         path = tmp_path / "recordings" / f"{again.play_out()['recording']}.mcap"
         wait_until(path.exists, "the recording is finished")
         assert verify(path).identical
+
+
+def test_rooms_and_rounds_of_a_server_that_was_no_node_go_on_at_a_node(tmp_path: Path, database: str) -> None:
+    with serve(tmp_path) as alone:
+        room = alone.open_room("here", "idle", limit_ticks=ROUND)
+        person = alone.person(room["room"], tokens=room["tokens"][:1])
+        person.say(type="ready", seat=0, ready=True)
+        person.play(8)
+    with node(tmp_path, database, "a") as a:
+        again = a.person(room["room"], tokens=[person.tokens[0]])
+        again.say(type="ready", seat=0, ready=True)
+        path = tmp_path / "recordings" / f"{again.play_out()['recording']}.mcap"
+        wait_until(path.exists, "the recording is finished")
+        assert verify(path).identical
+
+
+@pytest.mark.slow
+def test_recordings_of_a_shard_that_another_folder_has_are_finished_where_they_lie(
+    tmp_path: Path, database: str
+) -> None:
+    with node(tmp_path / "a", database, "a") as a, node(tmp_path / "b", database, "b") as b:
+        _, person = opened(b)
+        person.play(8)
+        wait_until(lambda: len(host(a)._nodes()) == 2, "a knows of b")
+        [there] = (tmp_path / "b" / "recordings").glob("*.journal")
+        left = tmp_path / "a" / "recordings" / there.name  # as a weekend ago, when a had this shard
+        shutil.copy(there, left)
+        own = opened(a)[1]
+        own.play(5)
+        asyncio.run_coroutine_threadsafe(host(a)._recover_left(), a.loop).result(30)
+        wait_until(left.with_suffix("").exists, "the recording is finished")
+        assert not left.exists()
+        own.play_out()
 
 
 @pytest.mark.slow

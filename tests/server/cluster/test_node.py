@@ -8,9 +8,9 @@ import pytest
 
 from movingout.server.cluster.errors import DatabaseAway, NodeRefused
 from movingout.server.cluster.lease_store import FORGET_S, NodeIdentity
-from movingout.server.cluster.node import ROUTED_S, ClusterNode
-from movingout.server.cluster.report import waiting_rooms
-from movingout.server.cluster.shards import STUDY
+from movingout.server.cluster.node import LOOK_S, ROUTED_S, SPARE, ClusterNode
+from movingout.server.cluster.report import tokens_apart, waiting_rooms
+from movingout.server.cluster.shards import SHARDS, STUDY
 from movingout.server.settings import LEASE_S
 from tests.server.cluster.clock import TestClock, identity
 from tests.server.cluster.nodes import FakeRooms
@@ -98,6 +98,8 @@ def test_the_rooms_of_a_node_that_is_gone_go_on_at_another_and_the_shard_is_give
 def test_without_a_shared_folder_rooms_wait_for_their_node_and_it_is_said_which(clock: TestClock) -> None:
     async def story() -> None:
         a, b = await Node(clock, "a", folder="one").start(), await Node(clock, "b", folder="two").start()
+        assert tokens_apart(a.node.view, a.node.who) == "", "it was alone when it started"
+        assert tokens_apart(b.node.view, b.node.who).startswith("the data folder of a is another one, with an admin")
         home = a.node.home
         a.rooms.counts[home] = 1
         for _ in range(3):
@@ -112,6 +114,25 @@ def test_without_a_shared_folder_rooms_wait_for_their_node_and_it_is_said_which(
         assert a.node.serves(home)  # it may go on without the database: nobody else can
         again = await Node(clock, "a", run="again", folder="one").start()
         assert again.node.home == home and again.rooms.done == [f"open {home}.2"]
+
+    together(story)
+
+
+def test_what_no_node_has_is_taken_at_the_start_and_once_a_minute(clock: TestClock) -> None:
+    async def story() -> None:
+        a = Node(clock, "a")
+        a.rooms.on_disk = frozenset("fr")  # of a server that was no node, or of another database
+        await a.start()
+        assert sorted(a.rooms.done) == ["open f.1", "open r.1"] and a.node.home in "fr"
+        b = await Node(clock, "b", folder="elsewhere").start()
+        a.rooms.on_disk = frozenset(SHARDS)
+        await a.step()
+        assert set(a.node.leases) == {a.node.home}, "looks once a minute; the other one has nothing and is given back"
+        clock.advance(LOOK_S)
+        for each in (b, a):
+            await each.step()
+        assert b.node.home not in a.node.leases, "another node has it"
+        assert len(SHARDS) - len([*a.node.leases, *b.node.leases]) == SPARE, "nodes find a shard still"
 
     together(story)
 

@@ -1,5 +1,7 @@
 """The configuration that `movingout cluster config` writes."""
 
+import os
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +10,7 @@ import pytest
 from movingout.server.cli import main
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.proxy_config import ProxyConfig, ProxyLimits, nodes_of
+from tests.server.cluster.processes import proxy_program
 
 NODES = ("--node", "a=10.0.0.1:8000", "--node", "b=[fd00::2]:8000")
 
@@ -39,6 +42,35 @@ def test_a_large_class_behind_one_address_may_send_more(capsys: pytest.CaptureFi
     ):
         assert f"{rate} gt {one} }}" in usual and f"{rate} gt {other} }}" in more
     assert "sc0_conn_rate(addresses) gt 1000 }" in written(capsys, "--max-per-address", "20")
+
+
+def test_an_operator_is_told_of_the_same_node_again_and_again(capsys: pytest.CaptureFixture[str]) -> None:
+    text = written(capsys)
+    rules = [line.split()[1] for line in text.splitlines() if line.startswith("    use_backend")]
+    assert rules == ["shard_study", "shard_%[var(txn.shard)]", "operator", "lobby"], "rooms go to their node first"
+    assert "backend operator\n    balance source\n    hash-type consistent\n    server a 10.0.0.1:8000 track" in text
+    caddy = written(capsys, "--for", "caddy")
+    assert "lb_policy ip_hash" in caddy.split("handle /api/admin/* {")[1].split("handle")[0]
+
+
+POD = ("--node", "c=movingout-0.movingout.invalid:8001")
+
+
+def test_haproxy_looks_for_names_again_where_nodes_get_other_addresses(capsys: pytest.CaptureFixture[str]) -> None:
+    text = written(capsys, *POD, "--resolve-names")
+    assert "resolvers system\n    parse-resolv-conf\n" in text
+    assert "    default-server init-addr last,libc,none resolvers system " in text
+    assert "resolvers" not in written(capsys, *POD)
+
+
+@pytest.mark.slow  # where no name server answers
+def test_haproxy_starts_while_a_pod_has_no_address(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "haproxy.cfg"
+    file.write_text(written(capsys, *POD, "--resolve-names"))
+    impatient = {**os.environ, "RES_OPTIONS": "timeout:1 attempts:1"}
+    program = [proxy_program("haproxy"), "-c", "-f", str(file)]
+    checked = subprocess.run(program, capture_output=True, text=True, env=impatient)
+    assert checked.returncode == 0, checked.stderr
 
 
 def test_without_a_certificate_it_is_plain_http(capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,9 +2,16 @@
 
 from pathlib import Path
 
-from movingout.server.cluster.room_files import ShardedRoomStore, adopt, folder_id, has_rooms_of, journals_of
+from movingout.server.cluster.room_files import (
+    ShardedRoomStore,
+    adopt,
+    folder_id,
+    has_rooms_of,
+    journals_of,
+    shards_in,
+)
 from movingout.server.cluster.shards import SHARDS, new_id_in, shard_of
-from movingout.server.persistence.room_store import VERSION, RoomFile
+from movingout.server.persistence.room_store import VERSION, RoomFile, RoomStore
 from movingout.server.rooms.services import RoomConfig
 
 
@@ -83,6 +90,24 @@ def test_journals_of_a_shard_are_found_by_their_letter(tmp_path: Path) -> None:
     for name in ("kaa.mcap.journal", "kab.mcap", ".kac.mcap.journal.x", "mad.mcap.journal"):
         (tmp_path / name).touch()
     assert [path.name for path in journals_of(tmp_path, "k")] == ["kaa.mcap.journal"]
+
+
+def test_rooms_of_a_server_that_was_no_node_come_along_and_whoever_left_something_is_seen(tmp_path: Path) -> None:
+    rooms, recordings = tmp_path / "rooms", tmp_path / "recordings"
+    recordings.mkdir()
+    adopt(rooms, recordings, "m", 3)
+    alone, of_a_node = RoomStore(rooms), store(rooms, m=3)
+    alone.save(room("kaaa"))
+    of_a_node.save(room("maaa"))
+    alone.close()
+    of_a_node.close()
+    (rooms / "p.9.part").mkdir()
+    (rooms / "p.9.part" / "paaa.json").touch()  # a half-made copy
+    (recordings / "faaa.mcap.journal").touch()
+    assert shards_in(rooms, recordings) == {"k", "m", "f"}
+    adopt(rooms, recordings, "k", 1)
+    assert [file.id for file in store(rooms, k=1).load_shard("k", 1)] == ["kaaa"]
+    assert not list(rooms.glob("*.json")) and shards_in(rooms, recordings) == {"k", "m", "f"}
 
 
 def test_a_data_folder_has_one_id_for_all_who_share_it(tmp_path: Path) -> None:

@@ -133,6 +133,18 @@ def test_the_load_test_says_in_a_sentence_why_no_room_is_opened(live: Live) -> N
         measure(target, rooms=1, clients=1, seconds=1, partner="scriptet")
 
 
+def test_the_load_test_measures_one_node_and_not_whichever_a_proxy_asks() -> None:
+    nodes = [{"name": name, "address": f"10.0.0.{at}:8001", "state": "serving"} for at, name in enumerate("ab", 1)]
+    state = {"cluster": {"node": "a", "home": "k", "nodes": nodes}}
+    proxy = RunningServer("http://game.example.org", ADMIN)
+    loadtest._refuse_several_nodes(proxy, ["kaaa", "kbbb"], state)
+    loadtest._refuse_several_nodes(proxy, ["kaaa", "mbbb"], {})
+    with pytest.raises(LoadTestError, match=r"several nodes of a cluster.*--url with one of http://10\.0\.0\.1:8001, "):
+        loadtest._refuse_several_nodes(proxy, ["kaaa", "mbbb"], state)
+    with pytest.raises(LoadTestError, match="several nodes"):
+        loadtest._refuse_several_nodes(proxy, ["maaa"], state)
+
+
 @pytest.mark.slow
 def test_the_load_test_starts_a_server_for_an_agent_of_ones_own(capsys: pytest.CaptureFixture[str]) -> None:
     command = "loadtest --rooms 1 --clients 1 --seconds 0.5 --json --partner tests.agents.support:Forward"

@@ -1,5 +1,6 @@
 """The self-signed certificate of a data folder, after whatever has happened to it."""
 
+import asyncio
 import datetime
 import os
 import ssl
@@ -8,7 +9,10 @@ from typing import Any
 
 import pytest
 
-from movingout.server.security.certificate import Certificate, certificate_in
+from movingout.server.security import self_signed
+from movingout.server.security.certificate import EARLIER, Certificate, certificate_in, host_names, keep_valid
+from movingout.server.security.self_signed import names_in
+from tests.server.live import serve
 
 HOST = "127.0.0.1"
 
@@ -44,6 +48,44 @@ def test_a_disk_that_is_full_while_it_is_made_leaves_what_the_next_start_can_use
     load(files)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["certificate.pem", "key.pem"]
     load(certificate_in(tmp_path, "10.1.2.3"))
+
+
+def test_one_certificate_does_in_all_networks_where_the_machine_has_been(tmp_path: Path) -> None:
+    """So that no phone is asked again by a laptop that is back."""
+    certificate_in(tmp_path, "192.168.1.5")
+    both = certificate_in(tmp_path, "10.0.0.7").certificate.read_bytes()
+    assert certificate_in(tmp_path, "192.168.1.5").certificate.read_bytes() == both
+    for number in range(30):
+        files = certificate_in(tmp_path, f"10.0.1.{number}")
+    names = names_in(files.certificate)
+    assert {"10.0.1.29", "10.0.1.28"} <= set(names) and "192.168.1.5" not in names
+    assert len(names) == len(host_names("10.0.1.29")) + EARLIER
+
+
+def test_a_running_server_has_a_new_certificate_before_the_old_one_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def look(renews: bool) -> None:
+        assert live.server is not None
+        asyncio.run_coroutine_threadsafe(live.server.look_at_certificate(renews), live.loop).result(10)
+
+    def served() -> str:
+        return ssl.get_server_certificate(("127.0.0.1", live.port)).strip()
+
+    certificate = certificate_in(tmp_path / "tls", HOST)
+    names, old = names_in(certificate.certificate), certificate.certificate.read_text().strip()
+    with serve(tmp_path, certificate=certificate) as live:
+        assert "the certificate" in live.host.background._succeeded, "looked after in the background"
+        look(renews=True)
+        assert served() == old, "it is good for long"
+        monkeypatch.setattr(self_signed, "RENEW_DAYS", 400)
+        look(renews=False)
+        assert served() == old, "the process that listens makes it"
+        look(renews=True)
+        new = certificate.certificate.read_text().strip()
+        assert served() == new != old and names_in(certificate.certificate) == names
+        keep_valid(certificate, quiet=False)
+        assert certificate.certificate.read_text().strip() == new, "while people play it waits until the last days"
 
 
 def test_one_of_the_future_is_made_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -136,6 +136,18 @@ test("the summary counts rooms and people who are there", () => {
   assert.equal(summaryWords({ ...STATE, rooms }), "1 room · 1 player · up for 2 h 5 min");
 });
 
+test("behind a proxy the summary says which node it is about, and counts the rooms of all", () => {
+  const nodes = [
+    { name: "a", state: "serving", rooms: 1 },
+    { name: "b", state: "draining", rooms: 4 },
+    { name: "c", state: "ended", rooms: 9 },
+  ];
+  const said = summaryWords({ ...STATE, rooms: [], cluster: { node: "a", nodes } });
+  assert.equal(said, "0 rooms · 0 players · up for 2 h 5 min · on node a · all 2 nodes: 5 rooms");
+  const alone = summaryWords({ ...STATE, rooms: [], cluster: { node: "a", nodes: nodes.slice(0, 1) } });
+  assert.equal(alone, "0 rooms · 0 players · up for 2 h 5 min · on node a");
+});
+
 test("four facts, in red where a person would notice", () => {
   assert.deepEqual(
     facts(STATE).map(({ value, tone }) => [value, tone]),
