@@ -10,6 +10,7 @@ from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
 from movingout.recordings.storage.listing import Players
 from movingout.world.constants import TICK_SECONDS
+from movingout.world.observation import LAYOUTS
 
 CARD = "README.md"
 FILES = {
@@ -69,7 +70,11 @@ def _vectors(name: str, plan: ExportPlan) -> list[str]:
     if name not in ("parquet", "lerobot"):
         return []
     view = f", view `{plan.view}`" if name == "lerobot" else ""
-    return [f"| observations | layout `{plan.layout}`{view} |"]
+    rows = [f"| observations | layout `{plan.layout}`{view} |"]
+    if name == "lerobot" and LAYOUTS[plan.layout].own_frame:
+        whose = "blue's" if plan.view == "joint" else "the robot's own"
+        rows.append(f"| actions | headings relative to {whose} angle before the tick, as the observation |")
+    return rows
 
 
 def _kinds(players: list[Players]) -> Counter[str]:

@@ -16,6 +16,7 @@ from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.exports.trajectories import ExportedTrajectory, action_names, all_trajectories
+from movingout.world.observation import LAYOUTS
 
 SUFFIXES = ("", ".hdf5", ".h5")
 OBSERVATION = "flat"  # the one low-dimensional modality, by the name that robomimic gives it in Gym environments
@@ -78,7 +79,8 @@ def _environment(plan: ExportPlan, played: Counter[Task]) -> dict[str, Any]:
 
     With both actions in one, which no seat can play, there is no such environment.
     """
-    about = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view)}
+    headings = LAYOUTS[plan.layout].headings
+    about = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view), "headings": headings}
     if plan.view == "joint":
         return {"env_name": "moving_out", "type": GYM, "env_kwargs": {}, "movingout": about}
     name, split = _most_played(played, plan.tell)

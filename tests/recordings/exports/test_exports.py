@@ -210,7 +210,7 @@ def test_the_joint_view_has_one_episode_with_both_actions(
     assert info["features"]["action"]["names"][4] == "red_distance"
     assert info["features"]["observation.state"]["shape"] == [16]
     assert info["features"]["observation.environment_state"]["shape"] == [169 - 16]
-    assert info["movingout"] == {"layout": "map-v1", "view": "joint"}
+    assert info["movingout"] == {"layout": "map-v1", "view": "joint", "headings": "arena"}
     data = pq.read_table(folder / "data" / "chunk-000" / "file-000.parquet")
     expected = to_policy(episode.actions).reshape(TICKS, 8).astype(np.float32)
     assert np.array_equal(np.array(data["action"].to_pylist(), dtype=np.float32), expected)
