@@ -147,3 +147,6 @@ def make_seat_env(**options: Any) -> SeatEnv:
         if name not in known:
             raise TypeError(f"unexpected keyword argument {name!r}; {known_names(name, known)}")
     return SeatEnv(**options)
+
+
+make_seat_env.metadata = SeatEnv.metadata  # type: ignore[attr-defined]  # Gymnasium reads render modes there

@@ -26,9 +26,15 @@ GYM = 2  # robomimic's number of this kind of environment
 
 
 def write(plan: ExportPlan) -> None:
-    """One .hdf5 file; test episodes are robomimic's `valid`."""
+    """One .hdf5 file; test episodes are robomimic's `valid`. Raises RecordingError, also for a layout of pictures."""
     if plan.target.suffix not in SUFFIXES:
         raise RecordingError(f"{plan.target.name}: a robomimic file ends in .hdf5")
+    layout = LAYOUTS.get(plan.layout)
+    if layout is not None and layout.picture:
+        raise RecordingError(
+            f"robomimic's one observation is a row of numbers, and {plan.layout} is a picture, which the environment "
+            "gives as one; take another --layout"
+        )
     names: dict[str, list[str]] = {"train": [], "valid": []}
     total, played = 0, Counter[Task]()
     with new_target(plan.target) as path, hdf5_file(path) as file:

@@ -280,3 +280,10 @@ def test_only_the_learner_acts_in_the_own_frame() -> None:
         arena.step(np.array([1.0, np.cos(angle), np.sin(angle), 0.0]))
     poses = [env._env.world_state.robot_poses for env in (own, arena)]
     np.testing.assert_allclose(poses[0], poses[1], atol=1e-9)
+
+
+def test_gymnasium_makes_lists_of_pictures() -> None:
+    env = gymnasium.make(ENV_ID, partner="idle", render_mode="rgb_array_list")
+    env.reset(seed=0)
+    env.step(STILL)
+    assert [np.shape(picture) for picture in env.render() or ()] == [(256, 256, 3)] * 2
