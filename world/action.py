@@ -10,6 +10,7 @@ lets go, 0 changes nothing. Everything that enters from outside is clipped and c
 """
 
 import math
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,10 +18,13 @@ import numpy.typing as npt
 from movingout.world.errors import ActionError
 from movingout.world.state import Floats
 
+Rows = TypeVar("Rows", bound=npt.NDArray[np.floating[Any]])
+
 POLICY_SIZE = 4  # distance, cos, sin, grasp
 POLICY_LOW, POLICY_HIGH = (-1, -1, -1, 0), (1, 1, 1, 1)
 WORLD_SIZE = 3  # distance, heading, grasp
 GRASP_THRESHOLD = 0.5  # a grasp output above it is a press
+AIMLESS = 1e-6  # a (cos, sin) shorter than it names no direction
 
 # Equal actions are equal headings on every processor: NumPy's own arctan2 has other last bits where there is AVX-512.
 _arctan2 = np.frompyfunc(math.atan2, 2, 1)
@@ -58,6 +62,33 @@ def clipped(world: npt.ArrayLike) -> Floats:
     np.clip(numbers[..., 0], -1.0, 1.0, out=legal[..., 0])
     legal[..., 2] = numbers[..., 2] > GRASP_THRESHOLD
     return legal
+
+
+def turned(policy: Rows, angles: npt.ArrayLike) -> Rows:
+    """Policy actions (..., 4 or more) with their headings turned by angles [rad], one or as many as their first axes.
+
+    By the own angle, headings relative to the own become headings of the arena; by minus the own angle, the other way
+    round.
+    """
+    shape = (*np.shape(angles), *[1] * (policy.ndim - 1 - np.ndim(angles)))
+    cos, sin = (part.astype(policy.dtype).reshape(shape) for part in (np.cos(angles), np.sin(angles)))
+    result = policy.copy()
+    result[..., 1] = policy[..., 1] * cos - policy[..., 2] * sin
+    result[..., 2] = policy[..., 1] * sin + policy[..., 2] * cos
+    return result
+
+
+def in_arena(policy: Floats, angle: float, own_frame: bool) -> Floats:
+    """Actions (..., 4) that a policy chose for a robot at `angle` [rad], with headings of the arena.
+
+    In an own frame, headings are relative to that angle. Where cos and sin are both 0, the robot keeps it.
+    """
+    aimless = np.hypot(policy[..., 1], policy[..., 2]) < AIMLESS
+    rows = turned(policy, angle) if own_frame else policy
+    if aimless.any():
+        rows = rows.copy()
+        rows[aimless, 1:3] = np.cos(angle), np.sin(angle)
+    return rows
 
 
 def checked(actions: npt.ArrayLike, size: int) -> Floats:

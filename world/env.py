@@ -2,15 +2,16 @@
 
 Agents are "blue" and "red"; both act at once, once per tick of 0.1 s. An action is the paper's four numbers
 (distance, cos, sin, grasp; `world.action`), an observation a vector of a named layout (`world.observation`) as
-float32; of the layout `image-v1` it is a picture (128, 128, 3) of bytes, as networks for pictures take it. An episode
-terminates when everything is delivered and is truncated at its limit of ticks.
+float32; of the layout `image-v1` it is a picture (128, 128, 3) of bytes, as networks for pictures take it. A heading is
+one of the arena, with the layout `relative-v1` relative to the robot's angle before the tick; (0, 0) keeps that angle.
+An episode terminates when everything is delivered and is truncated at its limit of ticks.
 `agents.environment` has the same with one learner and a partner, as a Gymnasium Env.
 """
 
 import math
 import os
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -23,7 +24,7 @@ from movingout.maps.randomize import SPLITS, Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import known_names
 from movingout.world import raster
-from movingout.world.action import POLICY_HIGH, POLICY_LOW, POLICY_SIZE, to_world
+from movingout.world.action import POLICY_HIGH, POLICY_LOW, POLICY_SIZE, in_arena, to_world
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 from movingout.world.errors import ActionError, WorldError
 from movingout.world.metrics import METRICS, EpisodeMetrics
@@ -110,6 +111,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         self.np_random = np.random.default_rng()  # its name in wrappers, such as SuperSuit's frame_skip
         self._layout = layout
         self.state_space = _box(layout_named(layout))
+        self._own_frame = layout_named(layout).own_frame
         self.observation_spaces = {agent: _box(layout_named(layout)) for agent in self.possible_agents}
         low, high = np.array(POLICY_LOW, np.float32), np.array(POLICY_HIGH, np.float32)
         self.action_spaces = {agent: spaces.Box(low, high, dtype=np.float32) for agent in self.possible_agents}
@@ -143,9 +145,28 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         self, actions: dict[str, npt.NDArray[np.float32]]
     ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]:
         """Advance by one tick; ActionError for an action that is missing, has the wrong shape or is not finite."""
+        self.check_running()
+        return self.step_in_arena([self.in_arena(agent, row) for agent, row in _both(actions).items()])
+
+    def check_running(self) -> None:
+        """Raises WorldError where no step can be made."""
         if not self.agents:
             raise WorldError("the episode is over or has not begun; call reset() first")
-        rewards = self._advance(to_world(_both(actions))).tolist()
+
+    def in_arena(self, agent: str, action: npt.ArrayLike) -> Floats:
+        """An agent's action (4,) with a heading of the arena: of `relative-v1` it is one relative to the own angle.
+
+        Raises ActionError, which names the agent, for a wrong shape.
+        """
+        angle = float(self._state.robot_poses[SEAT_COLOURS.index(agent), 2])
+        return in_arena(checked_row(agent, action), angle, self._own_frame)
+
+    def step_in_arena(
+        self, rows: Sequence[Floats]
+    ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]:
+        """`step` with actions (4,) of blue and red whose headings are of the arena."""
+        self.check_running()
+        rewards = self._advance(to_world(rows)).tolist()
         terminated = self._world.score() == 1.0
         truncated = not terminated and self._state.tick >= self._limit_ticks
         agents = self.agents
@@ -274,18 +295,18 @@ def _known_agent(agent: str) -> str:
     return agent
 
 
-def _both(actions: Mapping[str, npt.ArrayLike]) -> list[npt.NDArray[np.float64]]:
-    """The actions (4,) of blue and red. Raises ActionError, which names the agent that has none or a wrong one."""
+def _both(actions: Mapping[str, npt.ArrayLike]) -> dict[str, Floats]:
+    """The actions (4,) of the agents. Raises ActionError, which names the agent that has none or a wrong one."""
     if not isinstance(actions, Mapping):
         raise ActionError(f"actions are a dictionary with those of blue and red, not {type(actions).__name__}")
     if missing := [agent for agent in SEAT_COLOURS if agent not in actions]:
         raise ActionError(f"an action for {' and '.join(missing)} is missing; both agents act in every tick")
     if unknown := [agent for agent in actions if agent not in SEAT_COLOURS]:
         raise ActionError(f"there is no agent {unknown[0]!r}; known: {', '.join(SEAT_COLOURS)}")
-    return [checked_row(agent, actions[agent]) for agent in SEAT_COLOURS]
+    return {agent: checked_row(agent, actions[agent]) for agent in SEAT_COLOURS}
 
 
-def checked_row(agent: str, action: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def checked_row(agent: str, action: npt.ArrayLike) -> Floats:
     """The action (4,) of an agent. Raises ActionError, which names the agent, for a wrong one."""
     try:
         row = np.asarray(action, np.float64)

@@ -10,13 +10,14 @@ from movingout.agents.action_chunk import MAX_ROWS
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
 from movingout.agents.grasp_encoding import toggles
-from movingout.world.action import GRASP_THRESHOLD
+from movingout.world.action import GRASP_THRESHOLD, in_arena
 from movingout.world.observation import LAYOUTS
 from movingout.world.state import Floats
 
 Singles = npt.NDArray[np.float32]
 MOST_SAID = 300  # letters of what a library says
 GRASPS = ("toggle", "hold")
+HEADINGS = ("own", "arena")
 ROW = "an action is 4 numbers: distance, cos and sin of the heading, grasp"
 
 
@@ -24,19 +25,24 @@ class ChunkPlayer(ABC):
     """Is asked every tick; decides when `execute` ticks of the last decision were played.
 
     `grasp` is what the fourth number means: `toggle`, the press of the grab button as recorded, or `hold`, whether the
-    hand is to hold.
+    hand is to hold. `headings` is what headings are relative to: `arena`, or `own`, the robot's angle before the tick
+    that they are played in; empty: `own` for layouts in the own frame, as in environments and exports.
     """
 
+    layout: str
     execute_rows = 1  # rows beyond the first are there for a missed deadline
 
-    def __init__(self, execute: int, grasp: str) -> None:
+    def __init__(self, execute: int, grasp: str, headings: str = "") -> None:
         """`execute`: 0 plays a decision to its end. Raises AgentError."""
         if type(execute) is not int or not 0 <= execute <= MAX_ROWS:
             raise AgentError(f"execute is a whole number of ticks from 1 to {MAX_ROWS}, not {execute}")
         if grasp not in GRASPS:
             raise AgentError(f"unknown grasp {grasp!r}; known: {', '.join(GRASPS)}")
+        if headings not in ("", *HEADINGS):
+            raise AgentError(f"unknown headings {headings!r}; known: {', '.join(HEADINGS)}")
         self._execute = execute
         self._grasp = grasp
+        self._headings = headings
         self._rows: Floats = np.empty((0, 4))
         self._begun = 0
 
@@ -52,7 +58,7 @@ class ChunkPlayer(ABC):
         played = observation.tick - self._begun
         if not 0 <= played < min(self._execute or MAX_ROWS, len(self._rows)):
             self._rows, self._begun, played = rows_of(self._decide(observation)), observation.tick, 0
-        return self._pressed(self._with_heading(self._rows[played:], observation), observation)
+        return self._pressed(self._in_arena(self._rows[played:], observation), observation)
 
     def _start(self) -> None:  # noqa: B027 - most have no memory
         """Forget the previous episode."""
@@ -64,14 +70,10 @@ class ChunkPlayer(ABC):
     def _decide(self, observation: Observation) -> npt.ArrayLike:
         """One action (4,), or several (H, 4)."""
 
-    def _with_heading(self, rows: Floats, observation: Observation) -> Floats:
-        """The rows; where cos and sin are both 0, which names no direction, the robot keeps its own."""
-        aimless = np.hypot(rows[:, 1], rows[:, 2]) < 1e-6
-        if aimless.any():
-            rows = rows.copy()
-            angle = observation.state.robot_poses[observation.seat, 2]
-            rows[aimless, 1:3] = np.cos(angle), np.sin(angle)
-        return rows
+    def _in_arena(self, rows: Floats, observation: Observation) -> Floats:
+        """The rows with headings of the arena, as environments take them."""
+        angle = float(observation.state.robot_poses[observation.seat, 2])
+        return in_arena(rows, angle, (self._headings or LAYOUTS[self.layout].headings) == "own")
 
     def _pressed(self, rows: Floats, observation: Observation) -> Floats:
         """The rows as actions: distance in [-1, 1], and presses of the grab button, 0 or 1."""
@@ -84,8 +86,8 @@ class ChunkPlayer(ABC):
 class VectorPlayer(ChunkPlayer):
     """Decides from the last observations in one layout, (To, D)."""
 
-    def __init__(self, layout: str, history: int, execute: int, grasp: str) -> None:
-        super().__init__(execute, grasp)
+    def __init__(self, layout: str, history: int, execute: int, grasp: str, headings: str = "") -> None:
+        super().__init__(execute, grasp, headings)
         self.layout = layout
         self._history = history
         self._seen: list[Singles] = []

@@ -30,12 +30,12 @@ STATE, ENVIRONMENT, IMAGE = "observation.state", "observation.environment_state"
 class LeRobotAgent(ChunkPlayer):
     """Sees what `recordings export --to lerobot` writes. It is asked every tick and keeps its own queue of actions."""
 
-    def __init__(self, path: str, layout: str = "", grasp: str = "toggle") -> None:
+    def __init__(self, path: str, layout: str = "", grasp: str = "toggle", headings: str = "") -> None:
         """`layout` may be left out, since its size says it.
 
         Raises AgentError: no such folder, other features than the export's, a policy that this lerobot cannot load.
         """
-        super().__init__(0, grasp)
+        super().__init__(0, grasp, headings)
         folder = existing("lerobot", path, folder=True)
         sizes, self._side = _inputs(folder)
         self.layout = chosen_layout(layout, sum(sizes.values()) or None)

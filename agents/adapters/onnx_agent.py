@@ -30,7 +30,9 @@ class OnnxAgent(VectorPlayer):
     decision.
     """
 
-    def __init__(self, path: str, layout: str = "", execute: int = 0, grasp: str = "toggle") -> None:
+    def __init__(
+        self, path: str, layout: str = "", execute: int = 0, grasp: str = "toggle", headings: str = ""
+    ) -> None:
         """`layout` may be left out where the file says it (metadata `movingout.layout`) or its size does.
 
         Raises AgentError: no such file, operators that are not allowed, wrong sizes.
@@ -49,7 +51,7 @@ class OnnxAgent(VectorPlayer):
         self._blank = {name: np.zeros(_memory_shape(name, of), dtype=np.float32) for name, of in memory}
         self._memory = self._blank
         named = chosen_layout(layout, size, self._network.metadata.get(LAYOUT_KEY, ""))
-        super().__init__(named, steps, execute, grasp)
+        super().__init__(named, steps, execute, grasp, headings=headings)
         self._try(self._infer)
         _check_memory(self._blank, self._memory)
         self._memory = self._blank

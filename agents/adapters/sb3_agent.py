@@ -42,6 +42,7 @@ class Sb3Agent(VectorPlayer):
         deterministic: bool = True,
         grasp: str = "toggle",
         rescaled: bool | str = "",
+        headings: str = "",
     ) -> None:
         """`layout` may be left out, since its size says it; `algorithm` where the file does.
 
@@ -60,7 +61,7 @@ class Sb3Agent(VectorPlayer):
         self._scale = _normalizer(normalize, size)
         self._deterministic = deterministic
         self._state: Any = None
-        super().__init__(chosen_layout(layout, size), 1, 0, grasp)
+        super().__init__(chosen_layout(layout, size), 1, 0, grasp, headings=headings)
         self._try(self._infer)
 
     def _start(self) -> None:

@@ -21,7 +21,15 @@ except ImportError as error:
 class TorchScriptAgent(VectorPlayer):
     """The module takes observations (1, D), with `history` (1, To, D), and answers with (1, 4) or (1, H, 4)."""
 
-    def __init__(self, path: str, layout: str = "", history: int = 0, execute: int = 0, grasp: str = "toggle") -> None:
+    def __init__(
+        self,
+        path: str,
+        layout: str = "",
+        history: int = 0,
+        execute: int = 0,
+        grasp: str = "toggle",
+        headings: str = "",
+    ) -> None:
         """`layout` may be left out where the archive says it (extra file `movingout.layout`); `history` 0: (1, D).
 
         Raises AgentError: no such file, no TorchScript, wrong sizes.
@@ -31,7 +39,7 @@ class TorchScriptAgent(VectorPlayer):
         self._torch = TorchState()
         self._module, said = _loaded(path)
         self._flat = history == 0
-        super().__init__(chosen_layout(layout, None, said), max(history, 1), execute, grasp)
+        super().__init__(chosen_layout(layout, None, said), max(history, 1), execute, grasp, headings=headings)
         self._try(self._infer)
 
     def _start(self) -> None:

@@ -24,8 +24,8 @@ from movingout.agents.data.dataset import Trajectory
 from movingout.agents.grasp_encoding import toggles
 from movingout.agents.inference.network import Singles
 from movingout.agents.inference.policy_agent import SeatView, encoded
-from movingout.agents.observation.features import in_frame
 from movingout.world import World
+from movingout.world.action import turned
 from movingout.world.observation import ITEM_SLOTS
 from movingout.world.state import Floats, WorldState
 
@@ -179,7 +179,7 @@ def _samples(agent: BassAgent, trajectory: Trajectory, state: WorldState, seat: 
     noise = agent.network.noise(count, agent.random)
     chunks = agent.network.run(np.tile(seen, (count, agent.spec.obs_horizon, 1)), noise)
     if agent.spec.own_frame:
-        chunks = in_frame(chunks, np.full(count, state.robot_poses[seat, 2]))
+        chunks = turned(chunks, np.full(count, state.robot_poses[seat, 2]))
     return chunks if agent.network.noise_rows else spread(chunks, noise)
 
 

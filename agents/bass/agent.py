@@ -13,7 +13,7 @@ from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.inference.mirror import sampled
 from movingout.agents.inference.network import Network, PolicyNetwork, Singles
 from movingout.agents.inference.policy_agent import PolicyAgent, encoded
-from movingout.agents.observation.features import in_frame
+from movingout.world.action import turned
 from movingout.world.state import Floats, WorldState
 
 SPREAD = 0.3  # standard deviation of the noise on distance, cos and sin for deterministic policies
@@ -192,7 +192,7 @@ def candidates_of(
 
 def _turned(chunks: Singles, state: WorldState, seat: int) -> Singles:
     """Chunks (B, H, 5) relative to the angle of a seat, with headings of the arena."""
-    return in_frame(chunks, np.full(len(chunks), state.robot_poses[seat, 2]))
+    return turned(chunks, np.full(len(chunks), state.robot_poses[seat, 2]))
 
 
 def spread(chunks: Singles, noise: Singles) -> Singles:

@@ -16,12 +16,13 @@ import numpy.typing as npt
 from movingout.agents.checkpoint.policy_spec import Grasp
 from movingout.agents.errors import DataError
 from movingout.agents.grasp_encoding import effective_presses, hold_levels
-from movingout.agents.observation.features import Bytes, FeatureSet, in_frame
+from movingout.agents.observation.features import Bytes, FeatureSet
 from movingout.maps import MapSpec
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import Episode, EpisodeHeader, read_episode
 from movingout.recordings.episode import SeatKind
 from movingout.recordings.errors import with_folder
+from movingout.world.action import turned
 from movingout.world.state import Floats, Ints
 
 Singles = npt.NDArray[np.float32]
@@ -165,7 +166,7 @@ class Windows:
         """(B, horizon, 5): the actions from `rows` on; the last one is repeated past the end."""
         ahead = self.first_targets[rows, None] + np.arange(horizon)
         found: Singles = self.targets[np.minimum(ahead, self.ends[rows, None] - 1)]
-        return found if self.angles is None else in_frame(found, -self.angles[rows])
+        return found if self.angles is None else turned(found, -self.angles[rows])
 
     def split(self, held_out: float, seed: int) -> tuple[Indices, Indices]:
         """Rows for training and for validation, split by person. `held_out` is the share of people.

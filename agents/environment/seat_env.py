@@ -21,7 +21,7 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import known_names
 from movingout.world.action import to_world
 from movingout.world.constants import LIMIT_TICKS
-from movingout.world.env import Info, MovingOutEnv, Observation, RenderMode, RewardName, checked_row
+from movingout.world.env import Info, MovingOutEnv, Observation, RenderMode, RewardName
 from movingout.world.errors import WorldError
 
 with needs_extra("env", "the environment for reinforcement learning"):
@@ -67,7 +67,7 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
             raise AgentError(f"unknown seat {seat!r}; {known_names(str(seat), SEAT_COLOURS)}")
         self._env = MovingOutEnv(map, render_mode=render_mode, **common)
         self._seat = SEAT_COLOURS.index(seat)
-        self._colour, self._other = seat, SEAT_COLOURS[1 - self._seat]
+        self._colour = seat
         self._limit_ticks = limit_ticks
         self._groups = partner_groups(partner)
         self._partners: dict[str, PartnerSeat] = {}
@@ -105,11 +105,15 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Advance by one tick. Raises ActionError for an action of a wrong shape, AgentError for the partner's."""
-        actions: dict[str, Any] = {self._colour: action}
-        if self._env.agents and self._partner is not None:
-            to_world(checked_row(self._colour, action))  # a partner who is asked for a step that is refused moves on
-            actions[self._other] = self._partner.action(self._env.world_state)
-        observations, rewards, terminated, truncated, infos = self._env.step(actions)
+        env = self._env
+        env.check_running()
+        if self._partner is None:
+            raise WorldError("the partner was not drawn; call reset() first")
+        own = env.in_arena(self._colour, action)
+        to_world(own)  # a partner who is asked for a step that is refused moves on
+        partners = self._partner.action(env.world_state)
+        rows = [own, partners] if self._seat == 0 else [partners, own]
+        observations, rewards, terminated, truncated, infos = env.step_in_arena(rows)
         over = terminated[self._colour] or truncated[self._colour]
         return (
             observations[self._colour],
@@ -143,3 +147,6 @@ def make_seat_env(**options: Any) -> SeatEnv:
         if name not in known:
             raise TypeError(f"unexpected keyword argument {name!r}; {known_names(name, known)}")
     return SeatEnv(**options)
+
+
+make_seat_env.metadata = SeatEnv.metadata  # type: ignore[attr-defined]  # Gymnasium reads render modes there

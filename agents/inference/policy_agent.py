@@ -19,8 +19,9 @@ from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.grasp_encoding import toggles
 from movingout.agents.inference.mirror import FeatureMirror, sampled
 from movingout.agents.inference.network import PolicyNetwork, Singles
-from movingout.agents.observation.features import FeatureSet, in_frame
+from movingout.agents.observation.features import FeatureSet
 from movingout.maps import MapSpec
+from movingout.world.action import turned
 from movingout.world.observation import encoder
 from movingout.world.state import Floats, WorldState
 
@@ -204,7 +205,7 @@ def _in_arena_frame(agents: Sequence[PolicyAgent], chunks: Singles, states: Sequ
     if not agents[0].spec.own_frame:
         return chunks
     angles = [state.robot_poses[agent.episode.seat, 2] for agent, state in zip(agents, states, strict=True)]
-    return in_frame(chunks, np.array(angles))
+    return turned(chunks, np.array(angles))
 
 
 def agent_rows(chunk: Singles, *, holding: bool, levels: bool) -> ActionChunk:

@@ -132,15 +132,3 @@ def _earlier(state: WorldState, past: Sequence[WorldState], lag: int) -> WorldSt
     """The last state at least `lag` ticks ago, else the oldest there is."""
     old = [one for one in past if one.tick <= state.tick - lag]
     return old[-1] if old else (past[0] if past else state)
-
-
-def in_frame(chunks: Singles, angles: npt.NDArray[np.floating[Any]]) -> Singles:
-    """Chunks (B, H, 5) with their headings turned by angles (B,).
-
-    By the own angle, headings relative to it become headings of the arena; by minus the own angle, the other way round.
-    """
-    turned = chunks.copy()
-    cos, sin = (part[:, None].astype(np.float32) for part in (np.cos(angles), np.sin(angles)))
-    turned[..., 1] = chunks[..., 1] * cos - chunks[..., 2] * sin
-    turned[..., 2] = chunks[..., 1] * sin + chunks[..., 2] * cos
-    return turned

@@ -16,10 +16,11 @@ from movingout.agents.data.rollout import SeatPlayer, Watcher
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.inference.policy_agent import agent_rows
-from movingout.agents.observation.features import FeatureSet, Singles, in_frame
+from movingout.agents.observation.features import FeatureSet, Singles
 from movingout.maps import load_map
 from movingout.maps.errors import MovingOutError
 from movingout.world import World
+from movingout.world.action import turned
 from movingout.world.scoring import delivered_many
 from movingout.world.state import Floats, WorldState
 
@@ -82,7 +83,7 @@ class PlayRoom:
         before = self._done
         if self._spec.own_frame:
             angle = self._past[-1].robot_poses[self._seat, 2]
-            chunk = in_frame(chunk[None], np.array([angle]))[0]
+            chunk = turned(chunk[None], np.array([angle]))[0]
         for tick in range(self._spec.execute):
             self._step(chunk[tick:])
             if self._world.delivered().all():

@@ -19,6 +19,7 @@ from movingout.matches.execution.lockstep import Lockstep
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.held_out import held_out_cautions
 from movingout.matches.experiment.plan import matches_of, missing_agents, planned_matches
+from movingout.matches.experiment.shared_labels import shared_label_cautions
 from movingout.matches.experiment.shipped_grids import grid_path, shipped_grids
 from movingout.matches.report.html_page import write_page
 from movingout.matches.report.parquet import write_parquet
@@ -57,7 +58,7 @@ def perform(args: argparse.Namespace) -> int:
     grid = read_grid(path)
     folder: Path = args.out or Path("data/matches") / path.stem
     pool = worker_pool_of(args)
-    for sentence in held_out_cautions(grid):
+    for sentence in (*shared_label_cautions(grid), *held_out_cautions(grid)):
         print(f"movingout: {sentence}", file=sys.stderr)
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)

@@ -16,6 +16,7 @@ from movingout.matches.results.table import (
     distinct,
     estimate_json,
     estimate_of,
+    markdown_line,
 )
 from movingout.matches.run import GridRun
 from movingout.recordings.report.words import DEFAULT, Words
@@ -111,7 +112,7 @@ def _table(lines: Sequence[ComparisonLine], words: Words) -> str:
         rows.append(row)
     tables = sorted({line.table for line in lines if line.table})
     source = words.say("paper.tables", tables=tables) if tables else words.say("paper.none")
-    return "\n".join("| " + " | ".join(row) + " |" for row in rows) + f"\n\n{source}"
+    return "\n".join(map(markdown_line, rows)) + f"\n\n{source}"
 
 
 def _change_words(percent: float | None, p: float | None) -> str:

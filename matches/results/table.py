@@ -107,11 +107,11 @@ def rows_of(plan: Iterable[PlannedMatch], results: Mapping[Match, MatchResult]) 
 def markdown(rows: Sequence[ResultRow]) -> str:
     """A table for people and for papers."""
     heads = ["condition", "challenge", "map", "agent", "partner", "n", *(m.heading for m in MEASURES), "failed"]
-    lines = [_line(heads), _line(["---"] * 5 + ["--:"] * (len(heads) - 5))]
+    lines = [markdown_line(heads), markdown_line(["---"] * 5 + ["--:"] * (len(heads) - 5))]
     for row in rows:
         names = [row.condition, str(row.challenge), row.map, row.agent, row.partner]
         estimates = [estimate_text(row.estimate(measure)) for measure in MEASURES]
-        lines.append(_line([*names, row.count_text, *estimates, str(row.failed or "")]))
+        lines.append(markdown_line([*names, row.count_text, *estimates, str(row.failed or "")]))
     return "\n".join(lines) + "\n" + "".join(f"\n{note}\n" for note in copies_note(rows))
 
 
@@ -158,5 +158,6 @@ def _episode(result: MatchResult) -> str:
     return result.play_hash or result.match.id
 
 
-def _line(cells: Sequence[str]) -> str:
+def markdown_line(cells: Sequence[str]) -> str:
+    """A line of a table in Markdown."""
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

@@ -1,5 +1,6 @@
 """The card of an exported data set: README.md in the form that dataset hubs read."""
 
+import json
 from collections import Counter
 from importlib.metadata import version
 
@@ -10,6 +11,7 @@ from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
 from movingout.recordings.storage.listing import Players
 from movingout.world.constants import TICK_SECONDS
+from movingout.world.observation import LAYOUTS
 
 CARD = "README.md"
 FILES = {
@@ -29,7 +31,7 @@ _KINDS = {"human": "people", "agent": "agents", "remote": "remote programs", "gh
 
 
 def dataset_card(name: str, plan: ExportPlan) -> str:
-    """The card of an export in the format `name`, as Markdown with YAML at its head."""
+    """The card of what was exported in the format `name`, as Markdown with YAML at its head."""
     parts = Counter(plan.splits)
     training, testing = parts[TRAIN], len(plan.recordings) - parts[TRAIN]
     lines = [
@@ -44,7 +46,9 @@ def dataset_card(name: str, plan: ExportPlan) -> str:
         "",
         "| | |",
         "|---|---|",
-        f"| episodes | {len(plan.recordings)}: {training} for training, {testing} for testing |",
+        f"| {'recordings' if name == 'lerobot' else 'episodes'} | {len(plan.recordings)}: {training} for training, "
+        f"{testing} for testing |",
+        *_episodes(name, plan),
         f"| split | by {plan.split_by}, seed {plan.seed} |",
         f"| maps | {_counted(Counter(one.map for one in plan.players))} |",
         f"| seats | {_counted(_kinds(plan.players))} |",
@@ -65,11 +69,25 @@ def _head(name: str) -> dict[str, object]:
     return {"pretty_name": "Moving Out episodes", "task_categories": ["robotics"], "tags": tags, "configs": files}
 
 
+def _episodes(name: str, plan: ExportPlan) -> list[str]:
+    """How many episodes LeRobot counts: one for each seat; a recording without a tick has none."""
+    if name != "lerobot":
+        return []
+    info = json.loads((plan.target / "meta" / "info.json").read_text(encoding="utf-8"))
+    return [
+        f"| episodes | {info['total_episodes']}, one {'with both actions' if plan.view == 'joint' else 'per seat'} |"
+    ]
+
+
 def _vectors(name: str, plan: ExportPlan) -> list[str]:
     if name not in ("parquet", "lerobot"):
         return []
     view = f", view `{plan.view}`" if name == "lerobot" else ""
-    return [f"| observations | layout `{plan.layout}`{view} |"]
+    rows = [f"| observations | layout `{plan.layout}`{view} |"]
+    if name == "lerobot" and LAYOUTS[plan.layout].own_frame:
+        whose = "blue's" if plan.view == "joint" else "the robot's own"
+        rows.append(f"| actions | headings relative to {whose} angle before the tick, as the observation |")
+    return rows
 
 
 def _kinds(players: list[Players]) -> Counter[str]:

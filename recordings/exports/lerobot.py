@@ -207,7 +207,7 @@ def _info(dataset: _Dataset, plan: ExportPlan) -> dict[str, Any]:
         "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
         "video_path": "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4" if plan.images else None,
         "features": dataset.features | _pictures(plan),
-        "movingout": {"layout": plan.layout, "view": plan.view},
+        "movingout": {"layout": plan.layout, "view": plan.view, "headings": LAYOUTS[plan.layout].headings},
     }
 
 

@@ -16,6 +16,7 @@ from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.exports.trajectories import ExportedTrajectory, action_names, all_trajectories
+from movingout.world.observation import LAYOUTS
 
 SUFFIXES = ("", ".hdf5", ".h5")
 OBSERVATION = "flat"  # the one low-dimensional modality, by the name that robomimic gives it in Gym environments
@@ -25,9 +26,15 @@ GYM = 2  # robomimic's number of this kind of environment
 
 
 def write(plan: ExportPlan) -> None:
-    """One .hdf5 file; test episodes are robomimic's `valid`."""
+    """One .hdf5 file; test episodes are robomimic's `valid`. Raises RecordingError, also for a layout of pictures."""
     if plan.target.suffix not in SUFFIXES:
         raise RecordingError(f"{plan.target.name}: a robomimic file ends in .hdf5")
+    layout = LAYOUTS.get(plan.layout)
+    if layout is not None and layout.picture:
+        raise RecordingError(
+            f"robomimic's one observation is a row of numbers, and {plan.layout} is a picture, which the environment "
+            "gives as one; take another --layout"
+        )
     names: dict[str, list[str]] = {"train": [], "valid": []}
     total, played = 0, Counter[Task]()
     with new_target(plan.target) as path, hdf5_file(path) as file:
@@ -78,7 +85,8 @@ def _environment(plan: ExportPlan, played: Counter[Task]) -> dict[str, Any]:
 
     With both actions in one, which no seat can play, there is no such environment.
     """
-    about = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view)}
+    headings = LAYOUTS[plan.layout].headings
+    about = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view), "headings": headings}
     if plan.view == "joint":
         return {"env_name": "moving_out", "type": GYM, "env_kwargs": {}, "movingout": about}
     name, split = _most_played(played, plan.tell)

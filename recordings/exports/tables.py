@@ -138,6 +138,10 @@ def observation_columns(layout: str) -> list[Column]:
     """What each seat sees after the tick, as policies get it."""
     size = LAYOUTS[layout].size
     meaning = f"ego-centric vector of {size} numbers, layout {layout} (world/observation/layouts.py)"
+    if LAYOUTS[layout].own_frame:
+        meaning += (
+            "; its directions are relative to the own angle, those of the columns heading and angle are the arena's"
+        )
     return [Column(f"{colour}_observation", "list<float32>", "", meaning) for colour in SEAT_COLOURS]
 
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.episode import Episode
 from movingout.recordings.errors import RecordingError
-from movingout.world.action import to_policy
+from movingout.world.action import to_policy, turned
 from movingout.world.observation import LAYOUTS, encoder
 from movingout.world.reward import PaperReward
 
@@ -33,7 +33,7 @@ class ExportedTrajectory:
     map: str  # its name
     variant: str  # of Challenge 2, empty on a map as designed
     observations: Singles  # (T + 1, D)
-    actions: Singles  # (T, 4) or (T, 8): blue's, then red's
+    actions: Singles  # (T, 4) or (T, 8): blue's, then red's; headings in the frame of the observations
     rewards: Singles  # (T,) the paper's dense reward, of the seat or of both together
     dones: npt.NDArray[np.bool_]  # (T,) everything delivered
 
@@ -47,7 +47,7 @@ def trajectories(episode: Episode, split: str, view: str, layout: str) -> Iterat
     if not episode.ticks:
         return
     seen = _observations(episode, layout)
-    actions = to_policy(episode.actions).astype(np.float32)
+    actions = _actions(episode, view, layout)
     rewards = _rewards(episode)
     dones = np.array([all(tick.delivered) for tick in episode.ticks])
     task = f"{episode.header.map.title}: {episode.header.map.description}"
@@ -83,6 +83,16 @@ def _observations(episode: Episode, layout: str) -> Singles:
         np.array([state.item_poses for state in states]),
     )
     return np.array([encode(*arrays, seat) for seat in (0, 1)], dtype=np.float32)
+
+
+def _actions(episode: Episode, view: str, layout: str) -> Singles:
+    """(T, 2, 4) what each seat did; in an own frame, headings are relative to the angle of the seat that saw."""
+    actions = to_policy(episode.actions)
+    if LAYOUTS[layout].own_frame:
+        angles = np.array([state.robot_poses[:, 2] for state in episode.states[:-1]])
+        for seat in (0, 1):
+            actions[:, seat] = turned(actions[:, seat], -angles[:, 0 if view == "joint" else seat])
+    return actions.astype(np.float32)
 
 
 def _rewards(episode: Episode) -> Singles:

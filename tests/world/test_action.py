@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from movingout.world.action import POLICY_SIZE, checked, clipped, to_policy, to_world
+from movingout.world.action import POLICY_SIZE, checked, clipped, in_arena, to_policy, to_world, turned
 from movingout.world.errors import ActionError
 
 
@@ -27,6 +27,25 @@ def test_converting_there_and_back_changes_nothing() -> None:
 
 def test_a_pair_of_zeros_is_heading_zero() -> None:
     assert to_world([0.0, 0.0, 0.0, 0.0]).tolist() == [0.0, 0.0, 0.0]
+
+
+def test_headings_are_turned_with_their_robots_and_back() -> None:
+    chunks = np.random.default_rng(1).normal(size=(2, 3, POLICY_SIZE))
+    angles = np.array([math.pi / 2, -1.0])
+    ahead = turned(chunks, angles)
+    np.testing.assert_allclose(ahead[0, :, 1:3], np.stack((-chunks[0, :, 2], chunks[0, :, 1]), axis=-1), atol=1e-15)
+    np.testing.assert_allclose(turned(ahead, -angles), chunks, rtol=0, atol=1e-15)
+    assert turned(chunks.astype(np.float32), angles).dtype == np.float32
+    np.testing.assert_array_equal(turned(chunks[1], -1.0), ahead[1])
+
+
+@pytest.mark.parametrize("own_frame", [False, True])
+def test_a_pair_of_zeros_keeps_the_robots_own_heading_in_the_arena(own_frame: bool) -> None:
+    rows = np.array([[0.5, 0.0, 0.0, 1.0], [0.5, 0.0, 2.0, 0.0]])
+    found = to_world(in_arena(rows, 0.25, own_frame))
+    np.testing.assert_allclose(found[:, 1], [0.25, math.pi / 2 + 0.25 * own_frame], atol=1e-15)
+    np.testing.assert_array_equal(in_arena(rows[0], 0.25, own_frame), in_arena(rows, 0.25, own_frame)[0])
+    assert rows[0, 1] == 0.0
 
 
 def test_the_input_is_never_changed() -> None:

@@ -278,3 +278,25 @@ def test_wrappers_find_the_random_numbers_that_a_seed_of_reset_begins() -> None:
         env.reset(seed=3)
         drawn.append(env.np_random.integers(1000, size=3).tolist())
     assert drawn[0] == drawn[1]
+
+
+def test_actions_of_a_layout_in_the_own_frame_are_in_it_too() -> None:
+    """They were the arena's: equal observations and actions led elsewhere on a turned map."""
+    envs = [MovingOutEnv(name, layout="relative-v1") for name in ("FourCorners", "FourCorners:rot90")]
+    seen = [env.reset()[0]["blue"] for env in envs]
+    for _ in range(6):
+        np.testing.assert_allclose(seen[0], seen[1], atol=1e-5)
+        seen = [env.step({"blue": np.array([1.0, 1.0, 0.2, 0.0]), "red": STILL})[0]["blue"] for env in envs]
+    assert abs(seen[0][0]) > 0.1, "blue drives"
+
+
+@pytest.mark.parametrize("layout", ["official-v1", "relative-v1"])
+def test_a_heading_of_zeros_keeps_the_robots_own(layout: str) -> None:
+    """As in matches (`agents.adapters`), where a policy from elsewhere plays what it learned here."""
+    env = MovingOutEnv("FourCorners", layout=layout)
+    env.reset()
+    before = env.world_state.robot_poses[0].copy()
+    for _ in range(10):
+        env.step({"blue": np.array([0.5, 0.0, 0.0, 0.0]), "red": STILL})
+    after = env.world_state.robot_poses[0]
+    assert abs(after[2] - before[2]) < 1e-3 and np.linalg.norm(after[:2] - before[:2]) > 0.1

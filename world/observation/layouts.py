@@ -63,6 +63,11 @@ class Layout:
         """Whether directions are relative to the own heading, and headings of actions are to be as well."""
         return self.mirror is not None
 
+    @property
+    def headings(self) -> str:
+        """What headings of actions are relative to in environments, exports and files of policies: own, or arena."""
+        return "own" if self.own_frame else "arena"
+
     def check(self, map_spec: MapSpec) -> None:
         """Raises WorldError for a map that has more of something than the layout has slots."""
         self.slots.check(map_spec, self.name)

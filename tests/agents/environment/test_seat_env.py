@@ -268,3 +268,22 @@ def test_a_step_that_is_refused_does_not_ask_the_partner(action: npt.NDArray[np.
     with pytest.raises(ActionError):
         env.step(action)
     assert Counting.asked == 0
+
+
+def test_only_the_learner_acts_in_the_own_frame() -> None:
+    own, arena = (SeatEnv("FourCorners", partner="scripted", layout=name) for name in ("relative-v1", "official-v1"))
+    for env in (own, arena):
+        env.reset(seed=1)
+    for _ in range(10):
+        angle = arena._env.world_state.robot_poses[0, 2]
+        own.step(np.array([1.0, 1.0, 0.0, 0.0]))
+        arena.step(np.array([1.0, np.cos(angle), np.sin(angle), 0.0]))
+    poses = [env._env.world_state.robot_poses for env in (own, arena)]
+    np.testing.assert_allclose(poses[0], poses[1], atol=1e-9)
+
+
+def test_gymnasium_makes_lists_of_pictures() -> None:
+    env = gymnasium.make(ENV_ID, partner="idle", render_mode="rgb_array_list")
+    env.reset(seed=0)
+    env.step(STILL)
+    assert [np.shape(picture) for picture in env.render() or ()] == [(256, 256, 3)] * 2

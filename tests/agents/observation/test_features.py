@@ -10,13 +10,14 @@ from movingout.agents.data.dataset import SeatSamples, Trajectory, windows_of
 from movingout.agents.data.rollout import RolloutStep, rollout
 from movingout.agents.inference.network import PolicyNetwork
 from movingout.agents.inference.policy_agent import PolicyAgent
-from movingout.agents.observation.features import FeatureSet, in_frame
+from movingout.agents.observation.features import FeatureSet
 from movingout.agents.observation.seat_observation import observe
 from movingout.agents.policies.diffusion_policy import DiffusionPolicy
 from movingout.agents.policies.export import export_policy
 from movingout.agents.policies.own_frame import OwnFrameAugmentation
 from movingout.maps import load_map
 from movingout.maps.symmetry import Symmetry, transformed
+from movingout.world.action import turned
 from tests.world.observation.test_relative import moved
 
 torch = pytest.importorskip("torch")
@@ -64,7 +65,7 @@ def test_chunks_are_relative_to_the_angle_of_their_own_row() -> None:
     relative = made.actions[4:7, 0, 1] - made.robot_poses[4, 0, 2]
     np.testing.assert_allclose(chunk[:, 1], np.cos(relative), atol=1e-6)
     np.testing.assert_allclose(chunk[:, 2], np.sin(relative), atol=1e-6)
-    back = in_frame(chunk[None], made.robot_poses[4:5, 0, 2])[0]
+    back = turned(chunk[None], made.robot_poses[4:5, 0, 2])[0]
     np.testing.assert_allclose(back, made.targets(0, "hold")[4:7], atol=1e-6)
 
 

@@ -227,3 +227,12 @@ def test_a_protocol_whose_agents_are_not_here_says_how_to_get_them() -> None:
 def test_a_run_shows_itself_as_one_line() -> None:
     run = _run(small_grid(), [0.5])
     assert repr(run) == f"<GridRun {run.grid.name}: {len(run.results)} matches in nowhere, 0 failed, 0 missing>"
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_a_bar_in_a_name_moves_no_number_of_its_row(language: str) -> None:
+    run = _run(small_grid(name="a|b"), [0.5])
+    lines = markdown_report([run], language).splitlines()
+    heads, *_, row = [line for line in lines if line.startswith("|")]
+    assert row.startswith(r"| a\|b | 1 |")
+    assert len(re.findall(r"(?<!\\)\|", row)) == len(re.findall(r"(?<!\\)\|", heads))

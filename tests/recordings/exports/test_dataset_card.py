@@ -30,11 +30,19 @@ def test_the_card_counts_what_was_exported_and_names_files_that_exist(
     for config in head["configs"]:
         assert list(target.glob(config["data_files"]))
     assert "license" not in head
-    assert "| episodes | 2: 1 for training, 1 for testing |" in text
+    counted = "recordings" if name == "lerobot" else "episodes"
+    assert f"| {counted} | 2: 1 for training, 1 for testing |" in text
+    assert ("| episodes | 4, one per seat |" in text) == (name == "lerobot")
     assert "| maps | HandOff (2) |" in text
     assert "| seats | agents (2), people (2) |" in text
     assert ("layout `official-v1`" in text) == (name in ("parquet", "lerobot"))
     assert "P-1" not in text
+
+
+def test_the_card_of_a_joint_view_counts_its_episodes(recordings: list[Path], tmp_path: Path) -> None:
+    export("lerobot", ExportPlan(recordings, tmp_path / "data", view="joint"))
+    text = (tmp_path / "data" / "README.md").read_text(encoding="utf-8")
+    assert "| recordings | 2: 2 for training, 0 for testing |\n| episodes | 2, one with both actions |" in text
 
 
 def test_the_participants_of_a_rehearsal_are_called_simulated(tmp_path: Path) -> None:

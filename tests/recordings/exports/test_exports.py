@@ -164,8 +164,10 @@ def test_robomimic_demos_pair_what_was_seen_with_what_was_done(
     np.testing.assert_allclose(to_world(expected)[:, 0], episode.actions[:, 1, 0], atol=1e-6)
 
 
-@pytest.mark.parametrize("layout", LAYOUTS)
-def test_every_layout_can_be_exported(recordings: list[Path], episode: Episode, tmp_path: Path, layout: str) -> None:
+@pytest.mark.parametrize("layout", [name for name, layout in LAYOUTS.items() if not layout.picture])
+def test_every_layout_of_numbers_can_be_exported(
+    recordings: list[Path], episode: Episode, tmp_path: Path, layout: str
+) -> None:
     path = made("robomimic", recordings[:1], tmp_path / "demos.hdf5", layout=layout)
     expected = [encode_state(episode.header.map, state, 1, layout) for state in episode.states[:-1]]
     with h5py.File(path) as file:
@@ -210,7 +212,7 @@ def test_the_joint_view_has_one_episode_with_both_actions(
     assert info["features"]["action"]["names"][4] == "red_distance"
     assert info["features"]["observation.state"]["shape"] == [16]
     assert info["features"]["observation.environment_state"]["shape"] == [169 - 16]
-    assert info["movingout"] == {"layout": "map-v1", "view": "joint"}
+    assert info["movingout"] == {"layout": "map-v1", "view": "joint", "headings": "arena"}
     data = pq.read_table(folder / "data" / "chunk-000" / "file-000.parquet")
     expected = to_policy(episode.actions).reshape(TICKS, 8).astype(np.float32)
     assert np.array_equal(np.array(data["action"].to_pylist(), dtype=np.float32), expected)

@@ -105,7 +105,7 @@ def test_the_layout_is_divided_into_the_robot_and_everything_else(recordings: li
     own, rest = (info["features"][f"observation.{name}"] for name in ("state", "environment_state"))
     assert (own["shape"], rest["shape"]) == ([8], [161])
     assert own["names"][0] == "map-v1_0" and rest["names"][0] == "map-v1_8"
-    assert info["movingout"] == {"layout": "map-v1", "view": "ego"}
+    assert info["movingout"] == {"layout": "map-v1", "view": "ego", "headings": "arena"}
     first = next(trajectories(read_episode(recordings[0]), "train", "ego", "map-v1"))
     frame = rows_of(folder / "data")[0]
     whole = [*frame["observation.state"], *frame["observation.environment_state"]]

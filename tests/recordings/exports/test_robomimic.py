@@ -10,7 +10,7 @@ import pytest
 
 from movingout.maps import load_map, map_to_json
 from movingout.maps.randomize import randomize
-from movingout.recordings import finalise
+from movingout.recordings import RecordingError, finalise
 from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import ExportPlan
 from tests.recordings.support import record
@@ -73,3 +73,10 @@ def test_a_variant_of_ones_own_may_have_any_name(variant: str, tmp_path: Path) -
     file = finalise(record(tmp_path, ticks=3, map=replace(load_map("Simple"), variant=variant))[0])
     with pytest.warns(RuntimeWarning, match="env_args name Simple as designed, but 2 of 2 demos are of another map"):
         assert "split" not in arguments_in(made([file], tmp_path))
+
+
+def test_a_picture_is_refused_as_its_environment_gives_another_shape(tmp_path: Path) -> None:
+    file = finalise(record(tmp_path, ticks=3)[0])
+    with pytest.raises(RecordingError, match=r"image-v1 is a picture, .* take another --layout"):
+        export("robomimic", ExportPlan([file], tmp_path / "demos.hdf5", layout="image-v1"))
+    assert not (tmp_path / "demos.hdf5").exists()
