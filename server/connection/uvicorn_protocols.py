@@ -168,10 +168,15 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
                 raise HeadTooLarge
 
         def on_header(self, name: bytes, value: bytes) -> None:
-            """A whole header, of the head or (after a chunked body) of the trailer."""
+            """A whole header, of the head or (after a chunked body) of the trailer, which proxies pass on unseen.
+
+            Uvicorn would take a trailer for a header: its X-Forwarded-For would be the proxy's word.
+            """
             self._named_bytes += len(name) + len(value)
             if self._named_bytes > HEAD_BYTES:
                 raise HeadTooLarge
+            if self._head_is_whole:
+                return
             if name.lower() == b"content-length" and value.isdigit():
                 self._announced = int(value)
             super().on_header(name, value)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from fastapi import FastAPI
+from starlette.requests import Request
 from starlette.responses import Response
 
 from movingout.server import uvicorn_server
@@ -185,3 +186,21 @@ def test_the_end_of_answers_that_waits_to_be_read_has_a_deadline_too(tmp_path: P
         client.sendall((ask + b"\r\n") * 3 + ask + closes + b"\r\n")
         wait_until(lambda: counts(live)._total == 1)
         wait_until(lambda: counts(live)._total == 0)
+
+
+def test_the_trailer_of_a_body_adds_no_header(tmp_path: Path) -> None:
+    """A proxy sets its headers, and may pass on a trailer as it came: an address in it would be the proxy's word."""
+
+    def create(settings: Settings) -> FastAPI:
+        def caller(request: Request) -> str:
+            return f"{request.client and request.client.host} {'secret' in request.headers} end"
+
+        app = create_app(settings)
+        app.add_api_route("/caller", caller, methods=["POST"])
+        app.router.routes.insert(0, app.router.routes.pop())
+        return app
+
+    head = b"POST /caller HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 192.0.2.1\r\nTransfer-Encoding: chunked\r\n\r\n"
+    with serve(tmp_path, app_of=create, trusted_proxies=("127.0.0.1",)) as live, raw_socket(live) as client:
+        client.sendall(head + b"1\r\nx\r\n0\r\nX-Forwarded-For: 198.51.100.1\r\nSecret: x\r\n\r\n")
+        assert b"192.0.2.1 False end" in read_until(client, b" end")
