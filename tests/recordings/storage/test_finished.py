@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from mcap.writer import Writer
 
 from movingout.recordings import RecordingError, finalise, read_episode
 from movingout.recordings.file_format.reader import check_file
+from movingout.recordings.storage.finished import recover
+from movingout.recordings.storage.listing import read_players, read_summary
 from movingout.world.metrics import METRICS
 from tests.recordings.support import record
 
@@ -69,7 +72,28 @@ def test_a_newer_format_gets_a_sentence(tmp_path: Path) -> None:
 
 def test_a_recording_without_ticks_of_ours_gets_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="the map or the start is missing"):
-        read_episode(mcap(tmp_path, profile="movingout", metadata={"format": "1"}))
+        read_episode(mcap(tmp_path, profile="movingout", metadata={"format": "1", "episode_id": "x"}))
+
+
+@pytest.mark.parametrize("name", ["../escape", "/tmp/escape", "", "a/b", ".hidden", "x" * 81])
+def test_an_id_that_leads_out_of_a_folder_gets_a_sentence(tmp_path: Path, name: str) -> None:
+    """Exports are written under it, and a journal's recording."""
+    path = mcap(tmp_path, profile="movingout", metadata={"format": "1", "episode_id": name})
+    for read in (read_episode, read_summary, read_players):
+        with pytest.raises(RecordingError, match="episode id"):
+            read(path)
+
+
+def test_a_journal_with_such_an_id_is_put_aside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = record(tmp_path, ticks=3, episode_id="kept")[0]
+    with monkeypatch.context() as patched:
+        patched.setattr("movingout.recordings.file_format.writer.EPISODE_ID", re.compile(r".*"))
+        record(tmp_path / "inner", ticks=3, episode_id="../escape")
+    assert [one.recording for one in recover(tmp_path)] == [None, kept.with_name("kept.mcap")]
+    assert sorted(path.name for path in tmp_path.rglob("*.mcap*")) == [
+        "escape.mcap.journal.unreadable",
+        "kept.mcap",
+    ]
 
 
 def test_a_missing_file_gets_a_sentence(tmp_path: Path) -> None:
