@@ -72,7 +72,7 @@ def header_of(records: Mapping[str, Entries], the_map: MapSpec) -> EpisodeHeader
 
 
 def episode_record(records: Mapping[str, Entries]) -> Entries:
-    """The record `episode`, of a format version that this program reads."""
+    """The record `episode`, of a format version that this program reads, with an id that can name files."""
     if EPISODE not in records:
         raise RecordingError("this is not a Moving Out recording: it has no metadata record 'episode'")
     version = records[EPISODE].get("format", "")
@@ -80,6 +80,9 @@ def episode_record(records: Mapping[str, Entries]) -> Entries:
         raise RecordingError(
             f"recording format {version or 'unknown'} is not the format {FORMAT_VERSION} of this program; update it"
         )
+    episode_id = records[EPISODE].get("episode_id", "")
+    if not EPISODE_ID.fullmatch(episode_id):  # exports are written under it
+        raise RecordingError(f"episode id {episode_id!r:.100} in it: up to 80 letters, digits, '-' and '_' are needed")
     return records[EPISODE]
 
 

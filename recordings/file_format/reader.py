@@ -11,6 +11,7 @@ from typing import Any, cast, get_args
 import orjson
 from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Header, Metadata
+from zstandard import ZstdError
 
 from movingout.maps.errors import MapError
 from movingout.maps.files.input_file import read_input
@@ -23,7 +24,17 @@ from movingout.recordings.file_format.records import DATA_END, FOOTER, MAGIC, Me
 
 _RESCUE = "copy it again from where it was recorded, or save what is whole: movingout recordings recover FILE"
 LARGEST = 1 << 32  # bytes of a recording
-UNREADABLE = (McapError, struct.error, ValueError, KeyError, TypeError, IndexError, OverflowError, MemoryError)
+UNREADABLE = (
+    McapError,
+    ZstdError,
+    struct.error,
+    ValueError,
+    KeyError,
+    TypeError,
+    IndexError,
+    OverflowError,
+    MemoryError,
+)
 
 
 def read_episode(path: Path | str) -> Episode:

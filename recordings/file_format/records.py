@@ -49,7 +49,14 @@ class _Budget:
         self._left = ALWAYS_POSSIBLE + MOST_PER_BYTE * size
 
     def decompressed(self, chunk: Chunk) -> bytes:
-        """The contents of a chunk. Raises ValueError when there is too much in it, ZstdError when it is damaged."""
+        """The contents of a chunk. Raises ZstdError when it is damaged.
+
+        ValueError when there is too much in it, or when it is compressed in another way: other tools write lz4.
+        """
+        if not chunk.compression:
+            return bytes(chunk.data)
+        if chunk.compression != "zstd":
+            raise ValueError(f"its chunks are compressed as {chunk.compression!r:.20}, not as 'zstd'; convert it")
         size = max(chunk.uncompressed_size, zstandard.frame_content_size(chunk.data))
         if size > self._left:
             raise ValueError("its chunks would take more memory than any recording")
@@ -77,7 +84,7 @@ def data_holds(data: bytes) -> bool:
     return False
 
 
-def _walk(data: bytes, position: int, checked: bool, budget: _Budget) -> Iterator[Record]:
+def _walk(data: bytes, position: int, checked: bool, budget: _Budget, in_chunk: bool = False) -> Iterator[Record]:
     while position + _RECORD.size <= len(data):
         opcode, length = _RECORD.unpack_from(data, position)
         start, position = position + _RECORD.size, position + _RECORD.size + length
@@ -89,11 +96,13 @@ def _walk(data: bytes, position: int, checked: bool, budget: _Budget) -> Iterato
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, start)
             yield Message(channel, sequence, log_time, publish_time, data[start + MESSAGE.size : position])
         elif opcode == _CHUNK:
+            if in_chunk:
+                raise ValueError("a chunk is in a chunk, which MCAP forbids")
             chunk = Chunk.read(_stream(data[start:position]))
             contents = budget.decompressed(chunk)
             if checked and zlib.crc32(contents) != chunk.uncompressed_crc:
                 return
-            yield from _walk(contents, 0, False, budget)
+            yield from _walk(contents, 0, False, budget, in_chunk=True)
         elif opcode in _READERS:
             yield _READERS[opcode].read(_stream(data[start:position]))
 

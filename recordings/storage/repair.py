@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mcap.records import Attachment, Channel, Header, Metadata
-from zstandard import ZstdError
 
 from movingout.maps.files.input_file import open_input
 from movingout.recordings.episode import Episode
@@ -87,7 +86,7 @@ def repair(data: bytes, name: str) -> tuple[Episode, bytes]:
     try:
         for record in records_of(data, checked=True):
             found.take(record)
-    except (*UNREADABLE, ZstdError):
+    except UNREADABLE:
         pass  # what came before is as it was written
     journal, ticks = found.journal()
     damage = f"saved from a torn or damaged file up to tick {ticks}; its names, seats and settings could not be checked"

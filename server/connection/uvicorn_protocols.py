@@ -1,17 +1,23 @@
 """Uvicorn's HTTP and websocket protocols with deadlines, limits on sizes and counts, and dropping a connection."""
 
 import asyncio
-import struct
 from collections.abc import Callable
 from functools import partial
 from typing import Any, cast
 
-from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from movingout.server.connection.asgi import WIRE, OnBinary
 from movingout.server.connection.connection_limits import ConnectionLimits
 from movingout.server.connection.taken_bytes import counts_taken_bytes, taken_bytes
+from movingout.server.connection.websocket_frames import (
+    begins_small_binary,
+    frame_end,
+    frame_of,
+    is_small_binary,
+    is_utf8,
+)
 from movingout.server.settings import Limits
 
 try:
@@ -26,17 +32,12 @@ AFTER_CLOSE_BYTES = 16 * 1024
 LEAST_READ_PER_S = 1000  # bytes of an answer, on average
 TLS_WAITING_BYTES = 16 * 1024  # encrypted, before more is held back; by default half a megabyte
 GOODBYE_S = 10.0  # for a client to hang up, as long as Uvicorn waits for the answer to its close frame
-FINAL_TEXT = 0x81
-FINAL_BINARY = 0x82
-MASKED = 0x80
-LONG = 126  # from here on the length field says that the real one follows, in two (126) or in eight bytes (127)
-_LONG_HEAD = struct.Struct(">BBH")
-LONGEST = 0xFFFF  # that it can say
 CONTINUATION, PING, PONG = 0x0, 0x9, 0xA
 INVALID_DATA = 1007  # close code (RFC 6455, 7.4.1)
 URL_BYTES = 4 * 1024
 HEAD_BYTES = 16 * 1024  # of a request, without its body
 NODE_BYTES = 256 * 1024  # of the longest body that is announced: what nodes of a cluster tell each other
+MOST_PIPELINED = 8  # requests behind one that is not answered yet; browsers and proxies send none
 TOO_LARGE = (
     b"HTTP/1.1 431 Request Header Fields Too Large\r\ncontent-type: text/plain; charset=utf-8\r\n"
     b"connection: close\r\n\r\nThe address or the headers of this request are too long.\n"
@@ -49,6 +50,10 @@ NO_HANDSHAKE = (
 
 class HeadTooLarge(Exception):
     """Raised in the parser's callbacks; ends as `send_400_response`."""
+
+
+class TooManyPipelined(Exception):
+    """Raised in the parser's callbacks; ends the connection."""
 
 
 class CountedHttpProtocol(HttpToolsProtocol):
@@ -75,6 +80,7 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
         _named_bytes = 0  # of the headers received so far
         _later_bytes = 0  # received since the head was whole
         _announced = 0  # bytes of the body
+        _answered: RequestResponseCycle | None = None  # the last one that was begun
         url = b""  # before the first request too
 
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -93,6 +99,10 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
             if self._write_deadline is not None:
                 self._write_deadline.cancel()
             connections.closed(self._address)
+            if self._answered is not None:  # Uvicorn tells only the last one that was received
+                self._answered.disconnected = True
+                self._answered.message_event.set()
+            self.pipeline.clear()
             super().connection_lost(exc)
 
         def pause_writing(self) -> None:
@@ -168,22 +178,35 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
                 raise HeadTooLarge
 
         def on_header(self, name: bytes, value: bytes) -> None:
-            """A whole header, of the head or (after a chunked body) of the trailer."""
+            """A whole header, of the head or (after a chunked body) of the trailer, which proxies pass on unseen.
+
+            Uvicorn would take a trailer for a header: its X-Forwarded-For would be the proxy's word.
+            """
             self._named_bytes += len(name) + len(value)
             if self._named_bytes > HEAD_BYTES:
                 raise HeadTooLarge
+            if self._head_is_whole:
+                return
             if name.lower() == b"content-length" and value.isdigit():
                 self._announced = int(value)
             super().on_header(name, value)
 
         def on_headers_complete(self) -> None:
             self._head_is_whole = True
+            if len(self.pipeline) >= MOST_PIPELINED:
+                raise TooManyPipelined
             super().on_headers_complete()
+
+        def _start_asgi_task(self, cycle: RequestResponseCycle, app: Any) -> None:
+            self._answered = cycle
+            super()._start_asgi_task(cycle, app)
 
         def send_400_response(self, msg: str) -> None:
             """Uvicorn's answer to what cannot be parsed, which includes what a callback above refused."""
             if len(self.url) > URL_BYTES or self._named_bytes > HEAD_BYTES:
                 self._refuse_head()
+            elif len(self.pipeline) >= MOST_PIPELINED:
+                self.transport.abort()
             else:
                 super().send_400_response(msg)
 
@@ -197,6 +220,9 @@ def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[Counted
 
         def handle_websocket_upgrade(self) -> None:
             self._clear_deadline()
+            if self.cycle is not None and not self.cycle.response_complete:
+                self.transport.abort()  # whoever answers it would never hear that the connection is gone
+                return
             super().handle_websocket_upgrade()
             websocket = cast(GameWebSocketProtocol, self.transport.get_protocol())
             websocket.count_until_gone(partial(connections.closed, self._address))
@@ -264,7 +290,7 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
 
     def send_receive_event_to_app(self) -> None:
         """A text that is none is the client's fault: Uvicorn would log a traceback of ours."""
-        if self.curr_msg_data_type == "text" and not _is_utf8(b"".join(self.frames)):
+        if self.curr_msg_data_type == "text" and not is_utf8(b"".join(self.frames)):
             self.frames = []
             self.conn.send_close(INVALID_DATA)
             self.handle_parser_exception()
@@ -294,13 +320,13 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
         if self.close_sent and self._floods_on(len(data)):
             self.transport.abort()
             return
-        if self._on_binary is not None and not self._rest and _is_small_binary(data):
+        if self._on_binary is not None and not self._rest and is_small_binary(data):
             self._on_binary(apply_mask(data[6:], data[2:6]))
             return
         buffer = self._rest + data if self._rest else data
         at = 0
-        while (end := _frame_end(buffer, at, self.config.ws_max_size)) and not self.transport.is_closing():
-            if buffer[at] == FINAL_BINARY and MASKED <= buffer[at + 1] < MASKED + LONG and self._on_binary is not None:
+        while (end := frame_end(buffer, at, self.config.ws_max_size)) and not self.transport.is_closing():
+            if self._on_binary is not None and begins_small_binary(buffer, at):
                 heard = self._on_binary(apply_mask(buffer[at + 6 : end], buffer[at + 2 : at + 6]))
                 if not heard and len(buffer) - end > AFTER_CLOSE_BYTES:
                     self.transport.abort()
@@ -318,13 +344,12 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
 
     def write(self, message: str | bytes) -> bool:
         """Send a message now; False, and nothing is sent, when the connection would only buffer it."""
-        kind, payload = (FINAL_TEXT, message.encode()) if isinstance(message, str) else (FINAL_BINARY, message)
-        size = len(payload)
-        if not self.writable.is_set() or self.close_sent or size > LONGEST or self.transport.is_closing():
+        if not self.writable.is_set() or self.close_sent or self.transport.is_closing():
             return False
-        head = bytes((kind, size)) if size < LONG else _LONG_HEAD.pack(kind, LONG, size)
-        self.transport.write(head + payload)
-        return True
+        frame = frame_of(message)
+        if frame is not None:
+            self.transport.write(frame)
+        return frame is not None
 
     def hand_over(self, give: Callable[[int, bytes], None]) -> bool:
         """Give the connection away before its handshake: `give` gets its descriptor and the request on it.
@@ -357,34 +382,3 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
             return self._controls > CONTROL_BURST
         self._fragments = self._fragments + 1 if opcode == CONTINUATION else 0
         return self._fragments > MOST_FRAGMENTS
-
-
-def _is_utf8(data: bytes) -> bool:
-    try:
-        data.decode()
-    except UnicodeDecodeError:
-        return False
-    return True
-
-
-def _is_small_binary(data: bytes) -> bool:
-    """Whether this is one whole small binary frame of a client: what nearly all data of a game is."""
-    return len(data) > 6 and data[0] == FINAL_BINARY and data[1] == MASKED + len(data) - 6 and data[1] < MASKED + LONG
-
-
-def _frame_end(buffer: bytes, at: int, most: int) -> int:
-    """Where the frame that begins at `at` ends; 0 when it is not whole yet.
-
-    A frame that announces more than `most` bytes ends with its head: Uvicorn refuses it when it sees that.
-    """
-    if len(buffer) - at < 2:
-        return 0
-    length, head = buffer[at + 1] & 127, 2
-    if length >= LONG:
-        head = 4 if length == LONG else 10
-        if len(buffer) - at < head:
-            return 0
-        length = int.from_bytes(buffer[at + 2 : at + head], "big")
-    head += 4 if buffer[at + 1] & MASKED else 0
-    end = at + head + (0 if length > most else length)
-    return end if end <= len(buffer) else 0

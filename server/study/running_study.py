@@ -103,11 +103,14 @@ class RunningStudy:
         return session.source in PLATFORMS and not free
 
     @asynccontextmanager
-    async def transaction(self) -> AsyncIterator[Transaction]:
-        """The right to change who is where, for one holder at a time: the two of a pair cannot overtake each other."""
-        asked = time.monotonic()
+    async def transaction(self, asked: float | None = None) -> AsyncIterator[Transaction]:
+        """The right to change who is where, for one holder at a time: the two of a pair cannot overtake each other.
+
+        `asked`: since when it was waited for elsewhere, in seconds of the monotonic clock.
+        """
+        since = time.monotonic() if asked is None else asked
         async with self._lock:
-            tx = Transaction(self.databases, asked, self._in_charge)
+            tx = Transaction(self.databases, since, self._in_charge)
             try:
                 yield tx
             finally:

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from movingout.maps.files.output_file import draft_of
 from movingout.recordings.annotation.verdicts import add_verdict, verdicts_of
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
@@ -22,7 +24,7 @@ from movingout.recordings.storage.s3_bucket import add_notes
 from movingout.study.data.database_copy import fill_databases, refuse_used, save_database
 from movingout.study.data.map_copies import copy_own_maps
 from movingout.study.data.study_folder import StudyFolder
-from movingout.study.design.definition import Study
+from movingout.study.design.definition import Name, Study
 from movingout.study.errors import StudyError
 from movingout.study.store.database import Kind
 from movingout.study.store.frozen_study import frozen_study
@@ -31,6 +33,7 @@ from movingout.study.store.tables import rounds
 
 MANIFEST = "manifest.json"
 FORMAT = 1
+STUDY_ID = TypeAdapter[str](Name)
 MAIN, IDENTITY, LINK_KEY, STUDY_FILE = "study.sqlite", "identity.sqlite", "link-key", "study.yaml"
 
 
@@ -188,6 +191,7 @@ def checked_manifest(backup: Path) -> dict[str, Any]:
         files = dict(about["files"])
         if about["format"] != FORMAT:
             raise StudyError(f"{backup} was written by a newer version; use that one")
+        STUDY_ID.validate_python(about["study"])  # its folder is named by it
         wrong = [name for name, known in files.items() if not _as_written(backup, name, known)]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise StudyError(f"{backup} is no backup of a study: it has no whole {MANIFEST}") from None

@@ -11,6 +11,7 @@ from fastapi.responses import StreamingResponse
 
 from movingout.server.api.authentication import address_of, bearer, body_of, limit_answers, own_page
 from movingout.server.api.errors import ApiError
+from movingout.server.connection.admission import address_group
 from movingout.server.study.api.event_stream import EventQueue, OpenStreams, event_stream, queued_events
 from movingout.server.study.api.participant_view import ParticipantViews, View
 from movingout.server.study.arrivals.arrival_link import ArrivalRefused, read_arrival
@@ -82,7 +83,8 @@ class ParticipantApi:
             arrival = read_arrival(
                 wanted.parameters, running.needs_code, running.signer, needs_signature=running.needs_signature
             )
-            done = await self._session_service.arrive(arrival, wanted.language, wanted.beside, known)
+            group = address_group(address)
+            done = await self._session_service.arrive(arrival, wanted.language, wanted.beside, known, group)
         except ArrivalRefused as error:
             if error.code == "code_unknown" and await gate.guesses_too_often(address, "seat"):
                 raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.") from None

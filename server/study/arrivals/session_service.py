@@ -2,10 +2,12 @@
 
 import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
 from typing import Literal, NamedTuple
 from weakref import WeakValueDictionary
 
+from movingout.server.connection.turns import Turns
 from movingout.server.security.tokens import hash_token, new_id, new_token
 from movingout.server.study.arrivals.arrival_link import CODE, Arrival, ArrivalRefused
 from movingout.server.study.participant_session import ParticipantSession, notify
@@ -36,17 +38,21 @@ class SessionService:
         # By the hash of the token. Weak: who left without a consent is remembered by nobody.
         self._sessions = WeakValueDictionary[str, ParticipantSession]()
         self._superseded: dict[str, None] = {}  # the oldest first
+        self._turns = Turns()
 
-    async def arrive(self, arrival: Arrival, language: str, beside: str = "", known: Sequence[str] = ()) -> Arrived:
+    async def arrive(
+        self, arrival: Arrival, language: str, beside: str = "", known: Sequence[str] = (), address: str = ""
+    ) -> Arrived:
         """A new token for the page. Raises ArrivalRefused.
 
         `beside` is the token of the first person where two sit at one screen. `known` are the tokens that the browser
         has from before: whoever comes back without theirs may be anybody who knows the link, and is shown no old text.
+        Addresses, as limits know them, take turns.
         """
         running = self._running
         first = await self.of_token(beside) if beside else None
         here = [await self.of_token(token) for token in known]
-        async with running.transaction() as tx:
+        async with self._turn(address) as tx:
             pid = await self._pid(tx, arrival)
             before = running.participants.get(pid)
             replaces = here.index(before) if before is not None and before in here else None
@@ -96,6 +102,13 @@ class SessionService:
         code = new_id(CODE_LETTERS).upper()
         await self._running.databases.run(self._identities.pid, CODE, code)
         return code
+
+    @asynccontextmanager
+    async def _turn(self, address: str) -> AsyncIterator[Transaction]:
+        """A transaction, for which one arrival waits at a time: a flood of them is not in front of everybody else."""
+        asked = time.monotonic()
+        async with self._turns.turn(address), self._running.transaction(asked) as tx:
+            yield tx
 
     async def _pid(self, tx: Transaction, arrival: Arrival) -> str:
         known = await tx.run(self._identities.known, arrival.source, arrival.external_id)

@@ -2,19 +2,27 @@
 
 import io
 import json
+import re
+import struct
 from itertools import pairwise
 from pathlib import Path
+from typing import IO, Any
 
 import pytest
+import zstandard
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap.reader import make_reader
-from mcap.writer import Writer
+from mcap.writer import CompressionType, Writer
 
 from movingout.recordings import RecordingError, finalise, read_episode
-from movingout.recordings.file_format.reader import check_file
+from movingout.recordings.file_format.reader import check_file, episode_of_journal
+from movingout.recordings.file_format.records import MAGIC
+from movingout.recordings.storage.finished import recover
+from movingout.recordings.storage.listing import read_players, read_summary
+from movingout.recordings.storage.repair import recover_recording
 from movingout.world.metrics import METRICS
-from tests.recordings.support import record
+from tests.recordings.support import plain, record
 
 KEYS = [metric.key for metric in METRICS]
 
@@ -69,12 +77,75 @@ def test_a_newer_format_gets_a_sentence(tmp_path: Path) -> None:
 
 def test_a_recording_without_ticks_of_ours_gets_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="the map or the start is missing"):
-        read_episode(mcap(tmp_path, profile="movingout", metadata={"format": "1"}))
+        read_episode(mcap(tmp_path, profile="movingout", metadata={"format": "1", "episode_id": "x"}))
+
+
+@pytest.mark.parametrize("name", ["../escape", "/tmp/escape", "", "a/b", ".hidden", "x" * 81])
+def test_an_id_that_leads_out_of_a_folder_gets_a_sentence(tmp_path: Path, name: str) -> None:
+    """Exports are written under it, and a journal's recording."""
+    path = mcap(tmp_path, profile="movingout", metadata={"format": "1", "episode_id": name})
+    for read in (read_episode, read_summary, read_players):
+        with pytest.raises(RecordingError, match="episode id"):
+            read(path)
+
+
+def test_a_journal_with_such_an_id_is_put_aside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = record(tmp_path, ticks=3, episode_id="kept")[0]
+    with monkeypatch.context() as patched:
+        patched.setattr("movingout.recordings.file_format.writer.EPISODE_ID", re.compile(r".*"))
+        record(tmp_path / "inner", ticks=3, episode_id="../escape")
+    assert [one.recording for one in recover(tmp_path)] == [None, kept.with_name("kept.mcap")]
+    assert sorted(path.name for path in tmp_path.rglob("*.mcap*")) == [
+        "escape.mcap.journal.unreadable",
+        "kept.mcap",
+    ]
 
 
 def test_a_missing_file_gets_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="there is no such file"):
         read_episode(tmp_path / "none.mcap")
+
+
+def compressed(folder: Path, compression: CompressionType, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A finished recording, as another tool would write it."""
+
+    def other(stream: IO[bytes], **options: Any) -> Writer:
+        return Writer(stream, **(options | {"compression": compression}))
+
+    with monkeypatch.context() as patched:
+        patched.setattr("movingout.recordings.storage.finished.Writer", other)
+        return finalise(record(folder, ticks=8)[0])
+
+
+def test_a_recording_whose_chunks_are_not_compressed_is_read(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = compressed(tmp_path, CompressionType.NONE, monkeypatch)
+    assert found.stat().st_size > 2 * finished.stat().st_size
+    assert plain(read_episode(found).ticks) == plain(read_episode(finished).ticks)
+    found.write_bytes(found.read_bytes()[: -len(MAGIC)])
+    assert recover_recording(found).ticks == 8, "also where it is torn"
+
+
+def test_a_recording_with_another_compression_gets_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = compressed(tmp_path, CompressionType.LZ4, monkeypatch)
+    with pytest.raises(RecordingError, match="compressed as 'lz4'"):
+        read_episode(found)
+    assert read_summary(found).ticks == 8, "that is in its metadata"
+
+
+@pytest.mark.parametrize("times", [0, 2, 1500])
+def test_a_chunk_in_a_chunk_and_one_that_cannot_be_unpacked_get_a_sentence(times: int) -> None:
+    content = b"no frame of zstd"
+    for _ in range(times + 1):
+        content = chunk_of(zstandard.compress(content) if times else content)
+    with pytest.raises(RecordingError, match="a chunk is in a chunk" if times else "ZstdError"):
+        episode_of_journal(MAGIC + content, "deep")
+
+
+def chunk_of(packed: bytes) -> bytes:
+    body = struct.pack("<QQQII", 0, 0, 1 << 16, 0, 4) + b"zstd" + struct.pack("<Q", len(packed)) + packed
+    return struct.pack("<BQ", 0x06, len(body)) + body
 
 
 def mcap(folder: Path, profile: str, metadata: dict[str, str]) -> Path:

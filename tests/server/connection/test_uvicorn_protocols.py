@@ -1,15 +1,17 @@
 """A connection counts until it is gone: a client need not hang up because the server has said goodbye."""
 
 import asyncio
+import contextlib
 import socket
 import ssl
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 
 import pytest
 from fastapi import FastAPI
-from starlette.responses import Response
+from starlette.requests import Request
+from starlette.responses import Response, StreamingResponse
 
 from movingout.server import uvicorn_server
 from movingout.server.app import create_app
@@ -185,3 +187,83 @@ def test_the_end_of_answers_that_waits_to_be_read_has_a_deadline_too(tmp_path: P
         client.sendall((ask + b"\r\n") * 3 + ask + closes + b"\r\n")
         wait_until(lambda: counts(live)._total == 1)
         wait_until(lambda: counts(live)._total == 0)
+
+
+def test_the_trailer_of_a_body_adds_no_header(tmp_path: Path) -> None:
+    """A proxy sets its headers, and may pass on a trailer as it came: an address in it would be the proxy's word."""
+
+    def create(settings: Settings) -> FastAPI:
+        def caller(request: Request) -> str:
+            return f"{request.client and request.client.host} {'secret' in request.headers} end"
+
+        app = create_app(settings)
+        app.add_api_route("/caller", caller, methods=["POST"])
+        app.router.routes.insert(0, app.router.routes.pop())
+        return app
+
+    head = b"POST /caller HTTP/1.1\r\nHost: x\r\nX-Forwarded-For: 192.0.2.1\r\nTransfer-Encoding: chunked\r\n\r\n"
+    with serve(tmp_path, app_of=create, trusted_proxies=("127.0.0.1",)) as live, raw_socket(live) as client:
+        client.sendall(head + b"1\r\nx\r\n0\r\nX-Forwarded-For: 198.51.100.1\r\nSecret: x\r\n\r\n")
+        assert b"192.0.2.1 False end" in read_until(client, b" end")
+
+
+STREAM = b"GET /stream HTTP/1.1\r\nHost: x\r\n\r\n"
+PLAIN = b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"
+
+
+def app_with_stream(heard: list[str]) -> Callable[[Settings], FastAPI]:
+    """An answer without end at /stream, which notes when it is told that its reader is gone."""
+
+    async def parts() -> AsyncIterator[bytes]:
+        try:
+            yield b"begun"
+            await asyncio.sleep(10 * WAIT_S)
+        finally:
+            heard.append("gone")
+
+    async def stream() -> Response:
+        return StreamingResponse(parts())
+
+    def create(settings: Settings) -> FastAPI:
+        app = create_app(settings)
+        app.add_api_route("/stream", stream)
+        app.router.routes.insert(0, app.router.routes.pop())
+        return app
+
+    return create
+
+
+@pytest.mark.parametrize(
+    ("behind", "stays"),
+    [
+        (b"", True),
+        (PLAIN * uvicorn_protocols.MOST_PIPELINED, True),
+        (PLAIN * (uvicorn_protocols.MOST_PIPELINED + 1), False),
+        (handshake(), False),
+        (PLAIN + handshake(), False),
+    ],
+    ids=["none", "some", "one too many", "a websocket", "a request and a websocket"],
+)
+def test_of_requests_behind_one_that_is_not_answered_a_few_may_wait(tmp_path: Path, behind: bytes, stays: bool) -> None:
+    """The stream always hears that its reader is gone."""
+    heard: list[str] = []
+    with serve(tmp_path, app_of=app_with_stream(heard)) as live:
+        with raw_socket(live) as client:
+            client.sendall(STREAM + behind)
+            if stays:
+                read_until(client, b"begun")
+                assert (counts(live)._total, heard) == (1, [])
+            else:
+                with contextlib.suppress(ConnectionError):
+                    while client.recv(10_000):
+                        pass
+        wait_until(lambda: counts(live)._total == 0 and bool(heard))
+        assert heard == ["gone"]
+
+
+def test_requests_that_come_together_are_answered_in_order(live: Live) -> None:
+    with raw_socket(live) as client:
+        client.sendall(PLAIN * (uvicorn_protocols.MOST_PIPELINED + 1))
+        read = b""
+        while read.count(b"HTTP/1.1 200") <= uvicorn_protocols.MOST_PIPELINED:
+            read += client.recv(10_000)

@@ -19,6 +19,8 @@ from movingout.server.study import participants as server_participants
 from movingout.server.study.api.dashboard import Dashboard
 from movingout.server.study.api.participant_view import ParticipantViews
 from movingout.server.study.arrivals import session_service
+from movingout.server.study.arrivals.arrival_link import Arrival
+from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.participant_session import notify
 from movingout.server.study.participants import CODE_LENGTH, Participants
 from movingout.server.study.participants import CODE_LETTERS as CODE_ALPHABET
@@ -38,6 +40,31 @@ def test_a_flood_of_arrivals_from_one_address_is_refused_and_keeps_nothing(
     refused = [answer["error"]["code"] for status, answer in (solo.arrive() for _ in range(20)) if status == 429]
     assert refused == ["too_many_arrivals"] * 15
     assert len(solo.running.databases.store.rows(participants)) == before + 5
+
+
+def test_a_flood_of_arrivals_is_not_in_front_of_everybody_else(solo: Served) -> None:
+    """At most one of them is when somebody moves on, and one when somebody of another address arrives."""
+    running, done = solo.running, list[str]()
+    service = SessionService(running)
+
+    async def arrives(who: str, address: str) -> None:
+        await service.arrive(Arrival("link", f"flood-{who}", {}), "en", address=address)
+        done.append(address)
+
+    async def moves_on() -> None:
+        async with running.transaction():
+            done.append("change")
+
+    async def all_at_once() -> None:
+        async with running.transaction():
+            flood = [asyncio.create_task(arrives(str(number), "flood")) for number in range(6)]
+            await asyncio.sleep(0)
+            others = [asyncio.create_task(work) for work in (moves_on(), arrives("other", "other"))]
+            await asyncio.sleep(0)
+        await asyncio.gather(*flood, *others)
+
+    asyncio.run_coroutine_threadsafe(all_at_once(), solo.live.loop).result(WAIT_S)
+    assert done == ["flood", "change", "flood", "other", *["flood"] * 4]
 
 
 def test_who_opens_the_link_and_leaves_is_forgotten_early_where_they_are_many(

@@ -88,6 +88,15 @@ def test_a_damaged_backup_is_not_restored(backed_up: tuple[Path, Path, str], tmp
         assert not (tmp_path / "data").exists()
 
 
+@pytest.mark.parametrize("study", ["x/../../y", "..", "/tmp/y", "", 1])
+def test_a_backup_of_a_study_that_no_study_file_can_have_is_not_restored(tmp_path: Path, study: object) -> None:
+    """The folder is named by it."""
+    (tmp_path / "manifest.json").write_text(json.dumps({"format": 1, "study": study, "files": {}}))
+    with pytest.raises(StudyError, match="is no backup of a study"):
+        restore(tmp_path, tmp_path / "data")
+    assert [path.name for path in tmp_path.iterdir()] == ["manifest.json"]
+
+
 def test_nothing_is_overwritten(backed_up: tuple[Path, Path, str], tmp_path: Path) -> None:
     first, _, _ = backed_up
     restore(first, tmp_path)
