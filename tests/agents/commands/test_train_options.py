@@ -1,5 +1,6 @@
 """The options of `movingout train`: what is refused, and what their examples and helps say."""
 
+import json
 import shlex
 from pathlib import Path
 
@@ -77,6 +78,30 @@ def test_wrong_options_are_refused_with_what_is_needed(
     (tmp_path / "taken").write_text("a file")
     assert main(["train", "dp", str(recordings), *TINY, *options]) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_options_that_shape_the_network_are_those_of_the_agent_at_the_start(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mlp", str(recordings), "--data", str(tmp_path)]
+    own_frame = ["--layout", "relative-v1", "--lags", "3,10"]
+    assert main([*command, "--id", "mlp@base", *TINY, *own_frame]) == 0
+    more = [*command, "--id", "mlp@more", "--start", "mlp@base", "--updates", "1", "--batch", "32"]
+    for typed, has in (("--layout aware-v1", "relative-v1"), ("--lags 5", "3,10"), ("--execute 4", "2")):
+        assert main([*more, *typed.split()]) == 2
+        sentence = f"{typed}: the network is that of --start mlp@base, which has {has}; leave it out"
+        assert sentence in capsys.readouterr().err
+    assert main([*more, "--pose-noise", "0.002"]) == 2
+    assert "leave it out with relative-v1" in capsys.readouterr().err
+    assert not (tmp_path / "runs" / "mlp-more").exists()
+
+    assert main([*more, *own_frame, "--width", "16"]) == 0
+    path = tmp_path / "runs" / "mlp-more" / "config.json"
+    used = json.loads(path.read_text())
+    assert (used["layout"], used["lags"], used["width"], used["depth"]) == ("relative-v1", "3,10", 16, 1)
+    path.write_text(json.dumps({**used, "layout": "aware-v1", "width": 512}))  # as earlier versions wrote it
+    assert main([*more, "--updates", "2"]) == 0
+    assert json.loads(path.read_text())["width"] == 16
 
 
 def test_what_is_yes_or_no_is_told_so(capsys: pytest.CaptureFixture[str]) -> None:
