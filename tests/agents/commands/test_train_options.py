@@ -104,6 +104,16 @@ def test_options_that_shape_the_network_are_those_of_the_agent_at_the_start(
     assert json.loads(path.read_text())["width"] == 16
 
 
+def test_episodes_too_short_for_a_value_are_refused_before_the_simulator_is_trained(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "bass", str(recordings), "--data", str(tmp_path), "--base", "dp@all", "--id", "bass@tiny"]
+    assert main([*command, "--updates", "2", "--width", "8", "--latent", "2", "--batch", "8"]) == 2
+    said = capsys.readouterr().err
+    assert "no episode has more than 60 ticks" in said and "--score nfd" in said and "training" not in said
+    assert not (tmp_path / "runs").exists()
+
+
 def test_what_is_yes_or_no_is_told_so(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["train", "bass", "somewhere", "--base", "dp@all", "--rigid", "False"])
