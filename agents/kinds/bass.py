@@ -145,11 +145,12 @@ def _unused(config: BassConfig, options: argparse.Namespace) -> list[tuple[str, 
 
 
 def _data(run: TrainingRun[BassConfig], learns_value: bool) -> TrainingData:
-    """What is learned from. Raises DataError before anything is trained where it is too short for a value."""
+    """What is learned from. Raises DataError before anything is trained where a value cannot be learned from it."""
     from movingout.agents.bass.value_training import check_long_enough
 
     data = run.read_data()
     if learns_value:
+        data.check_seen(run.config.value_layout)
         check_long_enough(data.episodes)
     return data
 

@@ -85,6 +85,7 @@ def _train(kind: str, build: Build, run: TrainingRun[PolicyConfig]) -> Trained:
     first = weighted_policy(base) if base else None
     seats: SeatChoice = run.options.seats
     data = run.read_data()
+    data.check_seen(spec.layout)
     pieces = data.pieces(spec, seats)
     if left_out := data.left_out(seats):
         count = 2 * len(data.trajectories)

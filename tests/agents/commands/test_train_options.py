@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.maps import load_map, map_from_json, map_to_json
 from movingout.maps.commands.parser import parsers_below
 from movingout.server.cli import configured, main
 from tests.agents.learning import recorded
@@ -111,6 +112,19 @@ def test_episodes_too_short_for_a_value_are_refused_before_the_simulator_is_trai
     assert main([*command, "--updates", "2", "--width", "8", "--latent", "2", "--batch", "8"]) == 2
     said = capsys.readouterr().err
     assert "no episode has more than 60 ticks" in said and "--score nfd" in said and "training" not in said
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize("kind", ["mlp", "latent", "bass --base dp@all"])
+def test_a_recording_of_a_map_that_is_not_seen_is_named_before_anything_is_trained(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    goals = [{"x0": x, "y0": 1.2, "x1": x + 0.35, "y1": 0.8} for x in (-1.2, -0.75, -0.3, 0.15, 0.6)]
+    five = map_from_json(map_to_json(load_map("Simple")) | {"name": "Five", "goals": goals})
+    file = recorded(tmp_path / "own", "five", the_map=five, ticks=80)
+    assert main(["train", *kind.split(), str(tmp_path / "own"), "--data", str(tmp_path), "--id", "own@five"]) == 2
+    said = capsys.readouterr().err
+    assert f"{file}: the layout " in said and "has 4 slots for goals; Five has 5; leave it out" in said
     assert not (tmp_path / "runs").exists()
 
 
