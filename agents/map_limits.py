@@ -1,9 +1,12 @@
 """Whether a trained agent sees all of a map: the layout of what it sees has room for so many walls and goals."""
 
+from collections.abc import Iterable, Mapping
+
 from movingout.agents.catalogue import trained_cards
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.identity import acting_id
 from movingout.maps import MapSpec
+from movingout.maps.library import is_reserved
 from movingout.world import WorldError
 from movingout.world.observation import LAYOUTS
 
@@ -14,9 +17,25 @@ def check_map_seen(agent_id: str, map_spec: MapSpec, name: str = "") -> None:
     Of `late` and `clone`, the agent inside is looked at. Nothing is known of agents of one's own.
     `name` is what the map is called where it was chosen, as the path of its file.
     """
-    layouts = {card.id: card.layout for card in trained_cards()}
+    _check(agent_id, map_spec, name or map_spec.name, _layouts())
+
+
+def check_own_maps_seen(seated: Iterable[tuple[str, MapSpec]]) -> None:
+    """The same for agents and the maps that they are to play on; those that ship and generated ones are seen by all."""
+    own = dict.fromkeys(pair for pair in seated if not is_reserved(pair[1].name))
+    layouts = _layouts() if own else {}
+    for agent_id, spec in own:
+        _check(agent_id, spec, spec.name, layouts)
+
+
+def _layouts() -> dict[str, str]:
+    """By the ids of trained agents."""
+    return {card.id: card.layout for card in trained_cards()}
+
+
+def _check(agent_id: str, map_spec: MapSpec, name: str, layouts: Mapping[str, str]) -> None:
     if layout := layouts.get(acting_id(agent_id).strip().partition(":")[0]):
         try:
             LAYOUTS[layout].check(map_spec)
         except WorldError as error:
-            raise AgentError(f"{agent_id} cannot play {name or map_spec.name}: {error}") from None
+            raise AgentError(f"{agent_id} cannot play {name}: {error}") from None

@@ -53,19 +53,30 @@ def returns_of(trajectories: Sequence[Trajectory], discount: float, layout: str 
 
     Raises DataError when there are none.
     """
+    check_long_enough(trajectories)
     features, returns, episodes = [], [], []
     for number, trajectory in enumerate(trajectories):
         seen = [trajectory.features(seat, layout) for seat in (0, 1)]
         done = _progress(trajectory)
-        rows = slice(0, trajectory.ticks if done[-1] == 1.0 else max(trajectory.ticks - TAIL, 0))
+        rows = slice(0, _known_ticks(trajectory))
         follows = discounted(np.diff(done), discount)[rows].astype(np.float32)
         features += [view[rows].astype(np.float16) for view in seen]
         returns += [follows, follows]
         episodes.append(np.full(2 * len(follows), number))
-    if not sum(map(len, returns)):
-        raise DataError(f"no episode has more than {TAIL} ticks, too short to learn a value from; use --score nfd")
     people = tuple(trajectory.people for trajectory in trajectories)
     return Returns(np.concatenate(features), np.concatenate(returns), np.concatenate(episodes), people)
+
+
+def check_long_enough(trajectories: Sequence[Trajectory]) -> None:
+    """Raises DataError when no episode has a state from which enough is known."""
+    if not any(map(_known_ticks, trajectories)):
+        raise DataError(f"no episode has more than {TAIL} ticks, too short to learn a value from; use --score nfd")
+
+
+def _known_ticks(trajectory: Trajectory) -> int:
+    """From how many of its states what follows is known: from all where everything is delivered in the end."""
+    finished = delivered_many(trajectory.map, trajectory.item_poses[-1:]).all()
+    return trajectory.ticks if finished else max(trajectory.ticks - TAIL, 0)
 
 
 def _progress(trajectory: Trajectory) -> Floats:

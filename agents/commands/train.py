@@ -12,6 +12,7 @@ from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, check_labels
 from movingout.agents.errors import CheckpointError, DataError
 from movingout.agents.kinds.kind import AgentKind
 from movingout.agents.kinds.registry import KINDS
+from movingout.agents.map_limits import check_own_maps_seen
 from movingout.agents.training import run_folder
 from movingout.agents.training.options import add_fields, overridden
 from movingout.agents.training.run import TrainingRun
@@ -107,7 +108,13 @@ def run(args: argparse.Namespace) -> int:
         raise DataError(f"--group {args.group} is of the list that --manifest names; name it, too")
     config = overridden(kind.presets[args.preset], args)
     wanted = TrainingRun(
-        kind=kind.name, config=config, options=args, kept_options=kind.option_names, tell=_tell, load_agent=load_agent
+        kind=kind.name,
+        config=config,
+        options=args,
+        kept_options=kind.option_names,
+        tell=_tell,
+        load_agent=load_agent,
+        check_own_maps_seen=check_own_maps_seen,
     )
     check_room(wanted.model_folder, args.id)
     _check_shipped(wanted)

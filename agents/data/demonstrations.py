@@ -18,6 +18,7 @@ from movingout.agents.data.recipes import check_labels, check_recording, labelli
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
+from movingout.agents.map_limits import check_own_maps_seen
 from movingout.maps import MapSpec
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split, randomize
@@ -26,6 +27,7 @@ from movingout.recordings.errors import BusyError, cannot
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX, owned
 from movingout.recordings.storage.finished import SUFFIX as RECORDING_SUFFIX
 from movingout.recordings.storage.listing import read_summary
+from movingout.world import WorldError
 from movingout.world.metrics import EpisodeMetrics, task_completion_rate
 from movingout.world.scoring import delivered_items
 
@@ -186,7 +188,8 @@ def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str =
     """Play and write episodes in `workers` processes, or on the Ray cluster at an address.
 
     Yields them as they finish and skips those that exist, but for what was cut off. Raises DataError, before
-    anything is played, where one that exists is of another map, of other agents or of other ticks.
+    anything is played, where one that exists is of another map, of other agents or of other ticks, and AgentError
+    where an agent does not see all of a map.
     """
     _make(folder)
     missing, cut_off = [], []
@@ -197,6 +200,7 @@ def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str =
         elif not check_recording(path, job.map, job.agent_ids, job.ticks):
             missing.append(job)
             cut_off.append(path)
+    check_own_maps_seen((agent_id, job.map) for job in missing for agent_id in job.agent_ids)
     for path in cut_off:
         path.unlink(missing_ok=True)
     calls = [partial(_answered, job, partial(write_episode, job, folder.resolve())) for job in missing]
@@ -213,6 +217,7 @@ def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int, ray: str
             check_labels(path, job)
         else:
             missing.append((job, path))
+    check_own_maps_seen((agent_id, job.map) for job, _ in missing for agent_id in (*job.agent_ids, job.expert))
     calls = [partial(_answered, job, partial(_label_and_save, job, path)) for job, path in missing]
     yield from results_of(calls, workers, ray)
 
@@ -240,12 +245,20 @@ def _label_and_save(job: LabellingJob, path: Path) -> WrittenEpisode:
 
 
 def _answered(job: EpisodeJob | LabellingJob, call: Callable[[], WrittenEpisode]) -> WrittenEpisode:
-    """What the call returns. Raises AgentError for whatever an agent raised: its code may be anybody's."""
+    """What the call returns. Raises AgentError for whatever an agent raised or answered: its code may be anybody's."""
     try:
         return call()
+    except (AgentError, WorldError) as error:
+        raise _fault(job, str(error), error) from error
     except MovingOutError:
         raise
     except (Exception, SystemExit) as error:
-        agents = job.agent_ids
-        sentence = f"{agents[0]} with {agents[1]} on {job.map.name}, seed {job.seed}: {type(error).__name__}: {error}"
-        raise AgentError(located(f"{sentence}; finished episodes are kept", error)) from error
+        raise _fault(job, f"{type(error).__name__}: {error}", error) from error
+
+
+def _fault(job: EpisodeJob | LabellingJob, said: str, error: BaseException) -> AgentError:
+    """Who played what, and that the rest is not lost."""
+    by = f", labelled by {job.expert}" if isinstance(job, LabellingJob) and job.expert != job.learner else ""
+    who = f"{' with '.join(job.agent_ids)}{by}"
+    sentence = f"{who} on {job.map.name}, seed {job.seed}: {said}; finished episodes are kept"
+    return AgentError(located(sentence, error))

@@ -73,7 +73,7 @@ def _train(run: TrainingRun[BassConfig]) -> Trained:
     progress: TrainedProgress | None = None
     trained = []
     if learns_simulator or learns_value or config.score == "tcl":
-        data = run.read_data()
+        data = _data(run, learns_value)
         before = run.begin_on(data, {name: "free" for name, _ in _unused(config, options)})
         if learns_simulator:
             simulator = _train_simulator(run, config, data, base, before)
@@ -142,6 +142,17 @@ def _unused(config: BassConfig, options: argparse.Namespace) -> list[tuple[str, 
         why = f"for a value network that is trained, not for --value {options.value}"
         idle += [(name, why) for name in _OF_SCORE["value"]]
     return idle
+
+
+def _data(run: TrainingRun[BassConfig], learns_value: bool) -> TrainingData:
+    """What is learned from. Raises DataError before anything is trained where a value cannot be learned from it."""
+    from movingout.agents.bass.value_training import check_long_enough
+
+    data = run.read_data()
+    if learns_value:
+        data.check_seen(run.config.value_layout)
+        check_long_enough(data.episodes)
+    return data
 
 
 def _description(base: Checkpoint, config: BassConfig) -> str:

@@ -52,6 +52,7 @@ def _train(run: TrainingRun[LatentConfig]) -> Trained:
     config, seats = run.config, run.options.seats
     config.check()
     spec, data = config.spec(run.kind), run.read_data()
+    data.check_seen(spec.layout)
     before = run.begin_on(data)
     windows = windows_of(data.partners(spec, seats))
     fitted = train_latent(spec, config, windows, run.folder)

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -15,8 +16,9 @@ from movingout.agents.errors import CheckpointError, DataError
 from movingout.agents.inference.mirror import FeatureMirror
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.observation.features import FeatureSet
-from movingout.agents.policies.config import PolicyConfig, RegressionConfig
+from movingout.agents.policies.config import PolicyConfig, RegressionConfig, shape_of
 from movingout.agents.training.run import TrainingRun
+from movingout.agents.training.run_folder import NO_CHANGES
 from movingout.agents.training.training_data import TrainingData
 from movingout.maps.suggestion import counted
 
@@ -77,16 +79,18 @@ def _train(kind: str, build: Build, run: TrainingRun[PolicyConfig]) -> Trained:
     from movingout.agents.policies.training import train_policy
 
     base = _base(kind, run)
-    config = run.config.shaped(base.card.network) if base else run.config
-    spec = config.spec(kind)
+    if base:
+        run = _shaped(run, base)
+    config, spec = run.config, run.config.spec(kind)
     first = weighted_policy(base) if base else None
     seats: SeatChoice = run.options.seats
     data = run.read_data()
+    data.check_seen(spec.layout)
     pieces = data.pieces(spec, seats)
     if left_out := data.left_out(seats):
         count = 2 * len(data.trajectories)
         run.tell(f"--seats {seats}: {left_out} of {count} seats are not learned from")
-    before = run.begin_on(data)
+    before = run.begin_on(data, dict.fromkeys(shape_of(spec), "free") if base else NO_CHANGES)  # given by the base
     windows = windows_of(chain(pieces, _recombined(run, data, spec)))
     fitted = train_policy(build, spec, config, windows, run.folder, first)
     run.check_learned(before, fitted, "--updates")
@@ -144,6 +148,17 @@ def _base(kind: str, run: TrainingRun[PolicyConfig]) -> Checkpoint | None:
     if base.card.network.kind != kind or base.card.kind != kind:
         raise DataError(f"--start {base.card.id}: it is of kind {base.card.kind}; use `train {base.card.kind}`")
     return base
+
+
+def _shaped(run: TrainingRun[PolicyConfig], base: Checkpoint) -> TrainingRun[PolicyConfig]:
+    """The same run with a network as that of its base. Raises DataError for options that say another one."""
+    for name, value in shape_of(base.card.network).items():
+        if name in run.options and (typed := getattr(run.config, name)) != value:
+            raise DataError(
+                f"--{name.replace('_', '-')} {typed}: the network is that of --start {base.card.id}, which has "
+                f"{value if value != '' else 'none'}; leave it out"
+            )
+    return replace(run, config=run.config.shaped(base.card.network))
 
 
 def weighted_policy(checkpoint: Checkpoint) -> "Policy":

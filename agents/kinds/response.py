@@ -24,6 +24,7 @@ from movingout.maps.randomize import pairs_on
 from movingout.maps.selection import HELP, selected_maps
 from movingout.maps.suggestion import counted, shortened
 from movingout.world.constants import LIMIT_TICKS
+from movingout.world.observation import LAYOUTS
 
 if TYPE_CHECKING:
     from movingout.agents.policies.diffusion_policy import DiffusionPolicy
@@ -49,7 +50,8 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
     from movingout.agents.reinforcement.steered_policy import SteeredPolicy
 
     options, config = run.options, run.config
-    base, company = run.find(options.base), _company(run)
+    base = run.find(options.base)
+    company = _company(run, base)
     policy = SteeredPolicy(_network(base))
     played = _fingerprint(company)
     specs = [load_map(name) for name in company.maps]
@@ -79,20 +81,26 @@ def _population(before: str, partners: str) -> str:
     return shortened(f"{shortened(before, MAX_LINE // 2)}; then a best response to {partners}", MAX_LINE)
 
 
-def _company(run: TrainingRun[ResponseConfig]) -> "Company":
-    """What is played. Raises AgentError or MapError for partners or maps that are not there."""
+def _company(run: TrainingRun[ResponseConfig], base: Checkpoint) -> "Company":
+    """What is played. Raises AgentError or MapError for partners or maps that are not there.
+
+    AgentError or WorldError too for a map with more than a partner or the policy sees.
+    """
     from movingout.agents.reinforcement.rooms import Company
 
     options = run.options
     maps = selected_maps(options.map)
-    for name in maps:
-        check_undelivered(load_map(name))
+    specs = [load_map(name) for name in maps]
+    for spec in specs:
+        check_undelivered(spec)
+        LAYOUTS[base.card.network.layout].check(spec)
     run.caution(maps)
     if caution := test_people_caution(options.partners):
         run.tell(f"movingout: {caution}")
     groups = tuple(tuple(one.agent_id for one in group(name)) for name in options.partners)
     for agent_id in (one for name in options.partners for one in to_try(name)):
         run.load_agent(agent_id)  # fail now rather than in some round
+    run.check_own_maps_seen((agent_id, spec) for ids in groups for agent_id in ids for spec in specs)
     if options.ticks < 1:
         raise DataError("--ticks must be at least 1")
     return Company(tuple(maps), groups, options.ticks, run.load_agent)

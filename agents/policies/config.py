@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass, fields, replace
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator
 
@@ -27,6 +27,12 @@ def _lags(text: str) -> str:
 
 
 LagsText = Annotated[str, AfterValidator(_lags)]
+
+
+def shape_of(network: PolicySpec) -> dict[str, Any]:
+    """The fields of a configuration that shape the network, as that of a card has them."""
+    lags = ",".join(map(str, network.lags))
+    return {**network.model_dump(exclude={"kind", "lags", "latent"}), "lags": lags}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,9 +94,10 @@ class PolicyConfig(Optimisation):
         return described(PolicySpec, {"kind": kind, "lags": lags} | {name: getattr(self, name) for name in names})
 
     def shaped(self, network: PolicySpec) -> Self:
-        """The same training of another network."""
-        shape = network.model_dump(exclude={"kind", "lags", "latent"})
-        return replace(self, lags=",".join(map(str, network.lags)), **shape)
+        """The same training of another network. Raises DataError where the two do not go together."""
+        changed = replace(self, **shape_of(network))
+        changed.check()
+        return changed
 
     def check(self) -> None:
         super().check()

@@ -19,7 +19,7 @@ from movingout.agents.inference.policy_agent import agent_rows
 from movingout.agents.observation.features import FeatureSet, Singles
 from movingout.maps import load_map
 from movingout.maps.errors import MovingOutError
-from movingout.world import World
+from movingout.world import World, WorldError
 from movingout.world.action import turned
 from movingout.world.scoring import delivered_many
 from movingout.world.state import Floats, WorldState
@@ -135,9 +135,11 @@ class PlayRoom:
 
 @contextmanager
 def _in_a_sentence(where: str) -> Iterator[None]:
-    """Raises AgentError for whatever a partner raises."""
+    """Raises AgentError for whatever a partner raises or answers."""
     try:
         yield
+    except (AgentError, WorldError) as error:
+        raise AgentError(located(f"{where}: {error}", error)) from error
     except MovingOutError:
         raise
     except (Exception, SystemExit) as error:

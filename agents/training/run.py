@@ -7,7 +7,7 @@ import argparse
 import datetime
 import hashlib
 import json
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -83,6 +83,7 @@ class TrainingRun(Generic[ConfigT]):
     kept_options: tuple[str, ...]  # which of its own options the run folder keeps
     tell: Callable[[str], None]  # prints a note for the user
     load_agent: Callable[[str], Agent]  # the agent of an id, for kinds that are trained by playing
+    check_own_maps_seen: Callable[[Iterable[tuple[str, MapSpec]]], None]  # of those kinds, `agents.map_limits`
     until_its_end: ExitStack = field(default_factory=ExitStack)  # keeps other processes out of the run folder
 
     @property

@@ -33,6 +33,8 @@ from movingout.agents.partners.identity import person_behind
 from movingout.maps.suggestion import counted
 from movingout.recordings.storage.listing import without_copies
 from movingout.recordings.storage.study_rounds import counted_recordings
+from movingout.world import WorldError
+from movingout.world.observation import LAYOUTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +78,21 @@ class TrainingData:
     def left_out(self, seats: SeatChoice) -> int:
         """Number of seats of the recordings that are not learned from."""
         return sum(2 - len(learned_seats(trajectory, seats)) for trajectory in self.trajectories)
+
+    def check_seen(self, layout: str) -> None:
+        """Raises DataError for episodes on maps with more of something than a layout has room for."""
+        recorded, labelled = iter(self.trajectories), iter(self.corrections)
+        unseen: dict[Path, str] = {}
+        for file in self.files:
+            trajectory = next(labelled).trajectory if file.name.endswith(SUFFIX) else next(recorded)
+            try:
+                LAYOUTS[layout].check(trajectory.map)
+            except WorldError as error:
+                unseen[file] = str(error)
+        if unseen:
+            (first, why), *others = unseen.items()
+            more = f", and {counted(len(others), 'other')} with such maps" if others else ""
+            raise DataError(f"{first}: {why}; leave it out{more}")
 
     def pieces(self, spec: PolicySpec, seats: SeatChoice) -> Iterator[SeatSamples]:
         """Training samples of a policy: the chosen seats of recordings, and the expert's labels."""

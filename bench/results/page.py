@@ -68,8 +68,8 @@ def measured_part(
         "The paper's partners were policies and people; ours are scripted people of C. So the columns show the order "
         "of the methods, not which system is better. The paper's comparison of methods (`tab:full_results_in_t1`) and "
         "its main table (`tab:task_1_results`) are two experiments. Its DP/BASS chooses among four independent pairs; "
-        "ours by NFD chooses among 4 × 4, the best of the paper's three sampling schemes. AC is by the paper's formula, "
-        "which its numbers do not look like ([metrics.md](metrics.md)).",
+        "ours by NFD chooses among 4 × 4, the best of the paper's three sampling schemes. AC is by the paper's "
+        "formula, which its numbers do not look like ([metrics.md](metrics.md)).",
         "## Compared with the target and the base policy",
         against_aim(unseen),
         LEGEND,

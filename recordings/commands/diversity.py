@@ -27,6 +27,7 @@ from movingout.recordings.diversity.episodes import (
     by_map,
     populations,
     read_paths,
+    with_maps_apart,
 )
 from movingout.recordings.diversity.measures import DEFAULT, DiversityOptions
 from movingout.recordings.diversity.position_plot import STYLES, Style, save_plots
@@ -93,10 +94,11 @@ def perform(args: argparse.Namespace) -> int:
     options = DiversityOptions(args.points, args.grid, args.bandwidth, args.rbf_width)
     sampling = Sampling(args.counts, args.draws, args.seed)
     reading = read_paths(args.paths, args.workers, by_place=args.by == "place")
-    groups = populations(_wanted(reading, args.map, args.challenge), args.by, given_styles(args.styles, args.by))
+    episodes, of_one_name = with_maps_apart(_wanted(reading, args.map, args.challenge))
+    groups = populations(episodes, args.by, given_styles(args.styles, args.by))
     by_maps = compared(groups, options, sampling)
     overall = over_maps(by_maps)
-    words = method(options, sampling)
+    words = " ".join((method(options, sampling), *of_one_name))
     if args.out is not None:
         _write(args.out, groups, by_maps, overall, words, args.plot)
     if args.json:

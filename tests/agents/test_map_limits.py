@@ -3,7 +3,7 @@
 import pytest
 
 from movingout.agents.errors import AgentError
-from movingout.agents.map_limits import check_map_seen
+from movingout.agents.map_limits import check_map_seen, check_own_maps_seen
 from movingout.maps import MapSpec, load_map, map_from_json, map_to_json
 
 
@@ -25,3 +25,9 @@ def test_agents_that_decide_from_less_than_the_map_are_refused(agent_id: str, fi
 @pytest.mark.parametrize("agent_id", ["late", "late:agent=scripted", "idle", "my_package.policy:Mine"])
 def test_others_play_it(agent_id: str, five_goals: MapSpec) -> None:
     check_map_seen(agent_id, five_goals)
+
+
+def test_whoever_plays_a_map_of_ones_own_is_looked_at(five_goals: MapSpec) -> None:
+    check_own_maps_seen([("dp@all", load_map("HandOff:rot90")), ("idle", five_goals)])
+    with pytest.raises(AgentError, match=r"dp@all cannot play Five: .* 4 slots for goals; Five has 5"):
+        check_own_maps_seen([("idle", five_goals), ("dp@all", five_goals)])

@@ -1,10 +1,12 @@
 """The options of `movingout train`: what is refused, and what their examples and helps say."""
 
+import json
 import shlex
 from pathlib import Path
 
 import pytest
 
+from movingout.maps import load_map, map_from_json, map_to_json
 from movingout.maps.commands.parser import parsers_below
 from movingout.server.cli import configured, main
 from tests.agents.learning import recorded
@@ -77,6 +79,53 @@ def test_wrong_options_are_refused_with_what_is_needed(
     (tmp_path / "taken").write_text("a file")
     assert main(["train", "dp", str(recordings), *TINY, *options]) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_options_that_shape_the_network_are_those_of_the_agent_at_the_start(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mlp", str(recordings), "--data", str(tmp_path)]
+    own_frame = ["--layout", "relative-v1", "--lags", "3,10"]
+    assert main([*command, "--id", "mlp@base", *TINY, *own_frame]) == 0
+    more = [*command, "--id", "mlp@more", "--start", "mlp@base", "--updates", "1", "--batch", "32"]
+    for typed, has in (("--layout aware-v1", "relative-v1"), ("--lags 5", "3,10"), ("--execute 4", "2")):
+        assert main([*more, *typed.split()]) == 2
+        sentence = f"{typed}: the network is that of --start mlp@base, which has {has}; leave it out"
+        assert sentence in capsys.readouterr().err
+    assert main([*more, "--pose-noise", "0.002"]) == 2
+    assert "leave it out with relative-v1" in capsys.readouterr().err
+    assert not (tmp_path / "runs" / "mlp-more").exists()
+
+    assert main([*more, *own_frame, "--width", "16"]) == 0
+    path = tmp_path / "runs" / "mlp-more" / "config.json"
+    used = json.loads(path.read_text())
+    assert (used["layout"], used["lags"], used["width"], used["depth"]) == ("relative-v1", "3,10", 16, 1)
+    path.write_text(json.dumps({**used, "layout": "aware-v1", "width": 512}))  # as earlier versions wrote it
+    assert main([*more, "--updates", "2"]) == 0
+    assert json.loads(path.read_text())["width"] == 16
+
+
+def test_episodes_too_short_for_a_value_are_refused_before_the_simulator_is_trained(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "bass", str(recordings), "--data", str(tmp_path), "--base", "dp@all", "--id", "bass@tiny"]
+    assert main([*command, "--updates", "2", "--width", "8", "--latent", "2", "--batch", "8"]) == 2
+    said = capsys.readouterr().err
+    assert "no episode has more than 60 ticks" in said and "--score nfd" in said and "training" not in said
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize("kind", ["mlp", "latent", "bass --base dp@all"])
+def test_a_recording_of_a_map_that_is_not_seen_is_named_before_anything_is_trained(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    goals = [{"x0": x, "y0": 1.2, "x1": x + 0.35, "y1": 0.8} for x in (-1.2, -0.75, -0.3, 0.15, 0.6)]
+    five = map_from_json(map_to_json(load_map("Simple")) | {"name": "Five", "goals": goals})
+    file = recorded(tmp_path / "own", "five", the_map=five, ticks=80)
+    assert main(["train", *kind.split(), str(tmp_path / "own"), "--data", str(tmp_path), "--id", "own@five"]) == 2
+    said = capsys.readouterr().err
+    assert f"{file}: the layout " in said and "has 4 slots for goals; Five has 5; leave it out" in said
+    assert not (tmp_path / "runs").exists()
 
 
 def test_what_is_yes_or_no_is_told_so(capsys: pytest.CaptureFixture[str]) -> None:

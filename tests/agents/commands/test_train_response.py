@@ -77,3 +77,19 @@ def test_another_base_or_another_list_of_partners_is_no_silent_continuation(
     both = frozenset(pair_text(pair) for name in ("HandOff", "Simple") for pair in pairs_on(load_map(name)))
     assert (card.maps, card.learned_items) == (("HandOff", "Simple"), both)
     assert card.description == "DP, steered by reinforcement learning beside @list.txt on 1 map, and on others before."
+
+
+def test_a_map_that_a_partner_does_not_see_is_refused_before_anything_is_played(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    goals = [{"x0": x, "y0": 1.2, "x1": x + 0.35, "y1": 0.8} for x in (-1.2, -0.75, -0.3, 0.15, 0.6)]
+    five = map_to_json(load_map("Simple")) | {"name": "Five", "goals": goals}
+    (here / "five.json").write_text(json.dumps(five))
+    assert main([*COMMAND, "--map", "five.json", "--partners", "idle"]) == 2
+    assert "the layout relative-v1 has 4 slots for goals; Five has 5" in capsys.readouterr().err
+    walls = [{"x0": x / 10, "y0": 1.2, "x1": x / 10 + 0.05, "y1": 1.15} for x in range(-9, 0)]
+    nine = map_to_json(load_map("Simple")) | {"name": "Nine", "walls": walls}
+    (here / "nine.json").write_text(json.dumps(nine))
+    assert main([*COMMAND, "--map", "nine.json", "--partners", "idle", "dp@all"]) == 2
+    assert "dp@all cannot play Nine: the layout aware-v1 has 8 slots for walls; Nine has 9" in capsys.readouterr().err
+    assert not (here / "data" / "runs").exists()

@@ -1,5 +1,6 @@
 """Episodes of pairs written in processes: what an agent that fails says to whoever ordered them."""
 
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,7 +10,7 @@ from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.data.dagger import LabellingJob
 from movingout.agents.data.demonstrations import EpisodeJob, episode_jobs, label_all, write_all, write_episode
 from movingout.agents.errors import AgentError
-from movingout.maps import load_map
+from movingout.maps import load_map, map_from_json, map_to_json
 from movingout.recordings import EpisodeWriter, RecordingError, read_episode
 from movingout.recordings.errors import BusyError
 from movingout.recordings.file_format.metadata import EPISODE_ID
@@ -34,6 +35,13 @@ class Leaving(Raising):
         raise SystemExit("no way home")
 
 
+class Silent(Raising):
+    """Answers nothing."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        return None  # type: ignore[return-value]
+
+
 class Somebody(NamedTuple):
     name: str
     agent_id: str
@@ -42,6 +50,7 @@ class Somebody(NamedTuple):
 
 RAISING = f"{__name__}:Raising"
 LEAVING = f"{__name__}:Leaving"
+SILENT = f"{__name__}:Silent"
 KEPT = r"no way home; finished episodes are kept \(.*, line \d+\)"
 
 
@@ -61,6 +70,31 @@ def test_a_partner_that_raises_is_answered_with_a_sentence(
     job = LabellingJob(the_map, learner="idle", expert="idle", partner=("Raising", partner), seat=0, seed=3, ticks=5)
     with pytest.raises(AgentError, match=sentence):
         list(label_all([job], tmp_path, workers))
+
+
+def test_an_answer_that_is_no_chunk_is_told_with_who_played_what(tmp_path: Path) -> None:
+    the_map = load_map("HandOff")
+    said = "on HandOff, seed 3: act() returned None"
+    pair = (Somebody("Idle", "idle"), Somebody("Silent", SILENT))
+    with pytest.raises(AgentError, match=re.escape(f"idle with {SILENT} {said}")) as error:
+        list(write_all([EpisodeJob("one", the_map, pair, seed=3, ticks=5)], tmp_path, 1))
+    assert "; finished episodes are kept" in str(error.value)
+    job = LabellingJob(the_map, "idle", SILENT, partner=("Idle", "idle"), seat=0, seed=3, ticks=90)
+    with pytest.raises(AgentError, match=re.escape(f"idle with idle, labelled by {SILENT} {said}")):
+        list(label_all([job], tmp_path, 1))
+
+
+def test_a_map_that_somebody_does_not_see_is_refused_before_anything_is_played(tmp_path: Path) -> None:
+    goals = [{"x0": x, "y0": 1.2, "x1": x + 0.35, "y1": 0.8} for x in (-1.2, -0.75, -0.3, 0.15, 0.6)]
+    five = map_from_json(map_to_json(load_map("Simple")) | {"name": "Five", "goals": goals})
+    idle, sees_four = Somebody("Idle", "idle"), Somebody("DP", "dp@all")
+    jobs = [EpisodeJob(f"e{k}", five, (idle, one), seed=0, ticks=5) for k, one in enumerate((idle, sees_four))]
+    with pytest.raises(AgentError, match="dp@all cannot play Five"):
+        list(write_all(jobs, tmp_path, 1))
+    labels = [LabellingJob(five, "idle", "dp@all", ("Idle", "idle"), seat=0, seed=0, ticks=5)]
+    with pytest.raises(AgentError, match="dp@all cannot play Five"):
+        list(label_all(labels, tmp_path, 1))
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_was_written_before_is_kept(tmp_path: Path) -> None:

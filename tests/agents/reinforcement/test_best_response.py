@@ -151,6 +151,20 @@ def test_a_partner_that_raises_is_answered_with_a_sentence(partner: type[Raising
         room.play(np.zeros((8, 5), np.float32))
 
 
+class Silent(Raising):
+    """Answers nothing."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        return None  # type: ignore[return-value]
+
+
+def test_a_partner_that_answers_nothing_is_named() -> None:
+    name = f"{__name__}:Silent"
+    room = PlayRoom(dataclasses.replace(COMPANY, maps=("HandOff",), partners=((name,),)), SPEC, 0)
+    with pytest.raises(AgentError, match=rf"{name} on HandOff, seed \d+: act\(\) returned None"):
+        room.play(np.zeros((8, 5), np.float32))
+
+
 class Watching:
     """An oracle: it plays by the world itself."""
 

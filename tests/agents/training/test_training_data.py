@@ -1,5 +1,6 @@
 """Who is left out of the training data, whatever they are called there."""
 
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -49,6 +50,21 @@ def test_partners_whose_labels_say_no_id_are_left_out_by_the_name_of_a_list(tmp_
         save_correction(tmp_path / f"{seed}.corrections.npz", label_episode(job))
     for name in (MINE, "family:greedy"):
         assert len(read_training_data([tmp_path], [name]).files) == 2
+
+
+def test_recordings_of_maps_that_a_layout_does_not_see_are_named(tmp_path: Path) -> None:
+    goals = [{"x0": x, "y0": 1.2, "x1": x + 0.35, "y1": 0.8} for x in (-1.2, -0.75, -0.3, 0.15, 0.6)]
+    five = map_from_json(map_to_json(load_map("Simple")) | {"name": "Five", "goals": goals})
+    for name, the_map in (("a", HANDOFF), ("c", five)):
+        label = label_episode(LabellingJob(the_map, "idle", "idle", ("ann", "idle"), 0, 0, 4))
+        save_correction(tmp_path / f"{name}.corrections.npz", label)
+    idle = group("idle")[0]
+    assert len(list(write_all([EpisodeJob("b", five, (idle, idle), 0, 4)], tmp_path, 1))) == 1
+    data = read_training_data([tmp_path])
+    data.check_seen("image-v1")
+    why = "b.mcap: the layout aware-v1 has 4 slots for goals; Five has 5; leave it out, and 1 other with such maps"
+    with pytest.raises(DataError, match=re.escape(why)):
+        data.check_seen("aware-v1")
 
 
 def test_a_recording_that_is_there_twice_is_learned_from_once(tmp_path: Path) -> None:

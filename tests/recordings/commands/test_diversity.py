@@ -100,6 +100,27 @@ def test_all_episodes_are_measured_when_asked_for(data: Path, capsys: pytest.Cap
     assert everybody["drawn"] == 6 and everybody["dtw_mean_stderr"] > 0 and everybody["entropy_stderr"] > 0
 
 
+def test_different_maps_of_one_name_are_measured_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As the recordings from before and after a map file was edited."""
+    den = replace(load_map("HandOff"), name="Den", number=0)
+    edited = replace(den, items=den.items[:1])
+    widened = replace(den, walls=den.walls[:1])
+    for number, the_map in enumerate((den, edited, den, replace(widened, variant="varied", items=den.items[:1]))):
+        recorded(tmp_path, f"e{number}", ticks=9, the_map=the_map)
+    recorded(tmp_path, "e4", ticks=9, the_map=widened)
+    found, _ = measured(capsys, str(tmp_path), "-o", str(tmp_path / "out"))
+    assert [(row["map"], row["episodes"]) for row in found["maps"]] == [("Den.1", 2), ("Den.2", 1), ("Den.3", 2)]
+    firsts = "Den.1 is that of e0.mcap, Den.2 is that of e1.mcap, Den.3 is that of e3.mcap."
+    assert found["method"].endswith(f"3 different maps are called Den: {firsts}")
+    assert firsts in (tmp_path / "out" / "diversity.md").read_text()
+    assert (tmp_path / "out" / "positions-Den.2.png").exists()
+    recorded(tmp_path / "alone", "one", ticks=9, the_map=den)
+    recorded(tmp_path / "alone", "two", ticks=9, the_map=replace(edited, variant="varied"))
+    found, _ = measured(capsys, str(tmp_path / "alone"))
+    assert [(row["map"], row["episodes"]) for row in found["maps"]] == [("Den", 2)]
+    assert "called" not in found["method"]
+
+
 def test_one_challenge_is_measured_without_the_other(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name, variant in (("one", ""), ("two", ""), ("three", "varied")):
         recorded(tmp_path, name, ticks=9, the_map=replace(load_map("HandOff"), variant=variant))
