@@ -19,7 +19,7 @@ _ROOT = Path(__file__).resolve().parents[1]  # of a checkout, or the installed p
 
 
 def install_command(extra: str) -> str:
-    """What installs an extra beside this program, wherever it is called; from a checkout in the versions pinned there."""
+    """What installs an extra, wherever it is called: from a checkout in the versions that are pinned there."""
     pins, python = _ROOT / "constraints.txt", shlex.quote(sys.executable or "python3")
     if (_ROOT / "pyproject.toml").is_file() and pins.is_file():
         return f"{python} -m pip install -c {shlex.quote(str(pins))} -e {shlex.quote(f'{_ROOT}[{extra}]')}"
