@@ -1,4 +1,4 @@
-// Generated from server/messages.py, server/frames.py and world/metrics.py by
+// Generated from server/messages.py, server/frames.py, world/metrics.py and recordings/episode.py by
 // `python -m movingout.server.messages_js`.
 // Do not edit. The conversation is explained in docs/protocol.md.
 
