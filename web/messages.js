@@ -367,8 +367,6 @@ function flagsOf(bits, length) {
  *   room: string,
  *   mode: Mode,
  *   seats: SeatGrant[],
- *   tick_ms: number,
- *   poses_per_tick: number,
  *   resume_s: number,
  *   join_path: string,
  *   watch_path: string,

@@ -15,12 +15,13 @@ from movingout.agents.checkpoint.checkpoint import find_checkpoint
 from movingout.agents.conformance import check_agent
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
-from movingout.agents.kinds.registry import KINDS, load_checkpoint
+from movingout.agents.kinds.registry import KINDS
 from movingout.agents.reinforcement.mappo_config import MappoConfig
 from movingout.agents.training.optimisation import Optimisation
 from movingout.maps import load_map, map_to_json
 from movingout.maps.randomize import pair_text, pairs_on
 from movingout.server.cli import main
+from tests.agents.trained import load_checkpoint
 
 TINY = ["--frames", "24", "--frames-per-batch", "12", "--envs", "3", "--passes", "1", "--batch", "12", "--ticks", "5"]
 SMALL_NET = ["--width", "16", "--depth", "1"]
