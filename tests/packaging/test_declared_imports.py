@@ -39,7 +39,9 @@ def _undeclared(folders: tuple[str, ...], declared: set[str]) -> dict[str, set[s
     """The distributions of each import that is not declared; a namespace package belongs to several."""
     known = packages_distributions()
     names = {name for folder in folders for name in _imported(folder)} - OURS - sys.stdlib_module_names
-    found = {name: {canonicalize_name(one) for one in known.get(name, [ELSEWHERE.get(name, name)])} for name in names}
+    found = {
+        name: {str(canonicalize_name(one)) for one in known.get(name, [ELSEWHERE.get(name, name)])} for name in names
+    }
     return {name: owners for name, owners in found.items() if not owners & declared}
 
 

@@ -1,5 +1,8 @@
 """What is put around an agent has what that agent has besides its answers."""
 
+from collections.abc import Callable
+from typing import cast
+
 import pytest
 
 from movingout.agents import catalogue
@@ -15,7 +18,6 @@ from tests.agents.support import Forward
 
 
 class _Oracle(Forward):
-    detail: dict[str, object] = {"plan": "carry"}  # noqa: RUF012
     deterministic = False
     waits = True
 
@@ -23,10 +25,10 @@ class _Oracle(Forward):
         self.world = world
 
 
-@pytest.mark.parametrize("around", [Wrapper, TimedAgent, LateHands, lambda agent: DelayedAgent(agent, 1)])
-def test_what_the_agent_inside_has_is_passed_on(around: type[Wrapper]) -> None:
+@pytest.mark.parametrize("around", [TimedAgent, LateHands, lambda agent: DelayedAgent(agent, 1)])
+def test_what_the_agent_inside_has_is_passed_on(around: Callable[[Agent], Wrapper]) -> None:
     inside, world = _Oracle(1, 1), World(load_map("HandOff"))
-    agent = around(around(inside))
+    agent = around(cast(Agent, around(inside)))
     agent.watch(world)
     assert inside.world is world
     assert (agent.detail, agent.deterministic, agent.waits) == (inside.detail, False, True)
