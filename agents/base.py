@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from movingout.agents.errors import AgentError
 from movingout.maps import MapSpec
+from movingout.world import World
 from movingout.world.observation.description import Description
 from movingout.world.ping import HelpPing
 from movingout.world.state import WorldState
@@ -51,11 +52,59 @@ class Observation:
 
 
 class Agent(Protocol):
-    """Chooses actions for one seat. One instance plays one seat of one episode at a time."""
+    """Chooses actions for one seat. One instance plays one seat of one episode at a time.
+
+    What it may have besides:
+    `execute_rows`: how many rows of a chunk are played before it is asked again; all, where it is missing.
+    `detail`: a mapping with the trace of the decision that was made just now.
+    `deterministic`: False for one that does not answer the same each time.
+    `waits`: True for one whose decisions wait for somebody else; no room seats it.
+    `watch(world)`: is called after `reset`, for an oracle.
+    `agent`: the agent inside, of one that is put around another (`Wrapper`).
+    `batch_key`, `act_many`: of a `BatchAgent`.
+    """
 
     def reset(self, episode: EpisodeInfo) -> None: ...
 
     def act(self, observation: Observation) -> ActionChunk: ...
+
+
+@runtime_checkable
+class Watcher(Protocol):
+    """An agent with access to the world it plays in: an oracle, for experiments."""
+
+    def watch(self, world: World) -> None: ...
+
+
+class Wrapper:
+    """What is put around another agent has what that one has besides `reset` and `act`, but for `execute_rows`."""
+
+    def __init__(self, agent: Agent) -> None:
+        self.agent = agent
+
+    @property
+    def detail(self) -> object:
+        """The trace of the decision that was made just now."""
+        return getattr(self.agent, "detail", {})
+
+    @property
+    def deterministic(self) -> bool:
+        """Whether the agent inside answers the same each time."""
+        return bool(getattr(self.agent, "deterministic", True))
+
+    @property
+    def waits(self) -> bool:
+        """Whether the decisions of the agent inside wait for somebody else."""
+        return bool(getattr(self.agent, "waits", False))
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        """Begin an episode."""
+        self.agent.reset(episode)
+
+    def watch(self, world: World) -> None:
+        """Give an oracle access to the world."""
+        if isinstance(self.agent, Watcher):
+            self.agent.watch(world)
 
 
 @runtime_checkable

@@ -20,8 +20,8 @@ from numbers import Integral
 import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
-from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation, batch_group
-from movingout.agents.data.rollout import Watcher, check_undelivered
+from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation, Watcher, batch_group
+from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.decision_trace import UNWRITABLE, decision_trace
 from movingout.agents.errors import AgentError
 from movingout.agents.factories import check_methods

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from bench import print_table
 from bench.memory import resident_mb
-from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation
+from movingout.agents.base import ActionChunk, Agent, Observation, Wrapper
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.baseline.timed_agent import TimedAgent
 from movingout.agents.catalogue import load_agent
@@ -36,19 +36,16 @@ class AgentCost(NamedTuple):
     further_mb: float  # each seat more
 
 
-class CpuTimed:
+class CpuTimed(Wrapper):
     """An agent whose decisions are timed on the CPU clock of this process."""
 
     def __init__(self, agent: Agent) -> None:
-        self._timed = TimedAgent(agent)
+        super().__init__(TimedAgent(agent))
         self.seconds, self.decisions = 0.0, 0
-
-    def reset(self, episode: EpisodeInfo) -> None:
-        self._timed.reset(episode)
 
     def act(self, observation: Observation) -> ActionChunk:
         begun = time.process_time()
-        chunk = self._timed.act(observation)
+        chunk = self.agent.act(observation)
         self.seconds += time.process_time() - begun
         self.decisions += 1
         return chunk

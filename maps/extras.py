@@ -2,9 +2,12 @@
 
 import contextlib
 import importlib.metadata
+import shlex
+import sys
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 from movingout.maps.errors import MovingOutError
 
@@ -12,12 +15,23 @@ DISTRIBUTION = "moving-out-live"
 AGENTS, FAMILIES, METRICS = "movingout.agents", "movingout.families", "movingout.metrics"  # groups of entry points
 
 
+_ROOT = Path(__file__).resolve().parents[1]  # of a checkout, or the installed package
+
+
+def install_command(extra: str) -> str:
+    """What installs an extra, wherever it is called: from a checkout in the versions that are pinned there."""
+    pins, python = _ROOT / "constraints.txt", shlex.quote(sys.executable or "python3")
+    if (_ROOT / "pyproject.toml").is_file() and pins.is_file():
+        return f"{python} -m pip install -c {shlex.quote(str(pins))} -e {shlex.quote(f'{_ROOT}[{extra}]')}"
+    return f"{python} -m pip install '{DISTRIBUTION}[{extra}]'"
+
+
 class MissingExtraError(MovingOutError):
     """Something was asked for that needs an extra which is not installed."""
 
     def __init__(self, extra: str, what: str) -> None:
         """`what` is the subject of the sentence: "training", "the 3D viewer"."""
-        super().__init__(f"{what} needs the extra `{extra}`; install it with: pip install '{DISTRIBUTION}[{extra}]'")
+        super().__init__(f"{what} needs the extra `{extra}`; install it with: {install_command(extra)}")
 
 
 @contextlib.contextmanager

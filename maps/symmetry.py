@@ -35,11 +35,6 @@ class Symmetry:
         turned = -self.quarters if other.mirrored else self.quarters
         return Symmetry(self.mirrored != other.mirrored, (turned + other.quarters) % 4)
 
-    @property
-    def inverse(self) -> "Symmetry":
-        """What brings everything back to where it was."""
-        return self if self.mirrored else Symmetry(False, -self.quarters % 4)
-
     def point(self, x: float, y: float) -> tuple[float, float]:
         """Where a point comes to lie; the same for velocities and other vectors."""
         if self.mirrored:

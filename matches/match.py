@@ -16,7 +16,7 @@ from movingout.world.constants import LIMIT_TICKS, MAX_SEED, MAX_TICKS
 from movingout.world.metrics import Metrics
 
 Challenge = Literal[1, 2]
-_LATER = ("play_hash", "own_metrics")  # fields of results that earlier versions did not write
+_LATER = ("play_hash", "own_metrics", "code")  # fields of results that earlier versions did not write
 Ending = Literal["delivered", "time", "failed"]
 MAX_EPISODES = 1_000_000
 
@@ -95,6 +95,7 @@ class MatchResult:
     own_metrics: Mapping[str, float | None] = field(
         default_factory=dict, compare=False
     )  # of installed packages, by key
+    code: str = field(default="", compare=False)  # hash of our code that plays, in a file; "" in files of before
 
     def to_json(self) -> dict[str, Any]:
         """A flat JSON object; `result_from_json` reads it back."""

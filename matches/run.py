@@ -31,6 +31,7 @@ from movingout.matches.experiment.plan import (
     planned_matches,
 )
 from movingout.matches.match import Challenge, Match, MatchResult, check_numbers
+from movingout.matches.results.other_code import MIXED, is_mixed, of_other_code, with_code
 from movingout.matches.results.provenance import named_by, provenance_of
 from movingout.matches.results.results_folder import (
     Shard,
@@ -51,6 +52,8 @@ OnAgain = Callable[[int], None]
 """Called with the number of matches that failed before and are played again."""
 OnUnrecorded = Callable[[int], None]
 """Called with the number of matches that are to be recorded and were played before without a recording."""
+OnOtherCode = Callable[[int], None]
+"""Called with the number of matches that are kept and were played by other code of this project than is here."""
 OnResult = Callable[[MatchResult], None]
 """Called with each result as it arrives."""
 WorkerPoolFactory = Callable[[int, float, Path | None], WorkerPool]
@@ -99,10 +102,16 @@ class GridRun:
         """How many matches have not been played yet."""
         return len(matches_of(self.plan)) - len(self.results)
 
+    @property
+    def mixed_code(self) -> bool:
+        """Whether some matches were played by other code of this project than others."""
+        return is_mixed(self.results.values())
+
     def to_json(self) -> dict[str, Any]:
         return {
             "grid": self.grid.name,
             "sha256": self.grid.sha256,
+            "mixed_code": self.mixed_code,
             "matches": len(self.results),
             "missing": self.missing,
             "results": [row.to_json() for row in self.rows],
@@ -214,6 +223,7 @@ def run_grid(
     progress: OnProgress = no_op,
     again: OnAgain = no_op,
     unrecorded: OnUnrecorded = no_op,
+    other_code: OnOtherCode = no_op,
 ) -> GridRun:
     """Play the matches of a grid that the folder `out` does not hold yet; returns all results in it.
 
@@ -253,6 +263,8 @@ def run_grid(
         todo = to_play(matches, finished)
         if failed := sum(match.id in finished for match in todo):
             again(failed)
+        if todo and (other := of_other_code(finished[match.id] for match in matches if match.id in finished)):
+            other_code(other)
         recordings = folder / "recordings" if record else None
         if recordings is not None:
             make_folder(recordings)
@@ -263,7 +275,7 @@ def run_grid(
         if todo:
             workers_here = pool(_workers(workers, len(todo)), grid.agent_limit_s, recordings)
             with closing(dispatch(workers_here, todo)) as results:
-                for result in _relative(results, folder):
+                for result in _kept(results, folder):
                     file.append([result])
                     _replace_earlier(folder, result)
                     done += 1
@@ -293,7 +305,8 @@ def finish(folder: Path, grid: Grid, plan: list[PlannedMatch]) -> GridRun:
     found = {result.match: result for result in read_results(folder).values()}
     run = GridRun(folder, grid, plan, {match: found[match] for match in matches_of(plan) if match in found})
     write_whole(folder / "results.json", json.dumps(run.to_json(), indent=1) + "\n")
-    write_whole(folder / "results.md", f"# {grid.name}\n\n{markdown(run.rows)}")
+    note = f"\n{MIXED}\n" if run.mixed_code else ""
+    write_whole(folder / "results.md", f"# {grid.name}\n\n{markdown(run.rows)}{note}")
     return run
 
 
@@ -320,13 +333,13 @@ def make_folder(folder: Path) -> None:
         raise MatchError(f"cannot make the folder {folder}: {error.strerror or error}") from error
 
 
-def _relative(results: Iterator[MatchResult], folder: Path) -> Iterator[MatchResult]:
-    """Results with paths of recordings relative to the results folder, so that the folder can be moved."""
+def _kept(results: Iterator[MatchResult], folder: Path) -> Iterator[MatchResult]:
+    """Results as they are kept: paths of recordings relative to the results folder, so that it can be moved."""
     for result in results:
         path = Path(result.recording)
         if result.recording and path.is_relative_to(folder.resolve()):
             result = replace(result, recording=str(path.relative_to(folder.resolve())))
-        yield result
+        yield with_code(result)
 
 
 def _unrecorded(matches: Sequence[Match], finished: Mapping[str, MatchResult]) -> int:

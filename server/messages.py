@@ -168,8 +168,6 @@ class Welcome(msgspec.Struct, tag="welcome", tag_field="type"):
     room: str
     mode: Mode
     seats: list[SeatGrant]
-    tick_ms: int
-    poses_per_tick: int
     resume_s: float
     join_path: str
     watch_path: str

@@ -35,7 +35,7 @@ FIXED_FRAMES: tuple[type[Packed], ...] = (Beat, Input, Ping, Pong)
 def generate() -> str:
     """The whole text of web/messages.js."""
     parts = [
-        "// Generated from server/messages.py, server/frames.py and world/metrics.py by\n"
+        "// Generated from server/messages.py, server/frames.py, world/metrics.py and recordings/episode.py by\n"
         "// `python -m movingout.server.messages_js`.\n"
         "// Do not edit. The conversation is explained in docs/protocol.md.",
         _constants(),

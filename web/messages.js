@@ -1,4 +1,4 @@
-// Generated from server/messages.py, server/frames.py and world/metrics.py by
+// Generated from server/messages.py, server/frames.py, world/metrics.py and recordings/episode.py by
 // `python -m movingout.server.messages_js`.
 // Do not edit. The conversation is explained in docs/protocol.md.
 
@@ -367,8 +367,6 @@ function flagsOf(bits, length) {
  *   room: string,
  *   mode: Mode,
  *   seats: SeatGrant[],
- *   tick_ms: number,
- *   poses_per_tick: number,
  *   resume_s: number,
  *   join_path: string,
  *   watch_path: string,

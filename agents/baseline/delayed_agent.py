@@ -9,17 +9,15 @@ from collections import deque
 import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
-from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation
-from movingout.agents.data.rollout import Watcher
+from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation, Wrapper
 from movingout.agents.errors import AgentError
-from movingout.world import World
 from movingout.world.state import Floats
 
 MAX_LAG = 10  # [ticks]
 _REST = np.array([0.0, 1.0, 0.0, 0.0])
 
 
-class DelayedAgent:
+class DelayedAgent(Wrapper):
     """Plays any agent `lag` ticks late; stands still until the first action is due."""
 
     execute_rows = 1
@@ -28,29 +26,14 @@ class DelayedAgent:
         """Raises AgentError unless `lag` is a whole number of ticks from 1 to MAX_LAG."""
         if type(lag) is not int or not 1 <= lag <= MAX_LAG:
             raise AgentError(f"lag is a whole number of ticks from 1 to {MAX_LAG}, not {lag!r}")
-        self.agent = agent
+        super().__init__(agent)
         self.lag = lag
-
-    @property
-    def detail(self) -> object:
-        """The trace of the decision that was made just now and is played later."""
-        return getattr(self.agent, "detail", {})
-
-    @property
-    def deterministic(self) -> bool:
-        """Whether the agent inside answers the same each time."""
-        return bool(getattr(self.agent, "deterministic", True))
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode."""
         self._planned: deque[Floats] = deque()
         self._due: deque[Floats] = deque([_REST] * self.lag)
-        self.agent.reset(episode)
-
-    def watch(self, world: World) -> None:
-        """Give an oracle access to the world."""
-        if isinstance(self.agent, Watcher):
-            self.agent.watch(world)
+        super().reset(episode)
 
     def act(self, observation: Observation) -> ActionChunk:
         """One row (1, 4): the one decided `lag` ticks ago."""

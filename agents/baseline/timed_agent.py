@@ -3,18 +3,15 @@
 import time
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
-from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation
+from movingout.agents.base import ActionChunk, Agent, Observation, Wrapper
 
 
-class TimedAgent:
+class TimedAgent(Wrapper):
     """An agent with timed decisions: one entry per call in `decisions_ms`."""
 
     def __init__(self, agent: Agent) -> None:
-        self.agent = agent
+        super().__init__(agent)
         self.decisions_ms: list[float] = []
-
-    def reset(self, episode: EpisodeInfo) -> None:
-        self.agent.reset(episode)
 
     def act(self, observation: Observation) -> ActionChunk:
         """What the agent answers, to be played as it says (h, 4). Raises AgentError for an invalid answer."""

@@ -11,12 +11,14 @@ from rich.console import Console
 from rich.progress import Progress
 
 from movingout.agents.catalogue import load_agent
-from movingout.agents.data.dagger import EXPERT, labelling_jobs, shuffled_partners
+from movingout.agents.data.dagger import EXPERT, LabellingJob, labelling_jobs, shuffled_partners
 from movingout.agents.data.demonstrations import (
+    EpisodeJob,
     Player,
     WrittenEpisode,
     episode_jobs,
     label_all,
+    of_other_code,
     variant_jobs,
     write_all,
 )
@@ -233,10 +235,15 @@ def _generate(args: argparse.Namespace) -> int:
     else:
         todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
     _caution((job.map.name for job in todo), selected_maps(args.map))
+    other = _say_other_code(todo, args.out)
     made = _with_progress(len(todo), write_all(todo, args.out, args.workers, args.ray))
     write_output(args.out / "people.json", json.dumps(manifest(), indent=1).encode())
     if args.json:
-        about = {**_counts(made, args.out, len(todo)), "mean_tcr": _mean_tcr(made) if made else None}
+        about = {
+            **_counts(made, args.out, len(todo)),
+            "other_code": other,
+            "mean_tcr": _mean_tcr(made) if made else None,
+        }
         print(json.dumps({**about, "tcr": _per_map(made)}))
     else:
         print(_summary(made, args.out, len(todo) - len(made)))
@@ -256,9 +263,10 @@ def _label(args: argparse.Namespace) -> int:
         print(f"movingout: {caution}", file=sys.stderr)
     todo = labelling_jobs(maps, order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
     _caution((job.map.name for job in todo), selected_maps(args.map))
+    other = _say_other_code(todo, args.out)
     made = _with_progress(len(todo), label_all(todo, args.out, args.workers, args.ray))
     if args.json:
-        print(json.dumps({**_counts(made, args.out, len(todo)), "tcr": _per_map(made)}))
+        print(json.dumps({**_counts(made, args.out, len(todo)), "other_code": other, "tcr": _per_map(made)}))
     else:
         print(_summary(made, args.out, len(todo) - len(made)))
         for line in _group_lines(made):
@@ -301,6 +309,18 @@ def _caution(maps: Iterable[str], asked: Iterable[str] = ()) -> None:
     """
     for sentence in filter(None, [test_maps_caution(maps), *map_cautions(asked)]):
         print(f"movingout: {sentence}", file=sys.stderr)
+
+
+def _say_other_code(todo: Sequence[EpisodeJob | LabellingJob], out: Path) -> int:
+    """How many episodes of other code of ours are kept, which is said."""
+    if other := of_other_code(todo, out):
+        what = f"{counted(other, 'episode')} in {out} {'were' if other != 1 else 'was'}"
+        print(
+            f"movingout: {what} made with other code of this project; to make all with the present code, use an empty "
+            "folder",
+            file=sys.stderr,
+        )
+    return other
 
 
 def _counts(made: list[WrittenEpisode], out: Path, wanted: int) -> dict[str, object]:

@@ -12,9 +12,9 @@ from typing import Protocol
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.calls import results_of
-from movingout.agents.data.corrections import SUFFIX, save_correction
+from movingout.agents.data.corrections import SUFFIX, read_about, save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
-from movingout.agents.data.recipes import check_labels, check_recording, labelling_recipe, weights_of
+from movingout.agents.data.recipes import CODE, check_labels, check_recording, labelling_recipe, weights_of
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
@@ -25,8 +25,10 @@ from movingout.maps.randomize import Split, randomize
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
 from movingout.recordings.errors import BusyError, cannot
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX, owned
+from movingout.recordings.file_format.metadata import SOFTWARE
 from movingout.recordings.storage.finished import SUFFIX as RECORDING_SUFFIX
-from movingout.recordings.storage.listing import read_summary
+from movingout.recordings.storage.listing import read_metadata, read_summary
+from movingout.recordings.versions import code_sha256, versions
 from movingout.world import WorldError
 from movingout.world.metrics import EpisodeMetrics, task_completion_rate
 from movingout.world.scoring import delivered_items
@@ -134,8 +136,11 @@ def _map_name(the_map: MapSpec) -> str:
     return f"{the_map.file_name}-{the_map.variant}" if the_map.variant else the_map.file_name
 
 
-def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:
-    """Play and write one episode, unless another process has written it by now. BusyError while one writes it."""
+def write_episode(job: EpisodeJob, folder: Path, code: str = "") -> WrittenEpisode:
+    """Play and write one episode, unless another process has written it by now. BusyError while one writes it.
+
+    `code`: the hash of the code that plays, to be kept in the file.
+    """
     _remove_unfinished(folder / f"{job.episode_id}{JOURNAL_SUFFIX}")
     if (there := _recording(job, folder)).exists():
         check_recording(there, job.map, job.agent_ids, job.ticks)
@@ -147,11 +152,12 @@ def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:
         job.episode_id, job.map, job.seed, job.ticks, (blue, red), time.time_ns(), "scripted",
         {"blue": job.seats[0].agent_id, "red": job.seats[1].agent_id},
     )  # fmt: skip
+    software = {**versions(), **({CODE: code} if code else {})}
     metrics = EpisodeMetrics(job.map)
     writer: EpisodeWriter | None = None
     played = 0
     for step in rollout(job.map, agents, job.seed, job.ticks):
-        writer = writer or EpisodeWriter.create(folder, header, step.before)
+        writer = writer or EpisodeWriter.create(folder, header, step.before, software=software)
         delivered = tuple(delivered_items(job.map, step.after.item_poses).tolist())
         writer.tick(TickRecord(step.actions, ("agent", "agent"), (-1, -1), step.after, delivered, 0.0))
         metrics.update(step.before, step.actions, step.after)
@@ -203,14 +209,14 @@ def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str =
     check_own_maps_seen((agent_id, job.map) for job in missing for agent_id in job.agent_ids)
     for path in cut_off:
         path.unlink(missing_ok=True)
-    calls = [partial(_answered, job, partial(write_episode, job, folder.resolve())) for job in missing]
+    calls = [partial(_answered, job, partial(write_episode, job, folder.resolve(), code_sha256())) for job in missing]
     yield from results_of(calls, workers, ray)
 
 
 def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int, ray: str = "") -> Iterator[WrittenEpisode]:
     """Play and label episodes likewise; neither may the learner or the expert be another."""
     _make(folder)
-    paths = {job: folder.resolve() / f"{_file_name(job)}{SUFFIX}" for job in todo}
+    paths = {job: _labels(job, folder.resolve()) for job in todo}
     missing = []
     for job, path in paths.items():
         if path.exists():
@@ -218,8 +224,20 @@ def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int, ray: str
         else:
             missing.append((job, path))
     check_own_maps_seen((agent_id, job.map) for job, _ in missing for agent_id in (*job.agent_ids, job.expert))
-    calls = [partial(_answered, job, partial(_label_and_save, job, path)) for job, path in missing]
+    calls = [partial(_answered, job, partial(_label_and_save, job, path, code_sha256())) for job, path in missing]
     yield from results_of(calls, workers, ray)
+
+
+def of_other_code(todo: Sequence[EpisodeJob | LabellingJob], folder: Path) -> int:
+    """How many of these are in the folder already, made by other code of this project; files of before do not say."""
+    codes = []
+    for job in todo:
+        path = _recording(job, folder) if isinstance(job, EpisodeJob) else _labels(job, folder)
+        if path.exists():
+            labelled = isinstance(job, LabellingJob)
+            said = read_about(path).get("recipe", {}) if labelled else read_metadata(path).get(SOFTWARE, {})
+            codes.append(said.get(CODE, ""))
+    return sum(code not in ("", code_sha256()) for code in codes)
 
 
 def _make(folder: Path) -> None:
@@ -230,15 +248,19 @@ def _make(folder: Path) -> None:
         raise cannot("write to", folder, error) from error
 
 
+def _labels(job: LabellingJob, folder: Path) -> Path:
+    return folder / f"{_file_name(job)}{SUFFIX}"
+
+
 def _file_name(job: LabellingJob) -> str:
     """A file name unique to the job."""
     learner = re.sub(r"[^A-Za-z0-9]+", "-", job.learner)
     return f"{learner}-{_map_name(job.map)}-{job.partner[0]}-{job.seed}"
 
 
-def _label_and_save(job: LabellingJob, path: Path) -> WrittenEpisode:
+def _label_and_save(job: LabellingJob, path: Path, code: str) -> WrittenEpisode:
     correction = label_episode(job)
-    save_correction(path, correction, labelling_recipe(job))
+    save_correction(path, correction, {**labelling_recipe(job), CODE: code})
     trajectory = correction.trajectory
     rate = task_completion_rate(trajectory.map, delivered_items(trajectory.map, trajectory.item_poses[-1]))
     return WrittenEpisode(path, trajectory.map.name, trajectory.ticks, rate)

@@ -25,6 +25,8 @@ from movingout.world.scoring import delivered_items
 
 Recipe = Mapping[str, object]
 """Values by what they are called in a sentence. `weights` are hashes by the id of the agent."""
+CODE = "movingout_code"
+"""Under what a file has the hash of the code that made it: it is told apart by it, but not refused."""
 _LARGEST_MAP = 1 << 20  # bytes
 
 

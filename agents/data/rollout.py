@@ -2,12 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
-from movingout.agents.base import ActionChunk, Agent, EpisodeInfo
+from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Watcher
 from movingout.agents.errors import AgentError
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import MapSpec
@@ -52,13 +51,6 @@ def check_undelivered(the_map: MapSpec) -> None:
         raise AgentError(
             f"on {the_map.name} all items lie in a goal from the start, so there is nothing to play; move one out"
         )
-
-
-@runtime_checkable
-class Watcher(Protocol):
-    """An agent with access to the world it plays in: an oracle, for experiments."""
-
-    def watch(self, world: World) -> None: ...
 
 
 def rollout(the_map: MapSpec, agents: tuple[Agent, Agent], seed: int, ticks: int) -> Iterator[RolloutStep]:

@@ -6,9 +6,8 @@ from contextlib import contextmanager
 import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
-from movingout.agents.base import Agent, EpisodeInfo
+from movingout.agents.base import Agent, EpisodeInfo, Watcher
 from movingout.agents.catalogue import agent_card, load_agent
-from movingout.agents.data.rollout import Watcher
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe

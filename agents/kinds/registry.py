@@ -2,9 +2,7 @@
 
 from typing import Any
 
-from movingout.agents.base import Agent
 from movingout.agents.checkpoint.card import Card
-from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import CheckpointError
 from movingout.agents.kinds.bass import BASS
 from movingout.agents.kinds.kind import AgentKind
@@ -23,8 +21,3 @@ def kind_of(card: Card) -> AgentKind[Any]:
     if card.kind not in KINDS:
         raise CheckpointError(f"{card.id} is of the unknown kind {card.kind!r}; known: {', '.join(KINDS)}")
     return KINDS[card.kind]
-
-
-def load_checkpoint(checkpoint: Checkpoint, **options: object) -> Agent:
-    """The agent of a checkpoint, its files verified. `options` are those of its kind."""
-    return kind_of(checkpoint.card).load(checkpoint, **options)

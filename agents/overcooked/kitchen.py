@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.agents.errors import AgentError
+from movingout.maps.extras import install_command
 
 Singles = npt.NDArray[np.float32]
 
@@ -32,7 +33,7 @@ _TILES = WIDTH * HEIGHT
 _COOK = _TILES + len(HEADINGS) + len(CARRIED)
 KITCHEN_SIZE = 2 * _COOK + _TILES * len(CARRIED) + 6
 """Numbers of an observation: own cook, other cook, what lies on each tile, the pot."""
-MISSING = "Overcooked-AI is not installed: pip install -c constraints.txt -e '.[overcooked]'"
+MISSING = f"Overcooked-AI is not installed; install it with: {install_command('overcooked')}"
 
 
 def is_installed() -> bool:

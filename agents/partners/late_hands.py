@@ -10,11 +10,9 @@ from collections import deque
 import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
-from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation
-from movingout.agents.data.rollout import Watcher
+from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation, Wrapper
 from movingout.agents.errors import AgentError
 from movingout.agents.scripted.keyboard_model import KeyboardModel
-from movingout.world import World
 from movingout.world.state import Floats
 
 LONGEST_DELAY = 10  # [ticks]
@@ -25,7 +23,7 @@ PRESS_AGAIN_AFTER = 3  # ticks beyond the lag before a press is repeated: who wa
 _REST = np.array([0.0, 1.0, 0.0, 0.0])
 
 
-class LateHands:
+class LateHands(Wrapper):
     """Plays any agent late and unsteadily. Deterministic given its options and the episode."""
 
     execute_rows = 1
@@ -52,33 +50,18 @@ class LateHands:
         for name, value, most in (("jitter", jitter, 1.0), ("slips", slips, 0.2)):
             if not isinstance(value, int | float) or not 0.0 <= value <= most:
                 raise AgentError(f"{name} lies between 0 and {most}, not {value!r}")
-        self.agent = agent
+        super().__init__(agent)
         self.seed, self.delay, self.jitter, self.slips, self.keys = seed, delay, jitter, slips, bool(keys)
-
-    @property
-    def detail(self) -> object:
-        """The trace of the agent inside."""
-        return getattr(self.agent, "detail", {})
-
-    @property
-    def deterministic(self) -> bool:
-        """Whether the agent inside answers the same each time."""
-        return bool(getattr(self.agent, "deterministic", True))
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode."""
-        self.agent.reset(episode)
+        super().reset(episode)
         self._random = np.random.default_rng([0x1A7E, self.seed % 2**31, episode.seed % 2**31, episode.seat])
         self._planned: deque[Floats] = deque()
         self._queue: deque[Floats] = deque([_REST] * self.delay)
         self._error, self._last, self._presses_from = 0.0, _REST, 0
         self._slip, self._slip_left = _REST, 0
         self._keys = KeyboardModel(episode.map, episode.seat) if self.keys else None
-
-    def watch(self, world: World) -> None:
-        """Give an oracle access to the world."""
-        if isinstance(self.agent, Watcher):
-            self.agent.watch(world)
 
     def act(self, observation: Observation) -> ActionChunk:
         """A chunk of one row: what was decided some ticks ago, executed unsteadily."""

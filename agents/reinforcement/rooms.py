@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from movingout.agents.action_chunk import world_action
-from movingout.agents.base import Agent, EpisodeInfo
+from movingout.agents.base import Agent, EpisodeInfo, Watcher
 from movingout.agents.bass.value import progress
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.data.rollout import SeatPlayer, Watcher
+from movingout.agents.data.rollout import SeatPlayer
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.inference.policy_agent import agent_rows

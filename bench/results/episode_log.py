@@ -1,6 +1,5 @@
 """Evaluation episodes: who plays with whom, the outcome, and the file that keeps finished ones."""
 
-import ast
 import contextlib
 import hashlib
 import importlib.metadata
@@ -12,11 +11,11 @@ from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 
-import movingout
 from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.maps.errors import MovingOutError
 from movingout.matches import Match
 from movingout.matches.match import Challenge
+from movingout.recordings.versions import code_sha256
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +92,7 @@ def _read(path: Path) -> dict[str, Outcome]:
 
 
 def _key(run: Run) -> str:
-    versions = {"version": _version(run.agent), "partner_version": _version(run.partner), "code": _code()}
+    versions = {"version": _version(run.agent), "partner_version": _version(run.partner), "code": code_sha256()}
     played_in = {"world": _hash(repr(run.match.world_map())), "pymunk": importlib.metadata.version("pymunk")}
     about = {name: value for name, value in asdict(run).items() if (name, value) != ("challenge", 1)}  # as ever
     return json.dumps({**about, **versions, **played_in}, sort_keys=True)
@@ -115,28 +114,5 @@ def _version(agent_id: str) -> str:
     return ""
 
 
-@lru_cache
-def _code() -> str:
-    """A hash of all code that takes part in play, because a change of it may change the outcome."""
-    root = Path(str(movingout.__file__)).parent
-    folders = [root / package for package in ("agents", "maps", "matches", "world")]
-    files = [
-        file
-        for folder in folders
-        for file in sorted(folder.rglob("*.py"))
-        if not {"training", "commands"} & set(file.relative_to(folder).parts)
-    ]
-    return _hash("".join(meaning(file.read_bytes()) for file in files))
-
-
 def _hash(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def meaning(source: bytes) -> str:
-    """The syntax tree of a source without comments and docstrings."""
-    tree = ast.parse(source)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node, clean=False):
-            node.body = node.body[1:]
-    return ast.dump(tree)

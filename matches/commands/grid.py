@@ -23,6 +23,7 @@ from movingout.matches.experiment.shared_labels import shared_label_cautions
 from movingout.matches.experiment.shipped_grids import grid_path, shipped_grids
 from movingout.matches.report.html_page import write_page
 from movingout.matches.report.parquet import write_parquet
+from movingout.matches.results.other_code import MIXED, of_other_code, played_by_other_code
 from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import GRID, open_folder, order_of, read_results, to_play
 from movingout.matches.results.table import ALL_MAPS, markdown
@@ -70,12 +71,12 @@ def perform(args: argparse.Namespace) -> int:
         with bar("matches") as progress:
             run = run_grid(
                 grid, folder, workers=workers_of(args), record=args.record, shard=shard, pool=pool,
-                progress=progress, again=_say_again, unrecorded=_say_unrecorded,
+                progress=progress, again=_say_again, unrecorded=_say_unrecorded, other_code=_say_other_code,
             )  # fmt: skip
     except KeyboardInterrupt:
         print("movingout: stopped; finished matches are kept, run the same command again to continue", file=sys.stderr)
         return 130
-    notes = [write_parquet(run)]
+    notes = [write_parquet(run), MIXED if run.mixed_code else ""]
     if args.html:
         write_page(run, args.language)
     _show(run, args, [note for note in notes if note])
@@ -88,6 +89,10 @@ def _say_again(failed: int) -> None:
 
 def _say_unrecorded(matches: int) -> None:
     print(f"movingout: {played_unrecorded(matches)}", file=sys.stderr)
+
+
+def _say_other_code(matches: int) -> None:
+    print(f"movingout: {played_by_other_code(matches)}", file=sys.stderr)
 
 
 def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:
@@ -120,6 +125,8 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
     todo = to_play(matches, finished)
     check_variants(todo)
     failed = sum(match.id in finished for match in todo)
+    if todo and (other := of_other_code(finished.values())):
+        _say_other_code(other)
     seconds = None if missing else _seconds_per_match(grid) * len(todo) / workers if todo else 0.0
     document: dict[str, Any] = {
         "grid": grid.name, "matches": len(matches), "finished": len(matches) - len(todo), "to_play": len(todo),

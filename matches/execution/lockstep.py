@@ -13,9 +13,8 @@ from typing import Literal
 
 import numpy as np
 
-from movingout.agents.base import Agent, EpisodeInfo
+from movingout.agents.base import Agent, EpisodeInfo, Watcher
 from movingout.agents.catalogue import load_agent
-from movingout.agents.data.rollout import Watcher
 from movingout.agents.decision_trace import decision_trace
 from movingout.maps.errors import MapError
 from movingout.matches.execution.batched_decisions import decide

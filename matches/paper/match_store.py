@@ -12,6 +12,7 @@ from pathlib import Path
 
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.matches.match import Match, MatchResult
+from movingout.matches.results.other_code import of_other_code, with_code
 from movingout.matches.results.results_folder import Shard, read_results, to_play
 from movingout.matches.run import OnProgress, make_folder, no_op, play_matches
 from movingout.recordings.versions import versions
@@ -46,13 +47,17 @@ class MatchStore:
         """How many of those that `missing` names have failed."""
         return sum(self.find(match) is not None for match in self.missing(matches))
 
+    def of_other_code(self, matches: Sequence[Match]) -> int:
+        """How many of these were played by other code of this project than is here."""
+        return of_other_code(result for match in matches if (result := self.find(match)) is not None)
+
     def play(self, matches: Sequence[Match], workers: int, progress: OnProgress = no_op) -> None:
         """Play what is missing; each result is on disk as soon as its match ends."""
         if todo := self.missing(matches):
             play_matches(todo, workers=workers, on_result=self._keep, progress=progress)
 
     def _keep(self, result: MatchResult) -> None:
-        place = self._place(result.match)
+        result, place = with_code(result), self._place(result.match)
         make_folder(place)
         with Shard(place) as shard:
             shard.append([result])

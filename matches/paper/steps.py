@@ -9,9 +9,11 @@ from movingout.matches.paper.cells import Measurement
 from movingout.matches.paper.costs import match_seconds, recording_seconds, training_seconds
 from movingout.matches.paper.data_sets import list_episodes, listed_episodes, record_scripted
 from movingout.matches.paper.entry import PaperEntry, measurements, played_cells
+from movingout.matches.paper.match_store import MatchStore
 from movingout.matches.paper.methods import METHODS, TrainedId, trained_before, trained_id
 from movingout.matches.paper.training import train_agent
 from movingout.matches.paper.workspace import Workspace
+from movingout.matches.results.other_code import played_by_other_code
 from movingout.matches.run import OnProgress, played_again
 
 
@@ -116,9 +118,16 @@ def _match_steps(matches: list[Match], space: Workspace) -> Iterator[PaperStep]:
             sum(match_seconds(match, space.budget) for match in matches) / space.workers,
             lambda: not space.matches.missing(matches),
             lambda progress: space.matches.play(matches, space.workers, progress),
-            note=lambda: played_again(failed) if (failed := space.matches.failed_before(matches)) else "",
+            note=lambda: _before(matches, space.matches),
             matches=True,
         )
+
+
+def _before(matches: list[Match], store: MatchStore) -> str:
+    """What is to be said of those that were played before, a line each."""
+    failed, other = store.failed_before(matches), store.of_other_code(matches)
+    said = [played_again(failed) if failed else "", played_by_other_code(other) if other else ""]
+    return "\n".join(filter(None, said))
 
 
 def _measuring_step(one: Measurement, training: int, space: Workspace) -> PaperStep:

@@ -129,6 +129,8 @@ def _notes(run: GridRun, words: Words) -> str:
     notes = [words.say("paper.note")]
     if any(distinct(line.results) not in (None, len(line.results)) for line in comparison_lines(run)):
         notes.append(words.say("grid.copies"))
+    if run.mixed_code:
+        notes.append(f"**{words.say('grid.mixed-code')}**")
     if run.missing:
         notes.append(f"**{words.say('grid.missing', count=run.missing)}**")
     if run.failures:

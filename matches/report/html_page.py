@@ -63,12 +63,17 @@ def page(run: GridRun, language: str = DEFAULT) -> str:
             count_words=count_words,
             map_name=map_name,
             measure_title=measure_title,
-            notes=[words.say("grid.copies") for _ in copies_note(run.rows)],
+            notes=_notes(run, words),
             stars=stars,
             strength=_strength,
             tip=lambda cell: _tip(cell, words),
         )
     )
+
+
+def _notes(run: GridRun, words: Words) -> list[str]:
+    mixed = [words.say("grid.mixed-code")] if run.mixed_code else []
+    return [*mixed, *(words.say("grid.copies") for _ in copies_note(run.rows))]
 
 
 def _figures(run: GridRun, words: Words) -> list[tuple[str, int, str]]:

@@ -167,7 +167,6 @@ def _room_view(room: Room) -> dict[str, Any]:
         "phase": state.phase,
         "map": room.round.map.name,
         "study": bool(room.config.study),
-        "open_seats": [seat.index for seat in room.seats if seat.open],
         "seats": msgspec.to_builtins(state.seats),
         "weighs": agent_debug.weighs(room),
         "subprotocol": m.SUBPROTOCOL,  # a handshake that is refused tells a page nothing

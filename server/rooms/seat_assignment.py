@@ -73,10 +73,9 @@ class SeatAssignment:
     def welcome(self, mode: m.Mode, taken: list[m.SeatGrant], config: RoomConfig) -> m.Welcome:
         """The answer to a client that has joined."""
         return m.Welcome(
-            protocol=m.PROTOCOL, build=__version__, room=self._room_id, mode=mode, seats=taken, tick_ms=m.TICK_MS,
-            poses_per_tick=m.POSES_PER_TICK, resume_s=config.resume_s, join_path=f"/play/{self._room_id}",
-            watch_path=f"/watch/{self._room_id}", study=bool(config.study), pings=config.pings,
-            frames=FRAME_FIELDS,
+            protocol=m.PROTOCOL, build=__version__, room=self._room_id, mode=mode, seats=taken,
+            resume_s=config.resume_s, join_path=f"/play/{self._room_id}", watch_path=f"/watch/{self._room_id}",
+            study=bool(config.study), pings=config.pings, frames=FRAME_FIELDS,
         )  # fmt: skip
 
     def depart(self, client: ClientHandle, now: float) -> list[Seat]:

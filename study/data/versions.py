@@ -10,7 +10,7 @@ from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import module_sha256
 from movingout.agents.partners.identity import acting_id
 from movingout.maps import MapSpec, map_to_json
-from movingout.recordings.versions import versions
+from movingout.recordings.versions import code_sha256, versions
 from movingout.study.design.definition import Study
 from movingout.study.design.review import agent_ids
 from movingout.study.store.frozen_study import MAP
@@ -20,8 +20,8 @@ _SUFFIXES = (".py", ".js", ".json", ".html", ".css", ".j2")
 
 
 def code_versions() -> dict[str, str]:
-    """Versions of this installation and a hash over its own source files."""
-    return {**versions(), "source_sha256": _source_sha256()}
+    """Versions of this installation, the hash of its code that plays, and one over all of its source files."""
+    return {**versions(), "movingout_code": code_sha256(), "source_sha256": _source_sha256()}
 
 
 def model_hashes(study: Study) -> dict[str, str]:

@@ -17,6 +17,11 @@ MIRROR = Symmetry(mirrored=True)
 QUARTER = Symmetry(quarters=1)
 
 
+def inverse(symmetry: Symmetry) -> Symmetry:
+    """What brings everything back to where it was."""
+    return next(other for other in ALL_SYMMETRIES if symmetry.then(other) == Symmetry())
+
+
 def id_of(name: str, symmetry: Symmetry) -> str:
     return ":".join((name, *symmetry.names))
 
@@ -47,7 +52,7 @@ def test_symmetries_form_the_group_of_the_square() -> None:
         assert joined.point(0.3, 0.7) == other.point(*one.point(0.3, 0.7))
         assert joined.angle(0.4) == pytest.approx(other.angle(one.angle(0.4)), abs=1e-15)
     assert len({symmetry.point(0.3, 0.7) for symmetry in ALL_SYMMETRIES}) == 8
-    assert all(symmetry.then(symmetry.inverse) == Symmetry() for symmetry in ALL_SYMMETRIES)
+    assert {inverse(symmetry) for symmetry in ALL_SYMMETRIES} == set(ALL_SYMMETRIES)
 
 
 @pytest.mark.parametrize("name", shipped_map_names())
@@ -56,7 +61,7 @@ def test_two_symmetries_in_a_name_are_one_and_back_is_the_map_to_the_last_bit(na
     for one, other in itertools.product(ALL_SYMMETRIES, repeat=2):
         assert load_map(f"{id_of(id_of(name, one), other)}") == load_map(id_of(name, one.then(other)))
     for symmetry in ALL_SYMMETRIES:
-        assert load_map(id_of(id_of(name, symmetry), symmetry.inverse)) == plain
+        assert load_map(id_of(id_of(name, symmetry), inverse(symmetry))) == plain
     assert transformed(transformed(plain, MIRROR), MIRROR) == plain
 
 
@@ -64,7 +69,7 @@ def test_two_symmetries_in_a_name_are_one_and_back_is_the_map_to_the_last_bit(na
 def test_a_map_that_is_moved_back_has_its_places_exactly_and_its_angles_to_rounding(name: str) -> None:
     plain = load_map(name)
     for symmetry in ALL_SYMMETRIES:
-        back = transformed(transformed(plain, symmetry), symmetry.inverse)
+        back = transformed(transformed(plain, symmetry), inverse(symmetry))
         assert (back.name, back.walls, back.goals) == (plain.name, plain.walls, plain.goals)
         for there, here in zip((*back.robots, *(item.pose for item in back.items)),
                                (*plain.robots, *(item.pose for item in plain.items)), strict=True):  # fmt: skip

@@ -1,23 +1,17 @@
 """The questionnaire against the paper's own source."""
 
-import os
 import re
-from pathlib import Path
 
 import pytest
 
 from movingout.study.questionnaire import PAPER, AnswerError
-
-SOURCE = Path(__file__).parents[2] / ".." / "shared" / "paper.tex"
+from tests.support import shared
 
 
 def paper_items() -> list[tuple[str, str]]:
     """(label, text) of the nine items as the paper prints them."""
-    if not SOURCE.exists():
-        if os.environ.get("CI") == "true":
-            pytest.fail("../shared/paper.tex is missing; CI compares the questionnaire with it")
-        pytest.skip("../shared/paper.tex is not here; the wording is compared where it is")
-    section = SOURCE.read_text(encoding="utf-8").split(r"\label{appx:questionnaire}")[1].split(r"\end{enumerate}")[0]
+    source = shared("paper.tex", "the paper's source, with which the wording is compared,")
+    section = source.read_text(encoding="utf-8").split(r"\label{appx:questionnaire}")[1].split(r"\end{enumerate}")[0]
     return re.findall(r"\\item \\textbf\{(\w+):\} (.+)", section)
 
 

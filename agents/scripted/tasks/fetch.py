@@ -102,7 +102,6 @@ class Fetch:
         self.carry_plan: SoloCarryPlan | None = None
         self.infeasible = False
         self._space = now.space()
-        self._item_pose = now.item_pose(item)
         goal = now.item_pose(item)
         self._approach = self._walk_to(np.array([goal[0], goal[1], 0.0]))
         self._planning: SlicedComputation[tuple[SoloCarryPlan, Floats] | None] = SlicedComputation(self._compute(now))

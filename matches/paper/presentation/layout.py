@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import NamedTuple
 
+from movingout.matches.match import MatchResult
 from movingout.matches.paper.cells import EmptyCell, Found, MeasuredCell
 from movingout.matches.paper.entry import EntryCell, PaperEntry, RowGrouping, played_cells
 from movingout.matches.paper.pooling import of_the_same_samples
@@ -13,6 +14,7 @@ from movingout.matches.paper.presentation.given_note import given_notes
 from movingout.matches.paper.presentation.group_note import group_notes
 from movingout.matches.paper.published import Figure, PublishedColumn
 from movingout.matches.paper.workspace import Workspace
+from movingout.matches.results.other_code import MIXED, is_mixed
 from movingout.matches.results.table import COPIES
 from movingout.recordings.diversity.comparison import MEASURES as DIVERSITY
 
@@ -258,7 +260,8 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
     reasons = {reason: [name for name in empty if empty[name] == reason] for reason in empty.values()}
     notes += [f"Not done here: {', '.join(names)}: {reason}." for reason, names in reasons.items()]
     notes += [f"Not done here: {entry.lacks}."] if entry.lacks else []
-    notes += _failures(entry, space)
+    results = _results(entry, space)
+    notes += [*_failures(results), *([MIXED] if is_mixed(filter(None, results)) else [])]
     if any("distinct" in _count([cell], found) for cell in cells):
         notes.append(COPIES)
     trainings = {one.between.n for one in found.values() if one is not None and one.between is not None}
@@ -290,11 +293,16 @@ def _about_errors(measures: Set[str]) -> list[str]:
     return [*said, *([of_paths] if measures - others else [])]
 
 
-def _failures(entry: PaperEntry, space: Workspace) -> list[str]:
-    """A sentence on matches that could not be played to the end, which pull TCR and NFD down; else nothing."""
+def _results(entry: PaperEntry, space: Workspace) -> list[MatchResult | None]:
+    """Of each match of an entry; None where it has not been played."""
     matches = dict.fromkeys(match for cell in played_cells([entry]) for match in cell.matches(space))
-    failed = [one for match in matches if (one := space.result(match)) is not None and one.ending == "failed"]
+    return [space.result(match) for match in matches]
+
+
+def _failures(results: Sequence[MatchResult | None]) -> list[str]:
+    """A sentence on matches that could not be played to the end, which pull TCR and NFD down; else nothing."""
+    failed = [one for one in results if one is not None and one.ending == "failed"]
     if not failed:
         return []
-    number = f"{len(failed):,} of {len(matches):,} matches failed and count{'s' * (len(failed) == 1)}"
+    number = f"{len(failed):,} of {len(results):,} matches failed and count{'s' * (len(failed) == 1)}"
     return [f"{number} as TCR 0 and NFD 0; the first, on {failed[0].match.map}: {failed[0].failure}."]

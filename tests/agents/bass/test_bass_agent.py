@@ -22,7 +22,6 @@ from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import DataError
 from movingout.agents.inference.network import Network, PolicyNetwork, Singles
 from movingout.agents.kinds.policy import build_policy
-from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.agents.policies.export import export_policy, halved_weights
 from movingout.agents.scripted import ScriptedAgent
@@ -30,6 +29,7 @@ from movingout.maps import load_map
 from movingout.server.cli import main
 from movingout.world import World
 from tests.agents.learning import random_walk, recorded, tiny_spec, walked
+from tests.agents.trained import load_checkpoint
 
 TINY = ["--updates", "4", "--batch", "32", "--width", "16"]
 

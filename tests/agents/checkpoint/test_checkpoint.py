@@ -15,9 +15,9 @@ from movingout.agents.errors import CheckpointError
 from movingout.agents.inference.network import Network
 from movingout.agents.inference.policy_agent import PolicyAgent
 from movingout.agents.kinds.policy import build_policy, weighted_policy
-from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.policies.export import export, export_policy
 from tests.agents.learning import tiny_spec
+from tests.agents.trained import load_checkpoint
 
 SPEC = tiny_spec(kind="mlp")
 

@@ -21,9 +21,9 @@ from movingout.agents.checkpoint.quantization import LARGE, quantized, quantized
 from movingout.agents.errors import CheckpointError
 from movingout.agents.inference.network import Network
 from movingout.agents.kinds.policy import build_policy
-from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.policies.export import export, save_policy
 from movingout.server.cli import main
+from tests.agents.trained import load_checkpoint
 
 
 def test_a_weight_is_off_by_half_a_step_of_its_row_or_column_at_most() -> None:

@@ -107,6 +107,13 @@ def test_a_probe_on_a_map_that_was_never_seen_says_so_beside_its_answer(capsys: 
     assert json.loads(printed.out)["map"] == "Simple"
 
 
+def test_an_oracle_is_probed_with_the_world_that_it_needs(capsys: pytest.CaptureFixture[str]) -> None:
+    """It was refused as one for headless matches, which a probe is like."""
+    command = ["agents", "probe", "bass@all:simulator=oracle", "--map", "HandOff", "--ticks", "2", "--json"]
+    assert main(command) in (0, 1)
+    assert json.loads(capsys.readouterr().out)["ticks"] == 2
+
+
 def test_a_probe_of_an_agent_that_raises_says_where(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -15,7 +15,6 @@ from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint
 from movingout.agents.data.corrections import save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
 from movingout.agents.inference.policy_agent import agent_rows
-from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import load_map
 from movingout.maps.randomize import pair_text, pairs_on
@@ -23,6 +22,7 @@ from movingout.server.cli import main
 from movingout.world import World
 from tests.agents.learning import recorded
 from tests.agents.support import HERE
+from tests.agents.trained import load_checkpoint
 
 TINY = ["--updates", "6", "--batch", "32", "--width", "16", "--depth", "1", "--evaluate-every", "3"]
 

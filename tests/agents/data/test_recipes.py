@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import pytest
 
 from movingout.agents.checkpoint.checkpoint import fingerprint
-from movingout.agents.data import recipes
+from movingout.agents.data import demonstrations, recipes
 from movingout.agents.data.corrections import load_correction, save_correction
 from movingout.agents.data.dagger import EXPERT, LabellingJob
-from movingout.agents.data.demonstrations import EpisodeJob, label_all, write_all
+from movingout.agents.data.demonstrations import EpisodeJob, label_all, of_other_code, write_all, write_episode
 from movingout.agents.data.recipes import check_labels, weights_of
 from movingout.agents.errors import DataError
 from movingout.maps import MapSpec, load_map, map_from_json, map_to_json
@@ -130,3 +130,14 @@ def test_a_file_that_is_no_episode_is_not_kept(tmp_path: Path) -> None:
     path.write_bytes(b"x")
     with pytest.raises(DataError, match="is not a file of corrections"):
         _label(LABELS, tmp_path)
+
+
+def test_episodes_of_other_code_are_kept_and_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    of_before = replace(EPISODE, episode_id="two")
+    write_episode(of_before, tmp_path)  # without a hash of the code
+    todo: list[EpisodeJob | LabellingJob] = [EPISODE, of_before, LABELS]
+    assert len([*write_all([EPISODE], tmp_path, 1), *_label(LABELS, tmp_path)]) == 2
+    assert of_other_code(todo, tmp_path) == 0
+    monkeypatch.setattr(demonstrations, "code_sha256", lambda: "other")
+    assert of_other_code(todo, tmp_path) == 2
+    assert [*write_all([EPISODE, of_before], tmp_path, 1), *_label(LABELS, tmp_path)] == []

@@ -9,13 +9,13 @@ import pytest
 from movingout.agents.checkpoint.checkpoint import find_checkpoint
 from movingout.agents.data.corrections import load_correction, partner_samples, save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
-from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.observation.features import FeatureSet
 from movingout.agents.partners.families import families
 from movingout.maps import load_map
 from movingout.server.cli import main
 from tests.agents.learning import recorded
 from tests.agents.support import HERE
+from tests.agents.trained import load_checkpoint
 
 AHEAD = f"{HERE}:Forward:distance=1.0"
 TINY = [

@@ -11,12 +11,12 @@ from movingout.agents.catalogue import load_agent, trained_cards
 from movingout.agents.checkpoint.checkpoint import SHIPPED, find_checkpoint
 from movingout.agents.conformance import check_agent
 from movingout.agents.errors import AgentError, CheckpointError
-from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.kinds.self_play import AGES
 from movingout.agents.live_options import check_live_agent
 from movingout.agents.partners.families import MEMBERS, SELF_PLAY_SEEDS, families
 from movingout.agents.partners.options.trained import TrainedScores
 from movingout.server.cli import main
+from tests.agents.trained import load_checkpoint
 
 TINY = ["--episodes", "4", "--round-episodes", "2", "--young", "2", "--ticks", "30", "--width", "8", "--passes", "1"]
 

@@ -7,6 +7,7 @@ import pytest
 from movingout.matches.match import Match, MatchResult, failed_result
 from movingout.matches.paper import match_store
 from movingout.matches.paper.match_store import MatchStore
+from movingout.matches.results import other_code
 from movingout.world.metrics import Metrics
 
 
@@ -73,3 +74,18 @@ def test_an_agent_that_is_trained_meanwhile_gets_a_place_of_its_own(
     weights["dp@a"] = "1"
     store.play([match], workers=1)
     assert store.find(match) is not None and MatchStore(tmp_path).find(match) is not None
+
+
+def test_what_other_code_played_is_kept_and_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        match_store, "play_matches", lambda matches, **how: [how["on_result"](played_result(one)) for one in matches]
+    )
+    first, second = Match("HandOff", "idle", "idle", 0), Match("HandOff", "idle", "idle", 1)
+    MatchStore(tmp_path).play([first], workers=1)
+    store = MatchStore(tmp_path)
+    assert store.of_other_code([first, second]) == 0
+    monkeypatch.setattr(other_code, "code_sha256", lambda: "other")
+    assert store.of_other_code([first, second]) == 1 and store.missing([first, second]) == [second]
+    store.play([second], workers=1)
+    results = [store.find(first), store.find(second)]
+    assert other_code.is_mixed(filter(None, results)) and store.of_other_code([second]) == 0

@@ -77,7 +77,7 @@ def test_a_room_has_tokens_for_the_seats_at_this_screen_only(live: Live) -> None
     assert isinstance(room["tokens"][0], str) and room["tokens"][1] is None
     assert room["join_path"] == f"/play/{room['room']}" and room["watch_path"] == f"/watch/{room['room']}"
     _, view = live.call(f"/api/rooms/{room['room']}")
-    assert (view["phase"], view["map"], view["open_seats"]) == ("lobby", "Simple", [1])
+    assert (view["phase"], view["map"]) == ("lobby", "Simple")
     assert [seat["colour"] for seat in view["seats"]] == ["blue", "red"]
     assert view["subprotocol"] == m.SUBPROTOCOL
 

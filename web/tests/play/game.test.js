@@ -66,8 +66,6 @@ const welcome = {
   room: "r",
   mode: "play",
   seats: [{ seat: 0, token: "t" }],
-  tick_ms: 100,
-  poses_per_tick: 5,
   resume_s: 30,
   join_path: "",
   watch_path: "",

@@ -89,8 +89,6 @@ const welcome = (more) => ({
   room: "abc",
   mode: "play",
   seats: [{ seat: 0, token: "second" }],
-  tick_ms: 100,
-  poses_per_tick: 5,
   resume_s: 30,
   join_path: "",
   watch_path: "",
