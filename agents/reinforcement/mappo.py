@@ -85,7 +85,9 @@ class Mappo:
         chosen, told = self._chosen(played)
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)  # for the loss, which estimates the entropy from samples
-            self._improve(played, chosen, generator)
+            left_out = self._improve(played, chosen, generator)
+        if left_out:
+            told["updates left out"] = float(left_out)
         self.round += 1
         self.made += 1
         self.episodes += len(played.scores)
@@ -112,24 +114,35 @@ class Mappo:
     def _is_own(self, pairing: RoomPairing) -> bool:
         return pairing.mode == "self" or all(one.mode == "partner" for one in self.pairings)
 
-    def _improve(self, played: JointPlay, chosen: Tensor, generator: torch.Generator) -> None:
+    def _improve(self, played: JointPlay, chosen: Tensor, generator: torch.Generator) -> int:
+        """Returns how many updates were left out."""
         with torch.no_grad():
             self._advantages(played.rows)
         rows = played.rows[chosen]
         size = 2 * self.config.batch  # both seats
+        left_out = 0
         for _ in range(self.config.passes):
             order = torch.randperm(len(rows), generator=generator)
             for start in range(0, len(rows), size):
-                self._update(rows[order[start : start + size]])
+                left_out += not self._update(rows[order[start : start + size]])
+        return left_out
 
-    def _update(self, rows: object) -> None:
+    def _update(self, rows: object) -> bool:
+        """Whether the rows were learned from.
+
+        Where the actor has become nearly certain, the ratio of an action's densities can be infinite: such gradients
+        would make all weights NaN.
+        """
         losses = self._losses(rows)
         loss = losses["loss_objective"] + losses["loss_critic"] + losses.get("loss_entropy", 0.0)
         self._optimiser.zero_grad(set_to_none=True)
         loss.backward()
-        for network in (self.actor, self.critic):
-            nn.utils.clip_grad_norm_(network.parameters(), self.config.clip or 1e9)
+        networks = (self.actor, self.critic)
+        norms = [nn.utils.clip_grad_norm_(one.parameters(), self.config.clip or 1e9) for one in networks]
+        if not torch.stack(norms).isfinite().all():
+            return False
         self._optimiser.step()
+        return True
 
     def save(self, path: Path) -> None:
         """Everything needed to continue, rooms included, as plain tensors."""

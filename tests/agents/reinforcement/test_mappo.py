@@ -190,3 +190,19 @@ def test_a_damaged_resume_file_is_named(tmp_path: Path) -> None:
 def test_actors_are_the_size_that_the_paper_says() -> None:
     actor = TanhActor(MappoConfig().spec("mappo"))
     assert [tuple(one.shape) for one in actor.head.parameters()][::2] == [(256, 121), (256, 256), (8, 256)]
+
+
+def test_an_update_whose_gradients_are_infinite_is_left_out_and_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, before = mappo(), weights(mappo())
+    losses = one._losses
+
+    def infinite(rows: object) -> object:
+        found = losses(rows)
+        found["loss_objective"] = found["loss_objective"] * float("inf")
+        return found
+
+    monkeypatch.setattr(one, "_losses", infinite)
+    told = one.learn()
+    assert told["updates left out"] > 0 and equal(weights(one), before)
+    monkeypatch.setattr(one, "_losses", losses)
+    assert "updates left out" not in one.learn() and not equal(weights(one), before)
