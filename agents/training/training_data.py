@@ -47,7 +47,9 @@ class TrainingData:
     uncounted: int = 0  # recordings that are left out, because their study does not count them
     copies: list[Path] = field(default_factory=list)  # likewise because they are copies of recordings that are there
     empty: list[Path] = field(default_factory=list)  # likewise because they have no tick to learn from
-    learned: list[tuple[Path, Trajectory]] = field(default_factory=list)  # files with their episodes; tutorials have none
+    learned: list[tuple[Path, Trajectory]] = field(
+        default_factory=list
+    )  # files with their episodes; tutorials have none
 
     @property
     def sha256(self) -> str:
