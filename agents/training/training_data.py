@@ -47,6 +47,9 @@ class TrainingData:
     uncounted: int = 0  # recordings that are left out, because their study does not count them
     copies: list[Path] = field(default_factory=list)  # likewise because they are copies of recordings that are there
     empty: list[Path] = field(default_factory=list)  # likewise because they have no tick to learn from
+    learned: list[tuple[Path, Trajectory]] = field(
+        default_factory=list
+    )  # files with their episodes; tutorials have none
 
     @property
     def sha256(self) -> str:
@@ -81,10 +84,8 @@ class TrainingData:
 
     def check_seen(self, layout: str) -> None:
         """Raises DataError for episodes on maps with more of something than a layout has room for."""
-        recorded, labelled = iter(self.trajectories), iter(self.corrections)
         unseen: dict[Path, str] = {}
-        for file in self.files:
-            trajectory = next(labelled).trajectory if file.name.endswith(SUFFIX) else next(recorded)
+        for file, trajectory in self.learned:
             try:
                 LAYOUTS[layout].check(trajectory.map)
             except WorldError as error:
@@ -156,6 +157,8 @@ def _read(file: Path, kept: TrainingData, avoided: Mapping[str, set[str]]) -> li
         kept.empty.append(file)
         return []
     kept.files.append(file)
+    if found:
+        kept.learned.append((file, found))
     if correction:
         kept.corrections.append(correction)
     elif found:

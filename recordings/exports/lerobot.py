@@ -24,7 +24,7 @@ from movingout.recordings.exports.lerobot_features import VIEW, column_array, di
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TEST, TRAIN
 from movingout.recordings.exports.target import new_target
-from movingout.recordings.exports.trajectories import ExportedTrajectory, all_trajectories
+from movingout.recordings.exports.trajectories import ExportedTrajectory, all_trajectories, headings
 from movingout.world.constants import TICKS_PER_SECOND
 from movingout.world.observation import LAYOUTS
 
@@ -207,7 +207,7 @@ def _info(dataset: _Dataset, plan: ExportPlan) -> dict[str, Any]:
         "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
         "video_path": "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4" if plan.images else None,
         "features": dataset.features | _pictures(plan),
-        "movingout": {"layout": plan.layout, "view": plan.view, "headings": LAYOUTS[plan.layout].headings},
+        "movingout": {"layout": plan.layout, "view": plan.view, "headings": headings(plan.view, plan.layout)},
     }
 
 

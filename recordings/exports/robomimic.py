@@ -15,7 +15,7 @@ from movingout.recordings.exports.hdf5_file import hdf5_file
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
 from movingout.recordings.exports.target import new_target
-from movingout.recordings.exports.trajectories import ExportedTrajectory, action_names, all_trajectories
+from movingout.recordings.exports.trajectories import ExportedTrajectory, action_names, all_trajectories, headings
 from movingout.world.observation import LAYOUTS
 
 SUFFIXES = ("", ".hdf5", ".h5")
@@ -85,8 +85,8 @@ def _environment(plan: ExportPlan, played: Counter[Task]) -> dict[str, Any]:
 
     With both actions in one, which no seat can play, there is no such environment.
     """
-    headings = LAYOUTS[plan.layout].headings
-    about = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view), "headings": headings}
+    about = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view)}
+    about["headings"] = headings(plan.view, plan.layout)
     if plan.view == "joint":
         return {"env_name": "moving_out", "type": GYM, "env_kwargs": {}, "movingout": about}
     name, split = _most_played(played, plan.tell)

@@ -73,6 +73,12 @@ def action_names(view: str) -> list[str]:
     return list(ACTION_NAMES)
 
 
+def headings(view: str, layout: str) -> str:
+    """What headings of actions are relative to: own or arena, and blue where blue's frame is that of both."""
+    said = LAYOUTS[layout].headings
+    return "blue" if view == "joint" and said == "own" else said
+
+
 def _observations(episode: Episode, layout: str) -> Singles:
     """(2, T + 1, D) what each seat saw, the last state included."""
     states, encode = episode.states, encoder(episode.header.map, layout).encode_arrays

@@ -20,7 +20,7 @@ from typing import Any
 
 import msgspec
 
-from movingout.agents.errors import AgentsBusyError
+from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.maps.errors import MovingOutError
 from movingout.server.connection.asgi import App, Message, Receive, Send
 from movingout.server.public_host import Away, NoRoom
@@ -32,7 +32,9 @@ CALL_S = 3.0
 MOST_BYTES = 256 * 1024  # of arguments: a map has some thousand
 WINDOW = 4096  # numbers of one caller that may overtake each other
 MOST_CALLERS = 200
-ERRORS: Mapping[str, type[MovingOutError]] = {"no-room": NoRoom, "busy": AgentsBusyError, "away": Away}
+ERRORS: Mapping[str, type[MovingOutError]] = {
+    "no-room": NoRoom, "busy": AgentsBusyError, "agent": AgentError, "away": Away,
+}  # fmt: skip
 Work = Callable[..., Any]
 
 

@@ -35,8 +35,8 @@ class Alerts:
         self._alerts: list[Alert] = []
         self._number = 0
 
-    def add(self, about: AlertCode, text: str, /, detail: str = "", **values: Any) -> None:
-        """Add an alert, and log it. `text` is in English and says the same as `values`.
+    def add(self, about: AlertCode, text: str, /, detail: str = "", **values: Any) -> bool:
+        """Add an alert, and log it: returns whether it is new. `text` is in English and says the same as `values`.
 
         The same text and values again are ignored for a minute, whatever the detail: it may hold a figure that changes.
         """
@@ -44,13 +44,14 @@ class Alerts:
         detail = detail.encode(errors="backslashreplace").decode()  # a file's name may be no UTF-8, which JSON refuses
         recent = [one for one in self._alerts if one.about == about and 0.0 <= now - one.at < REPEAT_S]
         if any(one.values == values and one.text == _with_detail(text, one.detail) for one in recent):
-            return
+            return False
         text = _with_detail(text, detail)
         log.warning("alert: %s", text)
         self._number += 1
         alike = [one for one in self._alerts if one.about == about]
         kept = [one for one in self._alerts if len(alike) < MOST_ALIKE or one is not alike[0]]
         self._alerts = [*kept, Alert(self._number, now, about, text, values, detail)][-MAX_ALERTS:]
+        return True
 
     @property
     def number(self) -> int:

@@ -17,6 +17,9 @@ from movingout.study.commands.place import add_place, folder_of
 from movingout.study.data.erasure import due_now, erase, purge
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.allocation import assign, letters
+from movingout.study.design.definition import Study
+from movingout.study.design.review import seat_imbalance
 from movingout.study.store import Store
 from movingout.study.store.frozen_study import frozen_study
 
@@ -86,6 +89,12 @@ def as_frozen(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
     return begun
 
 
+def seats_told(study: Study, *, blinded: bool = False) -> list[str]:
+    """Blocks of its planned orders in which seats and partners go together, as they may by the first rule."""
+    orders = [assign(study, slot) for slot in range(study.units)]
+    return list(seat_imbalance(study, orders, letters(study) if blinded else None))
+
+
 def _report(args: argparse.Namespace) -> int:
     with needs_extra("analysis", "a report"):
         analysis = importlib.import_module("movingout.study.commands.report")  # statistics take seconds to import
@@ -102,13 +111,14 @@ def _export(args: argparse.Namespace) -> int:
         done = export_study(folder, store, target, options)
     document = {"export": str(target), "rows": done.rows, "recordings": done.recordings}
     document |= {"repeated": done.repeated}
+    warnings = [*done.warnings, *seats_told(folder.study)]
     again = f" ({done.repeated} of them further attempts)" if done.repeated else ""
-    _say(args, {**document, "missing": done.missing, "warnings": done.warnings}, [
+    _say(args, {**document, "missing": done.missing, "warnings": warnings}, [
         f"wrote {target}: {counted(done.rows['participants'], 'participant')}, "
         f"{counted(done.rows['rounds'], 'round')}{again}, {counted(done.rows['answers'], 'answer')}, "
         f"{counted(done.recordings, 'recording')}",
         *(f"missing: recording {name} of a round is not in {folder.recordings}" for name in done.missing),
-        *(f"warning: {sentence}" for sentence in done.warnings),
+        *(f"warning: {sentence}" for sentence in warnings),
     ])  # fmt: skip
     return 0
 

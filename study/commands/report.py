@@ -16,7 +16,7 @@ from movingout.recordings.spreadsheet import ENCODING, safe_cells, safe_text
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.results import Results, collect
 from movingout.study.analysis.tables import ENGLISH, LANGUAGE_FILES, Namer, ReportTable
-from movingout.study.commands.data import as_frozen
+from movingout.study.commands.data import as_frozen, seats_told
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
@@ -43,7 +43,7 @@ def report(folder: StudyFolder, args: argparse.Namespace) -> int:
             _write_findings(part / "findings.csv", results)
     except RecordingError as error:
         raise StudyError(str(error)) from error
-    _say(target, results, as_json=args.json)
+    _say(target, results, seats_told(folder.study, blinded=args.blinded), as_json=args.json)
     return 0
 
 
@@ -80,10 +80,12 @@ def _write_findings(path: Path, results: Results) -> None:
         writer.writerows(map(safe_cells, rows))
 
 
-def _say(target: Path, results: Results, *, as_json: bool) -> None:
+def _say(target: Path, results: Results, warnings: list[str], *, as_json: bool) -> None:
     if as_json:
         document = {"report": str(target), "rounds": len(results.rounds), "flow": dict(results.flow)}
-        print(json.dumps(document, indent=2))
+        print(json.dumps({**document, "warnings": warnings}, indent=2))
     else:
         flags = counted(len(results.flags), "quality flag")
         print(f"wrote {target}/report.html: {counted(len(results.rounds), 'round')}, {flags}")
+        for sentence in warnings:
+            print(f"warning: {sentence}")

@@ -147,7 +147,9 @@ def _pay_in_words(found: Review) -> str:
 
 def _print_orders(console: Console, found: Review) -> None:
     names = letters(found.study)
-    console.print("Orders: maps by number with the participant's seat, B blue, R red", soft_wrap=True)
+    console.print(
+        "Orders of a study that begins now: maps by number with the participant's seat, B blue, R red", soft_wrap=True
+    )
     table = Table(box=None, pad_edge=False)
     for column in ("slot", "block", "partner", "maps"):
         table.add_column(column)

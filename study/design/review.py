@@ -1,7 +1,7 @@
 """What an experimenter should know before the first participant comes: timeline, pay, missing models, weaknesses."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -178,7 +178,7 @@ def _first_map(study: Study, agent: str) -> str:
 
 def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[Step, ...]) -> Iterator[str]:
     yield from _role_confound(orders)
-    yield from _seat_imbalance(study, orders)
+    yield from seat_imbalance(study, orders)
     yield from _order_confounds(study)
     yield from _ping_weaknesses(study)
     yield from _without_effect(study, step_order)
@@ -245,15 +245,18 @@ def _impatient_partners(study: Study) -> Iterator[str]:
         )
 
 
-def _seat_imbalance(study: Study, orders: tuple[Assignment, ...]) -> Iterator[str]:
-    """Blocks in which a partner is met in a seat in more rounds than another; a cut-off square has two maps more."""
+def seat_imbalance(study: Study, orders: Sequence[Assignment], names: Mapping[str, str] | None = None) -> Iterator[str]:
+    """Blocks in which a partner is met in a seat in more rounds than another; a cut-off square has two maps more.
+
+    Partners are called by their `names`, without any by their ids.
+    """
     met = Counter(
         (visit.block, visit.partner, turn.seat) for one in orders for visit in one.visits for turn in visit.turns
     )
     for block in study.blocks:
         blue, red = ({name: met[block.id, name, seat] for name in block.partners} for seat in (0, 1))
         if blue and max(blue.values()) - min(blue.values()) > 2 * block.rounds:
-            counts = ", ".join(f"{name} {blue[name]} and {red[name]}" for name in block.partners)
+            counts = ", ".join(f"{(names or {}).get(one, one)} {blue[one]} and {red[one]}" for one in block.partners)
             yield (
                 f"block {block.id}: role and model are confounded: participants play in blue and in red with {counts} "
                 "rounds; a difference between these models may be a difference between the seats"

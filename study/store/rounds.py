@@ -139,11 +139,12 @@ class Rounds:
     def block_seconds(self, unit: int) -> dict[str, float]:
         """Seconds that each block has lasted, its rounds and what lay between them.
 
-        Of a pause or an absence only the first minutes count: the time of a block is for playing.
+        Of a pause or an absence only the first minutes count: the time of a block is for playing. Rounds go as they
+        were played: where the clock was set back, by their times they do not.
         """
         mine = rounds.c.unit == unit, rounds.c.ended_ms.is_not(None)
         columns = rounds.c.block, rounds.c.started_ms, rounds.c.ended_ms, rounds.c.ticks
-        query = select(*columns).where(*mine).order_by(rounds.c.started_ms)
+        query = select(*columns).where(*mine).order_by(rounds.c.id)
         lasted: dict[str, float] = {}
         ended: dict[str, int] = {}
         with self._store.database.read() as connection:

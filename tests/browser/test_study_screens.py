@@ -313,7 +313,7 @@ def test_who_came_by_a_link_of_their_own_is_not_asked_for_the_next_person_and_an
     open_page: OpenPage,
 ) -> None:
     told = "<h1>What it was about</h1><p>Partner A: dp</p>"
-    study = FakeStudy.at(fake.debrief(), fake.code("withdrew", earned=None, html=told))
+    study = FakeStudy.at(fake.debrief(), fake.code("withdrew", earned=None, html=told, ask_to_keep=True))
     study.pays = False
     page = open_page("/healthz", script="localStorage.setItem('movingout-study-by-link', '1')")
     study.open(page)
@@ -328,6 +328,7 @@ def test_who_came_by_a_link_of_their_own_is_not_asked_for_the_next_person_and_an
     heading(page, "The study was stopped")
     expect(page.get_by_role("heading", name="What it was about", level=2)).to_be_visible()
     expect(page.get_by_text("Partner A: dp")).to_be_visible()
+    expect(page.get_by_text("If it speaks of a choice about your data")).to_be_visible()
     expect(page.get_by_role("button", name="Next person at this screen")).to_have_count(0)
     expect(page.get_by_text("to be paid")).to_have_count(0)
 

@@ -66,7 +66,7 @@ export function codeScreen({ step, several, people, pay, leaveScreen, nextCode }
     heading(say(`study.code.${outcome}`), who),
     el("p", { class: "lead" }, say(has(`${lead}.${pay}`) ? `${lead}.${pay}` : lead)),
     step.code ? codeBlock(step, step.code) : null,
-    step.html ? debriefing(step.html) : null,
+    ...(step.html ? debriefing(step.html, step.ask_to_keep === true) : []),
     step.code ? dataSentence(step) : null,
     el(
       "div",
@@ -78,12 +78,15 @@ export function codeScreen({ step, several, people, pay, leaveScreen, nextCode }
   return { root };
 }
 
-/** What who was ended early would have read before the code. @param {string} html */
-function debriefing(html) {
+/**
+ * What who was ended early would have read before the code. Its text may speak of a choice, which they do not have.
+ * @param {string} html @param {boolean} asks
+ */
+function debriefing(html, asks) {
   const text = prose(html);
   const title = text.querySelector("h1");
   title?.replaceWith(el("h2", {}, title.textContent ?? "")); // the page has its own
-  return text;
+  return [asks ? el("p", { class: "muted small" }, say("study.code.debriefing")) : null, text];
 }
 
 /** @param {Step} step @param {string} code */

@@ -146,7 +146,7 @@ class ParticipantViews:
         }
 
     def _code(self, session: ParticipantSession) -> View:
-        record = session.record
+        record, debrief = session.record, self._running.study.debrief
         outcome: Outcome | str | None = "declined" if session.declined else record.outcome
         ended_early = record.unit is not None and outcome != "done"  # after the game had begun, before the debriefing
         from_prolific = session.source == PROLIFIC and record.code
@@ -162,6 +162,7 @@ class ParticipantViews:
             "earned": earnings(self._running.study, session.record),
             "kept": record.keep,
             "html": self._debriefing(record.language) if ended_early else None,
+            "ask_to_keep": ended_early and debrief is not None and debrief.ask_to_keep,
         }
 
 

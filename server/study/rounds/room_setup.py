@@ -125,6 +125,10 @@ class RoomSetup:
         """Why a room cannot be opened, as the experimenter may read it: with the letter in place of the agent's id."""
         return problem.replace(repr(self._agent(step)), self._letter(step))
 
+    def unloaded(self, step: Step) -> str:
+        """Likewise, where it is the agent that cannot play."""
+        return f"{self._letter(step)} cannot be loaded; the server's log has the reason"
+
     def _letter(self, step: Step) -> str:
         return self._letters.get(step.partner, PARTNER_NAME)
 

@@ -5,10 +5,12 @@ that everybody in it has consented.
 """
 
 import contextlib
+import logging
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import AbstractAsyncContextManager
 from typing import Concatenate
 
+from movingout.agents.errors import AgentError
 from movingout.maps import MapSpec
 from movingout.maps.errors import MovingOutError
 from movingout.recordings.episode import Outcome
@@ -36,6 +38,8 @@ from movingout.server.study.units import Units
 from movingout.study.design.steps import Step
 from movingout.study.store.rounds import PlayerOutcome
 from movingout.study.store.tables import rounds
+
+log = logging.getLogger(__name__)
 
 CANNOT_START = Notice("cannot_start", "This round cannot start.")
 PAUSED = Notice("study_paused", "The experimenter has paused the study. Please wait.")
@@ -85,15 +89,18 @@ class StudyRooms:
     async def open(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
         """Open a room for the unit. If that fails, the reason is in `unit.problem`, and the monitor tries again."""
         tx.check()
-        unit.problem = self._host.full_disk().message or self._late.problem_of(unit)
+        unit.problem, hidden = self._host.full_disk().message or self._late.problem_of(unit), ""
         if not unit.problem:
             try:
                 await self._open(tx, unit, step)
+            except AgentError as error:  # which may name the agent in any way, such as by its file
+                unit.problem, hidden = self._setup.unloaded(step), str(error)
             except MovingOutError as error:
                 unit.problem = str(error)
         if unit.problem:
-            why = self._setup.blinded(step, unit.problem)
-            self._alerts.add("room", f"Unit {unit.record.id} cannot play yet.", why, unit=unit.record.id)
+            text, why = f"Unit {unit.record.id} cannot play yet.", self._setup.blinded(step, unit.problem)
+            if self._alerts.add("room", text, why, unit=unit.record.id) and hidden:
+                log.warning("unit %d: %s", unit.record.id, hidden)
 
     async def _open(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
         members = unit.members_at(step)

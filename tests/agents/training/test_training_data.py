@@ -60,6 +60,7 @@ def test_recordings_of_maps_that_a_layout_does_not_see_are_named(tmp_path: Path)
         save_correction(tmp_path / f"{name}.corrections.npz", label)
     idle = group("idle")[0]
     assert len(list(write_all([EpisodeJob("b", five, (idle, idle), 0, 4)], tmp_path, 1))) == 1
+    recorded(tmp_path, "0", ticks=4, source="tutorial")  # from which nothing is learned
     data = read_training_data([tmp_path])
     data.check_seen("image-v1")
     why = "b.mcap: the layout aware-v1 has 4 slots for goals; Five has 5; leave it out, and 1 other with such maps"

@@ -59,5 +59,12 @@ def test_files_say_what_headings_are_relative_to(recording: Path, tmp_path: Path
         assert ("relative to the robot's own" in (folder / "lerobot" / "README.md").read_text()) == (headings == "own")
         with h5py.File(folder / "robomimic") as file:
             assert json.loads(file["data"].attrs["env_args"])["movingout"]["headings"] == headings
+        export("lerobot", ExportPlan([recording], folder / "joint", layout=name, view="joint"))
+        export("robomimic", ExportPlan([recording], folder / "both", layout=name, view="joint"))
+        both = "blue" if headings == "own" else headings
+        info = json.loads((folder / "joint" / "meta" / "info.json").read_text())
+        assert info["movingout"] == {"layout": name, "view": "joint", "headings": both}
+        with h5py.File(folder / "both") as file:
+            assert json.loads(file["data"].attrs["env_args"])["movingout"]["headings"] == both
         field = pq.read_schema(folder / "parquet" / "ticks.parquet").field("red_observation")
         assert (b"relative to the own angle" in field.metadata[b"meaning"]) == (headings == "own")

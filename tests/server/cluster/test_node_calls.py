@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from movingout.agents.errors import AgentsBusyError
+from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.server.cluster import node_calls
 from movingout.server.cluster.node_calls import CALL, NodeCaller, NodeCalls, NodeError, Numbers, signature
 from movingout.server.notices import Notice
@@ -29,7 +29,8 @@ def note(host: Host, notice: Notice, seats: dict[int, bytes]) -> Notice:
 
 def refuse(host: Host, kind: str) -> None:
     host.done.append(kind)
-    raise {"room": NoRoom, "busy": AgentsBusyError, "fault": RuntimeError}[kind]("it is not possible")
+    kinds = {"room": NoRoom, "busy": AgentsBusyError, "agent": AgentError, "fault": RuntimeError}
+    raise kinds[kind]("it is not possible")
 
 
 async def nothing_here(scope: Any, receive: Any, send: Any) -> None:
@@ -84,7 +85,10 @@ def test_values_arrive_as_they_were(node: Node) -> None:
     assert node.host.done == [(notice, seats)]
 
 
-@pytest.mark.parametrize(("kind", "raised"), [("room", NoRoom), ("busy", AgentsBusyError), ("fault", NodeError)])
+@pytest.mark.parametrize(
+    ("kind", "raised"),
+    [("room", NoRoom), ("busy", AgentsBusyError), ("agent", AgentError), ("fault", NodeError)],
+)
 def test_an_error_is_raised_where_the_call_was_made(node: Node, kind: str, raised: type[Exception]) -> None:
     with pytest.raises(raised):
         call(refuse, kind)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from movingout.agents.errors import AgentsBusyError
+from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.server.notices import Notice
 from movingout.server.rooms.seat import Seat
 from movingout.server.study import databases
@@ -174,6 +174,21 @@ def test_an_alert_says_no_more_than_the_letter_of_an_agent_that_has_no_room(
     letter = f"Partner {visitor.step['partner_letter']}"
     assert alert["detail"] == f"no room for one more {letter}: the agents of this server are all at work"
     assert "idle" not in str(alert)
+
+
+def test_an_alert_does_not_name_the_file_of_an_agent_that_is_gone_and_the_log_does(
+    study: Served, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def gone(*_: object) -> str:
+        raise AgentError("there is no /share/dp-best.onnx")
+
+    visitor = study.visitor().go_to("round")
+    monkeypatch.setattr(study.live.host, "open_room", gone)
+    visitor.next()
+    alert = next(one for one in study.running.alerts.to_json() if one["about"] == "room")
+    letter = f"Partner {visitor.step['partner_letter']}"
+    assert alert["detail"] == f"{letter} cannot be loaded; the server's log has the reason"
+    assert "there is no /share/dp-best.onnx" in caplog.text
 
 
 def test_a_room_that_fails_is_opened_again(study: Served, monkeypatch: pytest.MonkeyPatch) -> None:

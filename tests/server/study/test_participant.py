@@ -36,7 +36,7 @@ def test_from_the_link_to_the_code_a_reload_anywhere_returns_to_the_same_place(s
     assert amount == pytest.approx(0.2 * minutes, abs=0.02)
     assert step == {
         "key": "code", "kind": "code", "code": step["code"], "outcome": "done", "kept": True, "long_ago": False,
-        "shared_code": False, "html": None,
+        "shared_code": False, "html": None, "ask_to_keep": False,
         "completion_url": f"https://app.prolific.com/submissions/complete?cc={step['code']}",
         "earned": {"currency": "USD"}, "from_platform": True,
     }  # fmt: skip
@@ -169,7 +169,7 @@ def test_who_stops_once_the_game_has_begun_reads_the_debriefing_beside_the_code(
 ) -> None:
     visitor = solo.visitor().go_to(at)
     visitor.stop(False)
-    assert visitor.step["html"] == ("<h1>Thank you</h1>\n" if read else None)
+    assert (visitor.step["html"], visitor.step["ask_to_keep"]) == ("<h1>Thank you</h1>\n" if read else None, read)
 
 
 def test_who_stops_and_lets_the_data_be_kept_has_said_so(solo: Served) -> None:

@@ -6,14 +6,17 @@ from pathlib import Path
 
 import pytest
 
+from movingout.server.cli import main
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign, cells
 from movingout.study.design.definition import ALLOCATION, Study
 from movingout.study.design.review import review
 from movingout.study.design.study_file import parse_study
 from movingout.study.design.templates import template_names, template_text
+from movingout.study.store.clock import now_ms
 from movingout.study.store.frozen_study import freeze_study, frozen_study
 from movingout.study.store.tables import study as study_table
+from tests.study.filled import fill
 from tests.study.support import TEXT, open_store, study
 
 HEAD = """\
@@ -76,6 +79,24 @@ def test_check_warns_where_seats_and_partners_go_together_in_a_block() -> None:
         "block block-1: role and model are confounded: participants play in blue and in red with a 48 and 24, "
         "b 24 and 48 rounds"
     )
+
+
+def test_exports_and_reports_of_a_study_begun_by_the_first_rule_say_it_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`check` reads the file, of which a study that begins now is drawn by the newest rule."""
+    of, file = of_blocks(TWICE), tmp_path / "study.yaml"
+    file.write_text(HEAD + "".join(BLOCK % (number, *block) for number, block in enumerate(TWICE)))
+    _, store, _ = fill(tmp_path / "data", of, file.read_text(), 2, clock=now_ms)
+    told = "warning: block block-1: role and model are confounded: participants play in blue and in red with "
+    for rule in (ALLOCATION, 1):
+        with store.database.write() as connection:
+            connection.execute(study_table.update().values(allocation=rule))
+        for command in (["export", "--formats", "csv", "--no-training"], ["report"], ["report", "--blinded"]):
+            out = str(tmp_path / f"{'-'.join(command)} {rule}")
+            assert main(["study", *command, str(file), "--data", str(tmp_path / "data"), "-o", out]) == 0
+            said = told + ("Partner " if "--blinded" in command else "a 48 and 24")
+            assert (said in capsys.readouterr().out) == (rule == 1)
 
 
 def test_a_study_that_has_begun_by_the_first_rule_is_drawn_by_it_to_its_end(place: Path | str, tmp_path: Path) -> None:

@@ -288,6 +288,21 @@ def test_a_pause_or_a_night_takes_five_minutes_of_a_block(place: Path | str) -> 
     assert played.block_seconds(unit.id) == {first.block: pytest.approx(lasted, abs=0.1)}
 
 
+def test_a_clock_that_is_set_back_takes_nothing_of_a_block(place: Path | str) -> None:
+    clock = Clock()
+    store = open_store(place, clock)
+    agree(store, ["P1"])
+    unit, played = store.form_unit(["P1"]), Rounds(store)
+    steps = rounds_of(unit.slot)[:3]
+    for number, step in enumerate(steps):
+        if number == 2:
+            clock.ms -= 2 * 3_600_000  # between two runs of the server
+        played.begin(unit, step, f"e{number}", [PlayerOutcome("P1", 0, "keyboard")])
+        clock.ms += 60_000
+        played.end(f"e{number}", PLAYED)
+    assert played.block_seconds(unit.id) == {steps[0].block: pytest.approx(180, abs=0.1)}
+
+
 def test_two_at_one_screen_read_on_in_their_language(place: Path | str) -> None:
     store = open_store(place)
     agree(store, ["P1", "P2"])
