@@ -4,7 +4,7 @@ import argparse
 import importlib
 import json
 import sys
-from contextlib import closing, nullcontext
+from contextlib import closing, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from movingout.study.commands.place import add_place, folder_of
 from movingout.study.data.erasure import due_now, erase, purge
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
+from movingout.study.errors import StudyError
 from movingout.study.store import Store
 from movingout.study.store.frozen_study import frozen_study
 
@@ -116,6 +117,8 @@ def _export(args: argparse.Namespace) -> int:
 def _forget(args: argparse.Namespace) -> int:
     folder = folder_of(args)
     with closing(folder.open_existing()) as store, folder.exclusive():
+        with suppress(StudyError):  # today's file where that of then cannot be read
+            folder = as_frozen(folder, store, args.file)
         done = erase(folder, store, args.pid)
     document = {"pid": done.pid, "rows": done.rows, "recordings": done.recordings, "identity": done.identity}
     sentence = f"forgot {done.pid}: {done.rows} rows, {done.recordings} recordings, identity: "
