@@ -147,7 +147,8 @@ class GameServer(uvicorn.Server):
         """
         files = Certificate(Path(str(self.config.ssl_certfile)), Path(str(self.config.ssl_keyfile)))
         if renews:
-            await asyncio.to_thread(keep_valid, files, self.app.state.host.room_count == 0)
+            quiet = self.app.state.host.room_count == 0 and not self._connections.any_open
+            await asyncio.to_thread(keep_valid, files, quiet)
         if files.certificate.exists() and self.config.ssl is not None:
             self.config.ssl.load_cert_chain(files.certificate, files.key, password="")
 

@@ -23,8 +23,19 @@ from movingout.world.state import Floats, WorldState
 
 COLUMNS = frozenset(
     (
-        *("agent", "blue", "blue_checkpoint", "blue_device", "blue_kind", "blue_name", "challenge", "complete"),
-        *("condition", "cpu_s", "delivered", "distinct", "ending", "episode_id", "episodes", "failed", "failed_seat"),
+        *("agent", "blue", "blue_checkpoint", "blue_device", "blue_kind", "blue_name", "challenge", "code"),
+        *(
+            "complete",
+            "condition",
+            "cpu_s",
+            "delivered",
+            "distinct",
+            "ending",
+            "episode_id",
+            "episodes",
+            "failed",
+            "failed_seat",
+        ),
         *("failure", "full_deliveries", "id", "items", "limit_ticks", "map", "map_variant", "mean_ticks", "outcome"),
         *("own_metrics", "partner", "play_hash", "pymunk", "recording", "red", "red_checkpoint", "red_device"),
         *("red_kind", "red_name", "seconds", "seed", "source", "split", "started_utc", "study", "success", "ticks"),

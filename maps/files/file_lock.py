@@ -1,6 +1,8 @@
 """Locks on files, which keep other processes out while a file is written."""
 
 import errno
+import os
+from pathlib import Path
 
 from filelock import lock_descriptor, unlock_descriptor
 
@@ -27,3 +29,18 @@ def unlock_file(descriptor: int) -> None:
     except OSError as error:
         if error.errno not in _NO_LOCKS:
             raise
+
+
+def is_locked(path: Path) -> bool:
+    """Whether somebody has locked a file, this process or another one; nobody where there is none. Raises OSError."""
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)
+    except FileNotFoundError:
+        return False
+    try:
+        if not lock_file(descriptor):
+            return True
+        unlock_file(descriptor)
+        return False
+    finally:
+        os.close(descriptor)

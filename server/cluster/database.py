@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from typing import Any
 
 from movingout.maps.extras import needs_extra
@@ -41,6 +42,13 @@ class ClusterDatabase:
         """What nodes sign the calls to each other with."""
         found = await self._call(lambda each: self._rows(each, "SELECT value FROM movingout_cluster.secret", {}))
         return str(found[0][0])
+
+    async def cluster(self) -> str:
+        """A name for the cluster: another one in each database, also in a copy of one."""
+        statement = """SELECT value, (SELECT oid::text FROM pg_database WHERE datname = current_database())
+            FROM movingout_cluster.secret"""
+        found = await self._call(lambda each: self._rows(each, statement, {}))
+        return sha256("|".join(found[0]).encode()).hexdigest()
 
     async def close(self) -> None:
         connection, self._connection = self._connection, None

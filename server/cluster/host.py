@@ -13,6 +13,7 @@ from movingout.server import messages as m
 from movingout.server.agent_workers.capacity import COSTS, AgentCosts
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.cluster.errors import ClusterError
+from movingout.server.cluster.joining import refuse_other_clusters
 from movingout.server.cluster.lease_store import LeaseStore, NodeIdentity, NodeRow
 from movingout.server.cluster.limit_store import LimitStore
 from movingout.server.cluster.node import LOOK_S, ClusterNode
@@ -23,6 +24,7 @@ from movingout.server.cluster.room_files import (
     adopt,
     discard,
     folder_id,
+    has_files_of,
     has_rooms_of,
     journals_of,
     shards_in,
@@ -113,6 +115,7 @@ class ClusterHost(Host):
         node = self._node_of(self.node.who)
         try:
             await node.check()
+            await refuse_other_clusters(self.settings.data, self.settings.node, await node.store.cluster())
         finally:
             await node.store.close()
 
@@ -255,7 +258,7 @@ class ClusterHost(Host):
 
     async def _recover_left(self) -> None:
         """Finish what is in this folder of shards that a node with another folder has: one node of the folder does."""
-        on_disk, who = await self.shards_on_disk(), self.node.who
+        on_disk, who = await self.node.look(), self.node.who
         first = min((node.name for node in self._nodes() if node.folder == who.folder), default="")
         if self.node.problem or first != who.name:
             return
@@ -287,7 +290,11 @@ class ClusterHost(Host):
         return found
 
     def can_give_back(self, shard: str) -> bool:
-        return shard not in self.room_counts() and not journals_of(self.settings.recordings, shard)
+        return (
+            shard not in self.room_counts()
+            and not journals_of(self.settings.recordings, shard)
+            and not has_files_of(self.settings.rooms, shard)
+        )
 
     def forget_shard(self, shard: str, fence: int) -> None:
         discard(self.settings.rooms, shard, fence)

@@ -87,7 +87,7 @@ class ClusterNode:
         self._rooms = rooms
         self._clock, self._sleep = clock, sleep
         self._opening: dict[str, asyncio.Task[None]] = {}
-        self._look_at = self._clock()
+        self._left: frozenset[str] = frozenset()
         self._task: asyncio.Task[None] | None = None
 
     # ---- what others ask ------------------------------------------------------------------------------------
@@ -118,6 +118,7 @@ class ClusterNode:
     async def join(self) -> None:
         """Become a node with a home shard. Raises NodeRefused and ClusterError with what would work."""
         await self.check()
+        await self.look()  # before there are leases that could end meanwhile
         await self._register()
         self.leases.shared |= self._is_shared(self.view)
         await self._take_own()
@@ -179,12 +180,20 @@ class ClusterNode:
             if await self._take(lease):
                 return
 
+    async def look(self) -> frozenset[str]:
+        """Which shards have something in the data folder; the next step takes those that are free.
+
+        Not in a step: the disk may hang for longer than a lease.
+        """
+        self._left = await self._rooms.shards_on_disk()
+        return self._left
+
     async def _take_left(self) -> None:
         """Free shards of which the data folder has something: a server that was no node or another database left it."""
-        if self._clock() < self._look_at or self.state != "serving":
+        if self.state != "serving":
             return
-        self._look_at = self._clock() + LOOK_S
-        on_disk, free = await self._rooms.shards_on_disk(), self._free()
+        on_disk, free = self._left, self._free()
+        self._left = frozenset()
         for lease in [lease for lease in free if lease.shard in on_disk][: max(0, len(free) - SPARE)]:
             if await self._take(lease):
                 log.warning("took the shard %r: no node had its rooms or recordings in the data folder", lease.shard)

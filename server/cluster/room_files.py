@@ -5,23 +5,27 @@ folder of its own token and replaces unfinished journals by copies: what the for
 that have no name any more.
 """
 
+import errno
 import logging
 import os
 import re
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from movingout.maps.files.file_lock import is_locked
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.shards import shard_of
-from movingout.server.persistence.room_store import RoomFile, RoomStore
+from movingout.server.persistence.room_store import NOT_UNDERSTOOD, RoomFile, RoomStore
 from movingout.server.security.tokens import new_id
 
 log = logging.getLogger(__name__)
 
 _FOLDER = re.compile(r"([a-z2-9])\.(\d+)")
 FOLDER_ID = "cluster-folder"
+GROWS_S = 1.0  # in which a round that is played writes into its journal
 
 
 def folder_id(data: Path) -> str:
@@ -60,11 +64,46 @@ def has_rooms_of(rooms: Path, shard: str) -> bool:
     return bool(_folders(rooms, shard))
 
 
+def has_files_of(rooms: Path, shard: str) -> bool:
+    """Whether a room's file is there still: its deletion is queued, or the disk did not give it."""
+    return any(rooms.glob(f"{shard}.*/*.json"))
+
+
 def shards_in(rooms: Path, recordings: Path) -> frozenset[str]:
-    """The shards of which rooms or unfinished recordings lie here, whoever left them; blocks for the disk."""
+    """The shards of which rooms or unfinished recordings were left here, by whomever; blocks for the disk.
+
+    Without those with a recording that somebody may still be writing: a server that was forgotten, or, on a disk of
+    several machines, a node of another database.
+    """
     kept = [path for path in rooms.glob("*/*.json") if _FOLDER.fullmatch(path.parent.name)]
-    files = (*kept, *rooms.glob("*.json"), *recordings.glob(f"*{JOURNAL_SUFFIX}"))
-    return frozenset(shard for path in files if (shard := shard_of(path.name)))
+    journals = list(recordings.glob(f"*{JOURNAL_SUFFIX}"))
+    written = _written(journals)
+    left = {shard_of(path.name) for path in (*kept, *rooms.glob("*.json"), *journals)}
+    return frozenset(left - written - {""})
+
+
+def _written(journals: list[Path]) -> set[str]:
+    """The shards of those that somebody has locked, or that grow: some disks have no locks."""
+    before = {path: _size(path) for path in journals}
+    if journals:
+        time.sleep(GROWS_S)
+    return {shard_of(path.name) for path in journals if _size(path) != before[path] or _in_use(path)}
+
+
+def _size(journal: Path) -> int:
+    """-1 for one that was finished meanwhile."""
+    try:
+        return journal.stat().st_size
+    except OSError:
+        return -1
+
+
+def _in_use(journal: Path) -> bool:
+    try:
+        return is_locked(journal)
+    except OSError as error:
+        log.warning("%s is left alone: %s", journal.name, error.strerror or error)
+        return True
 
 
 def adopt(rooms: Path, recordings: Path, shard: str, fence: int) -> None:
@@ -85,8 +124,15 @@ def journals_of(recordings: Path, shard: str) -> list[Path]:
 
 
 def discard(rooms: Path, shard: str, fence: int) -> None:
-    """Forget a shard that was given back: it has no rooms."""
-    shutil.rmtree(_place(rooms, shard, fence), ignore_errors=True)
+    """Forget a shard that was given back: it has no rooms. Files that were not understood are kept."""
+    place = _place(rooms, shard, fence)
+    try:
+        for half in place.glob("*.tmp"):
+            half.unlink(missing_ok=True)
+        place.rmdir()
+    except OSError as error:
+        if error.errno not in (errno.ENOENT, errno.ENOTEMPTY, errno.EEXIST):
+            log.warning("cannot remove %s: %s", place, error.strerror or error)
 
 
 def _adopt_rooms(rooms: Path, shard: str, fence: int) -> None:
@@ -98,8 +144,9 @@ def _adopt_rooms(rooms: Path, shard: str, fence: int) -> None:
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
     if earlier:
-        for file in earlier[-1].glob("*.json"):
-            shutil.copy2(file, part / file.name)
+        for file in earlier[-1].iterdir():
+            if file.name.endswith((".json", NOT_UNDERSTOOD)):
+                shutil.copy2(file, part / file.name)
     os.replace(part, place)
     for old in earlier:
         shutil.rmtree(old, ignore_errors=True)

@@ -39,6 +39,11 @@ class ConnectionLimits:
         self._opened: dict[str, TokenBucket] = {}
         self._refusals = Counter() if refusals is None else refusals
 
+    @property
+    def any_open(self) -> bool:
+        """Also of people who read: pages of a study keep one open to hear news."""
+        return self._total + self._websockets() > 0
+
     def opened(self, address: str, tls: bool = False) -> bool:
         """Count a connection, which must be `closed`; False when it is one too many. `tls`: before its handshake."""
         self._total += 1

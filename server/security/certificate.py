@@ -33,7 +33,7 @@ def certificate_in(folder: Path, host: str) -> Certificate:
 
 
 def keep_valid(files: Certificate, quiet: bool) -> None:
-    """Make the certificate of a running server anew, with the same names, before it ends: best while nobody plays.
+    """Make the certificate of a running server anew, with the same names, before it ends: best while nobody is there.
 
     Pages that are open have to be loaded again then. Raises OSError.
     """

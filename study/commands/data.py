@@ -4,7 +4,7 @@ import argparse
 import importlib
 import json
 import sys
-from contextlib import closing, nullcontext
+from contextlib import closing, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign, letters
 from movingout.study.design.definition import Study
 from movingout.study.design.review import seat_imbalance
+from movingout.study.errors import StudyError
 from movingout.study.store import Store
 from movingout.study.store.frozen_study import frozen_study
 
@@ -126,6 +127,8 @@ def _export(args: argparse.Namespace) -> int:
 def _forget(args: argparse.Namespace) -> int:
     folder = folder_of(args)
     with closing(folder.open_existing()) as store, folder.exclusive():
+        with suppress(StudyError):  # today's file where that of then cannot be read
+            folder = as_frozen(folder, store, args.file)
         done = erase(folder, store, args.pid)
     document = {"pid": done.pid, "rows": done.rows, "recordings": done.recordings, "identity": done.identity}
     sentence = f"forgot {done.pid}: {done.rows} rows, {done.recordings} recordings, identity: "

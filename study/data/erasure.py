@@ -15,7 +15,7 @@ from movingout.recordings.storage.s3_bucket import delete_copies
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
-from movingout.study.store.removal import episodes_of, remove_participant, resolve_participant
+from movingout.study.store.removal import called, episodes_of, remove_participant
 from movingout.study.store.store import Participant, Store
 from movingout.study.store.tables import consents
 
@@ -49,7 +49,11 @@ def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
 
     If this is interrupted, run it again, at best with the pseudonym: the row in the store is deleted last.
     """
-    pid = _named(folder, store, name)
+    return _erase(folder, store, _named(folder, store, name))
+
+
+def _erase(folder: StudyFolder, store: Store, pid: str) -> Erased:
+    """By pseudonym alone: what a link said a participant's ID is may be somebody else's pseudonym."""
     removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
     remove_rooms(folder, pid)
     with folder.existing_identities() as identities:
@@ -64,11 +68,13 @@ def _named(folder: StudyFolder, store: Store, name: str) -> str:
         raise StudyError(f"{name!r} is the code of all who end alike, as `codes` says; {also}")
     with folder.existing_identities() as identities:
         known = identities.pids(name) if identities else []
-    if len(known) > 1:
+    found = sorted({*known, *called(store, name)})
+    if len(found) > 1:
         raise StudyError(
-            f"{len(known)} participants have the ID {name!r}; name one by the pseudonym: payments.csv has it"
+            f"{name!r} is the pseudonym, code or ID of {len(found)} participants ({', '.join(found)}); name one by "
+            "what no other has: payments.csv says which is whose"
         )
-    return resolve_participant(store, known[0] if known else name)
+    return store.participant(found[0] if found else name).pid
 
 
 def _due(study: Study, store: Store, known: Collection[str]) -> DueForErasure:
@@ -100,7 +106,7 @@ def purge(folder: StudyFolder, store: Store) -> DueForErasure:
         found = _due(folder.study, store, identities.everybody() if identities else ())
         gone = tuple(pid for pid in found.identities if identities and identities.forget(pid))
     for pid in found.trials:
-        erase(folder, store, pid)
+        _erase(folder, store, pid)
     store.audit("experimenter", "purge", identities=len(gone), participants=len(found.trials))
     return DueForErasure(gone, found.trials)
 

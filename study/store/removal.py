@@ -110,16 +110,10 @@ def _remove(connection: Connection, table: Table, condition: ColumnElement[bool]
     return int(connection.execute(delete(table).where(condition)).rowcount)
 
 
-def resolve_participant(store: Store, name: str) -> str:
-    """The pseudonym that belongs to a pseudonym or a completion code. Raises StudyError unless there is exactly one.
-
-    Participants know only their code.
-    """
+def called(store: Store, name: str) -> list[str]:
+    """Whose pseudonym or completion code this is. Raises StudyError for the pseudonym of one who was deleted."""
     if is_erased(store, name):
         raise StudyError(f"{name} was deleted already; the tombstone says so")
     with store.database.read() as connection:
         query = select(participants.c.pid).where(or_(participants.c.pid == name, participants.c.code == name))
-        found = connection.execute(query).scalars().all()
-    if len(found) > 1:
-        raise StudyError(f"{len(found)} participants were given the code {name!r}; payments.csv says which is whose")
-    return str(found[0]) if found else store.participant(name).pid
+        return [str(pid) for pid in connection.execute(query).scalars()]

@@ -202,7 +202,7 @@ def test_of_all_labels_one_that_needs_an_extra_is_named_where_it_is_not_installe
     monkeypatch.setattr(paper, "carry_out", lambda steps, space, where: None)
     assert main(["paper", "tables", "all", "--budget", "smoke", "-o", "out"]) == 1
     said = capsys.readouterr().err
-    assert "text:overcooked was not made" in said and "'.[overcooked]'" in said
+    assert "text:overcooked was not made" in said and "[overcooked]'" in said
     assert main(["paper", "tables", "text:overcooked", "--budget", "smoke", "-o", "out"]) == 2
 
 

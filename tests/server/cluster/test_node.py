@@ -2,16 +2,21 @@
 
 import asyncio
 from collections.abc import Callable, Coroutine, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from movingout.server.cluster import joining
+from movingout.server.cluster.app import create_cluster_app
 from movingout.server.cluster.errors import DatabaseAway, NodeRefused
 from movingout.server.cluster.lease_store import FORGET_S, NodeIdentity
-from movingout.server.cluster.node import LOOK_S, ROUTED_S, SPARE, ClusterNode
+from movingout.server.cluster.node import ROUTED_S, SPARE, ClusterNode
 from movingout.server.cluster.report import tokens_apart, waiting_rooms
 from movingout.server.cluster.shards import SHARDS, STUDY
-from movingout.server.settings import LEASE_S
+from movingout.server.persistence.data_folder import exclusive_data_folder
+from movingout.server.settings import LEASE_S, Settings
+from tests.database import PostgresServer
 from tests.server.cluster.clock import TestClock, identity
 from tests.server.cluster.nodes import FakeRooms
 
@@ -118,7 +123,7 @@ def test_without_a_shared_folder_rooms_wait_for_their_node_and_it_is_said_which(
     together(story)
 
 
-def test_what_no_node_has_is_taken_at_the_start_and_once_a_minute(clock: TestClock) -> None:
+def test_what_no_node_has_is_taken_at_the_start_and_after_a_look(clock: TestClock) -> None:
     async def story() -> None:
         a = Node(clock, "a")
         a.rooms.on_disk = frozenset("fr")  # of a server that was no node, or of another database
@@ -128,13 +133,71 @@ def test_what_no_node_has_is_taken_at_the_start_and_once_a_minute(clock: TestClo
         a.rooms.on_disk = frozenset(SHARDS)
         await a.step()
         assert set(a.node.leases) == {a.node.home}, "looks once a minute; the other one has nothing and is given back"
-        clock.advance(LOOK_S)
-        for each in (b, a):
-            await each.step()
+        await b.step()
+        await a.node.look()
+        await a.step()
         assert b.node.home not in a.node.leases, "another node has it"
         assert len(SHARDS) - len([*a.node.leases, *b.node.leases]) == SPARE, "nodes find a shard still"
 
     together(story)
+
+
+def test_a_disk_that_hangs_costs_no_lease(clock: TestClock) -> None:
+    async def story() -> None:
+        a, hangs = Node(clock, "a"), asyncio.Event()
+        await a.start()
+
+        async def shards_on_disk() -> frozenset[str]:
+            await hangs.wait()
+            return frozenset("fr")
+
+        a.rooms.shards_on_disk = shards_on_disk  # type: ignore[method-assign]
+        look = asyncio.create_task(a.node.look())
+        for _ in range(100):
+            clock.advance(1.0)
+            await asyncio.wait_for(a.step(), 5.0)
+            assert a.node.serves(a.node.home)
+        hangs.set()
+        await look
+        await a.step()
+        assert {"f", "r"} - {a.node.home} <= {each[5] for each in a.rooms.done if each.startswith("open")}
+
+    together(story)
+
+
+def test_no_lease_ends_while_a_node_that_starts_looks_at_the_disk(clock: TestClock) -> None:
+    async def story() -> None:
+        home = (await Node(clock, "a").start()).node.home
+        await Node(clock, "b").start()
+        clock.advance(2 * LEASE_S)
+        again = Node(clock, "a", run="again")
+
+        async def slowly() -> frozenset[str]:
+            clock.advance(2 * LEASE_S)
+            return frozenset()
+
+        again.rooms.shards_on_disk = slowly  # type: ignore[method-assign]
+        await again.start()
+        assert again.node.home == home and again.node.serves(home)
+
+    together(story)
+
+
+def test_a_node_does_not_start_beside_those_of_another_database(
+    database_server: PostgresServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(joining, "STARTING_S", 0)
+    one, other = database_server.new_database(), database_server.new_database()
+
+    def start(name: str, database: str) -> None:
+        create_cluster_app(Settings(data=tmp_path, cluster=database, node=name))
+
+    with exclusive_data_folder(tmp_path / "nodes" / "a"):
+        start("a", one)
+        with pytest.raises(NodeRefused, match=r"nodes of another cluster use the data folder .* \(a\): end all"):
+            start("b", other)
+        start("b", one)
+    start("b", other)  # a has ended
 
 
 def test_while_the_database_is_away_shared_rooms_wait_and_then_go_on_here(

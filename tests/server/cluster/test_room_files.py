@@ -1,11 +1,18 @@
 """Files of rooms by shard and fencing token: what a node that has lost a lease still writes reaches nobody."""
 
+import time
 from pathlib import Path
 
+import pytest
+
+from movingout.maps.files.file_lock import lock_file
+from movingout.server.cluster import room_files
 from movingout.server.cluster.room_files import (
     ShardedRoomStore,
     adopt,
+    discard,
     folder_id,
+    has_files_of,
     has_rooms_of,
     journals_of,
     shards_in,
@@ -92,7 +99,10 @@ def test_journals_of_a_shard_are_found_by_their_letter(tmp_path: Path) -> None:
     assert [path.name for path in journals_of(tmp_path, "k")] == ["kaa.mcap.journal"]
 
 
-def test_rooms_of_a_server_that_was_no_node_come_along_and_whoever_left_something_is_seen(tmp_path: Path) -> None:
+def test_rooms_of_a_server_that_was_no_node_come_along_and_whoever_left_something_is_seen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(room_files, "GROWS_S", 0.0)
     rooms, recordings = tmp_path / "rooms", tmp_path / "recordings"
     recordings.mkdir()
     adopt(rooms, recordings, "m", 3)
@@ -108,6 +118,33 @@ def test_rooms_of_a_server_that_was_no_node_come_along_and_whoever_left_somethin
     adopt(rooms, recordings, "k", 1)
     assert [file.id for file in store(rooms, k=1).load_shard("k", 1)] == ["kaaa"]
     assert not list(rooms.glob("*.json")) and shards_in(rooms, recordings) == {"k", "m", "f"}
+
+
+def test_what_somebody_still_writes_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for shard in "kmp":
+        (tmp_path / f"{shard}aaa.json").touch()
+        (tmp_path / f"{shard}bbb.mcap.journal").touch()
+    with (tmp_path / "kbbb.mcap.journal").open("r+") as locked:
+        assert lock_file(locked.fileno())
+        monkeypatch.setattr(time, "sleep", lambda _: (tmp_path / "mbbb.mcap.journal").write_bytes(b"a tick"))
+        assert shards_in(tmp_path, tmp_path) == {"p"}, "k is locked, m grows"
+    assert shards_in(tmp_path, tmp_path) == {"k", "m", "p"}
+
+
+def test_a_file_that_is_not_understood_stays_when_its_shard_is_given_back(tmp_path: Path) -> None:
+    (tmp_path / "kaaa.json").write_text("{", encoding="ascii")
+    adopt(tmp_path, tmp_path, "k", 1)
+    assert has_files_of(tmp_path, "k") and not has_files_of(tmp_path, "m")
+    assert list(store(tmp_path, k=1).load_shard("k", 1)) == []
+    assert not has_files_of(tmp_path, "k")
+    (tmp_path / "k.1" / "kbbb.tmp").touch()  # of a crash
+    discard(tmp_path, "k", 1)
+    adopt(tmp_path, tmp_path, "k", 2)
+    discard(tmp_path, "k", 2)
+    assert [path.name for path in tmp_path.rglob("*.*") if path.is_file()] == ["kaaa.json.not-understood"]
+    adopt(tmp_path, tmp_path, "m", 1)
+    discard(tmp_path, "m", 1)
+    assert not (tmp_path / "m.1").exists()
 
 
 def test_a_data_folder_has_one_id_for_all_who_share_it(tmp_path: Path) -> None:

@@ -3,7 +3,9 @@
 import asyncio
 import datetime
 import os
+import socket
 import ssl
+import time
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +71,13 @@ def test_a_running_server_has_a_new_certificate_before_the_old_one_ends(
         assert live.server is not None
         asyncio.run_coroutine_threadsafe(live.server.look_at_certificate(renews), live.loop).result(10)
 
+    def open_now(expected: bool) -> None:
+        assert live.server is not None
+        deadline = time.monotonic() + 10.0
+        while live.server._connections.any_open != expected:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+
     def served() -> str:
         return ssl.get_server_certificate(("127.0.0.1", live.port)).strip()
 
@@ -79,8 +88,14 @@ def test_a_running_server_has_a_new_certificate_before_the_old_one_ends(
         look(renews=True)
         assert served() == old, "it is good for long"
         monkeypatch.setattr(self_signed, "RENEW_DAYS", 400)
+        with socket.create_connection(("127.0.0.1", live.port)):  # of a page that somebody reads
+            open_now(True)
+            look(renews=True)
+            assert served() == old, "somebody is there"
+        open_now(False)
         look(renews=False)
         assert served() == old, "the process that listens makes it"
+        open_now(False)
         look(renews=True)
         new = certificate.certificate.read_text().strip()
         assert served() == new != old and names_in(certificate.certificate) == names

@@ -8,8 +8,10 @@ import pytest
 from movingout.recordings import finalise
 from movingout.recordings.episode import SeatInfo
 from movingout.recordings.storage.listing import Summary
+from movingout.server.cli import main
 from movingout.study.data import erasure
 from movingout.study.data.erasure import (
+    DAY_MS,
     due_now,
     erase,
     is_being_recorded,
@@ -21,7 +23,7 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
 from tests.recordings.support import record
-from tests.study.support import TEXT, agree, open_identities, open_store, study
+from tests.study.support import TEXT, Clock, agree, open_identities, open_store, study
 
 PID = "P7QRS2"
 
@@ -112,3 +114,42 @@ def test_a_code_that_several_may_have_finds_nobody_and_the_id_on_the_platform_do
     with pytest.raises(StudyError, match="'STOP1' is the code of all who end alike"):
         erase(folder, store, "STOP1")
     assert erase(folder, store, "5f3c").pid == pid and identities.pids("5f3c") == []
+
+
+@pytest.mark.parametrize("claimed", [PID, "ABCDEFGHJK"])
+def test_an_id_that_is_somebody_elses_pseudonym_or_code_deletes_neither(tmp_path: Path, claimed: str) -> None:
+    """A link says it, and nobody has signed it."""
+    folder = StudyFolder(study(), tmp_path)
+    store, identities = open_store(folder.own), open_identities(folder.own)
+    other, _ = identities.pid("prolific", claimed)
+    agree(store, [PID, other])
+    store.finish(PID, "done", "ABCDEFGHJK")
+    with pytest.raises(StudyError, match=rf"of 2 participants \({min(PID, other)}, {max(PID, other)}\)"):
+        erase(folder, store, claimed)
+    assert len(store.everybody()) == 2
+    assert erase(folder, store, other).pid == other and erase(folder, store, PID).pid == PID
+
+
+def test_purging_deletes_who_is_due_and_not_who_calls_themselves_so(tmp_path: Path) -> None:
+    folder = StudyFolder(study(), tmp_path)
+    clock = Clock()
+    store, identities = open_store(folder.own, clock), open_identities(folder.own)
+    store.arrive(PID, "en")
+    clock.ms += 20 * 365 * DAY_MS
+    other, _ = identities.pid("prolific", PID)
+    store.arrive(other, "en")
+    assert purge(folder, store).trials == (PID,)
+    assert [one.pid for one in store.everybody()] == [other]
+
+
+def test_a_code_means_what_it_meant_when_the_study_began(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    begun, now = (TEXT.replace("codes: unique", f"codes: {{withdrew: {code}}}") for code in ("STOP1", "STOP2"))
+    folder = StudyFolder(parse_study(begun), tmp_path)
+    store = open_store(folder.own, text=begun)
+    agree(store, [PID])
+    store.finish(PID, "withdrew", "STOP1")
+    file = tmp_path / "study.yaml"
+    file.write_text(now, encoding="utf-8")
+    assert main(["study", "forget", str(file), "STOP1", "--data", str(tmp_path)]) == 2
+    assert "'STOP1' is the code of all who end alike" in capsys.readouterr().err
+    assert [one.pid for one in store.everybody()] == [PID]

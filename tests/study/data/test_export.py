@@ -285,7 +285,7 @@ def test_who_knows_the_completion_code_alone_is_forgotten_by_that(tmp_path: Path
     assert erase(place, store, "CODE-1-0").pid == gone
     store.arrive("P3", "en")
     store.finish("P3", "done", "CODE-2-0")
-    with pytest.raises(StudyError, match="2 participants were given the code 'CODE-2-0'"):
+    with pytest.raises(StudyError, match="'CODE-2-0' is the pseudonym, code or ID of 2 participants"):
         erase(place, store, "CODE-2-0")
 
 

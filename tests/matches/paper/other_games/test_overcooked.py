@@ -33,7 +33,7 @@ def test_without_the_package_the_cell_says_how_to_install_it(monkeypatch: pytest
     monkeypatch.setattr(overcooked, "is_installed", lambda: False)
     for column in published_tables()["text:overcooked"].columns:
         cell = overcooked.overcooked_row("bass")(column)
-        assert isinstance(cell, EmptyCell) and "'.[overcooked]'" in cell.reason
+        assert isinstance(cell, EmptyCell) and "[overcooked]'" in cell.reason
 
 
 def test_what_is_gained_is_counted_game_by_game() -> None:
