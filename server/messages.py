@@ -10,6 +10,9 @@ from typing import Annotated, Literal
 import msgspec
 
 from movingout.maps import shapes
+from movingout.maps.spec import ARENA_HALF as ARENA_HALF
+from movingout.maps.spec import ROBOT_RADIUS as ROBOT_RADIUS
+from movingout.maps.spec import WALL_MARGIN as WALL_MARGIN
 from movingout.world import constants, ping
 
 SUBPROTOCOL = "movingout.v1"

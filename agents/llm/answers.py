@@ -4,6 +4,8 @@ import json
 from dataclasses import dataclass, replace
 from typing import Any
 
+from movingout.world.constants import TICKS_PER_SECOND
+
 ITEM_SKILLS = ("fetch", "hand_over")
 SKILLS = (*ITEM_SKILLS, "help", "wait", "step_aside")
 ALONE = "alone"  # the scripted agent's own choice; a fallback, never a model's
@@ -11,7 +13,6 @@ MOST_SKILLS = 5
 MAX_PLAN = 200  # characters
 MOST_OBJECTS = 200  # braces tried in one text
 WAIT_S, LONGEST_S = 3.0, 10.0
-TICKS_PER_SECOND = 10
 
 INSTRUCTIONS = f"""You are one of two robots that carry all items into the goals together, seen from above.
 Small items need one robot; heavy ones need both, at two ends.

@@ -20,11 +20,10 @@ from movingout.recordings.report.failures import Failure, failures
 from movingout.recordings.report.track import Track
 from movingout.recordings.report.waiting import Wait, waits
 from movingout.recordings.storage.listing import Unreadable
+from movingout.world.constants import TICKS_PER_SECOND
 from movingout.world.metrics import tick_consistency
 from movingout.world.own_metrics import own_values
 from movingout.world.state import Floats
-
-SECOND = 10  # ticks
 
 Pair = tuple[str, str]  # blue, red
 
@@ -112,10 +111,10 @@ def _facts(path: Path, episode: Episode, population: Callable[[EpisodeHeader], P
 
 def consistency_per_second(track: Track, actions: Floats) -> Floats:
     """(S, 2) sum and count, in each second, of the terms of AC: ticks in which both held one middle or large item."""
-    sums = np.zeros((-(-len(actions) // SECOND), 2))
+    sums = np.zeros((-(-len(actions) // TICKS_PER_SECOND), 2))
     for tick, (blue, red) in enumerate(track.held[:-1].tolist()):
         if blue == red != -1 and track.is_big(blue):
             term = tick_consistency(track.robots[tick], actions[tick])
             if term is not None:
-                sums[tick // SECOND] += (term, 1.0)
+                sums[tick // TICKS_PER_SECOND] += (term, 1.0)
     return sums

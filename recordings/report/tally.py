@@ -8,12 +8,12 @@ import numpy as np
 
 from movingout.maps.spec import MapSpec
 from movingout.recordings.occupancy import CELLS
-from movingout.recordings.report.facts import SECOND, EpisodeFacts, Pair
+from movingout.recordings.report.facts import EpisodeFacts, Pair
 from movingout.recordings.report.failures import CASES, Case, Failure
 from movingout.recordings.report.track import Ints
 from movingout.recordings.report.waiting import Wait
 from movingout.recordings.storage.listing import Unreadable
-from movingout.world.constants import TICK_SECONDS
+from movingout.world.constants import TICK_SECONDS, TICKS_PER_SECOND
 from movingout.world.estimates import Estimate, estimate_of_copies
 from movingout.world.metrics import METRICS
 from movingout.world.own_metrics import own_metrics
@@ -208,8 +208,8 @@ def _ticks_waited(facts: EpisodeFacts, seat: int) -> Ints:
 
 def _per_second(ticks: Sequence[Ints], length: int) -> Floats:
     """(S, C) how many of the ticks of each column fall into each second."""
-    bins = -(-length // SECOND)
-    counts = [np.bincount(column // SECOND, minlength=bins) for column in ticks]
+    bins = -(-length // TICKS_PER_SECOND)
+    counts = [np.bincount(column // TICKS_PER_SECOND, minlength=bins) for column in ticks]
     return np.array(counts, dtype=np.float64).T
 
 

@@ -1,6 +1,7 @@
 """The source code keeps to the limits of the house."""
 
 import ast
+import re
 import tomllib
 
 import pytest
@@ -9,6 +10,7 @@ import yaml
 from bench.house import LARGEST_FOLDER, LONGEST_FILE, main, report
 from bench.source.files import SourceTree
 from bench.source.import_graph import import_circles, import_graph
+from movingout.server.messages_js import NUMBER_NAMES
 from tests.support import ROOT
 
 TREE = SourceTree()
@@ -63,6 +65,17 @@ def test_a_fact_is_written_once(name: str) -> None:
         if isinstance(node, ast.Assign) and [ast.unparse(one).lstrip("_") for one in node.targets] == [name]
     ]
     assert len(homes) == 1, homes
+
+
+def test_pages_declare_no_number_that_messages_js_has() -> None:
+    found = {
+        f"{path.relative_to(ROOT)}: {name}"
+        for path in (ROOT / "web").rglob("*.js")
+        if path.name != "messages.js"
+        for name in re.findall(r"^(?:export )?const (\w+) =", path.read_text(encoding="utf-8"), re.MULTILINE)
+        if name in NUMBER_NAMES
+    }
+    assert found == set()
 
 
 def test_which_ends_of_a_round_count_is_written_once() -> None:

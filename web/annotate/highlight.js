@@ -4,9 +4,9 @@
  */
 
 import { currentTheme } from "../core/colours.js";
+import { ROBOT_RADIUS } from "../messages.js";
 import { outline } from "../shapes.js";
 import { ArenaContext } from "../view/arena_context.js";
-import { ROBOT_RADIUS } from "../view/robot.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {import("../view/render.js").View} View */

@@ -4,8 +4,8 @@
  */
 
 import { actionFor } from "../core/shortcuts.js";
+import { ARENA_HALF } from "../messages.js";
 import { say } from "../text/catalogue.js";
-import { ARENA_HALF } from "../view/arena_context.js";
 import { announce, placeText } from "./announcements.js";
 import { partName } from "./faults.js";
 import { STEP, TURN, movedBy, partsOf, pathOf } from "./parts.js";

@@ -4,7 +4,8 @@
  */
 
 import { currentTheme } from "../core/colours.js";
-import { ArenaContext, ARENA_HALF } from "../view/arena_context.js";
+import { ARENA_HALF } from "../messages.js";
+import { ArenaContext } from "../view/arena_context.js";
 import { drawItem } from "../view/item.js";
 import { context2d, drawScene, startView } from "../view/render.js";
 import { drawRobot } from "../view/robot.js";

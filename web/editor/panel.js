@@ -5,6 +5,7 @@
  */
 
 import { byId, el } from "../core/dom.js";
+import { ARENA_HALF } from "../messages.js";
 import { say } from "../text/catalogue.js";
 import { partName } from "./faults.js";
 import { SHAPES, SIZES, changed, isRect, movedTo, partsOf, pathOf, reshaped, resized, scaled } from "./parts.js";
@@ -116,10 +117,10 @@ export class Panel {
   #numbers(part) {
     const { map } = this.drawing;
     const it = thing(map, part);
-    const place = { least: -1.2, most: 1.2, step: 0.01 };
+    const place = { least: -ARENA_HALF, most: ARENA_HALF, step: 0.01 };
     if ("x0" in it && isRect(part)) {
       const { left, bottom, right, top } = sides(it);
-      const side = { least: 0.02, most: 2.4, step: 0.01 };
+      const side = { least: 0.02, most: 2 * ARENA_HALF, step: 0.01 };
       const shaped = (/** @type {number} */ width, /** @type {number} */ height) =>
         reshaped(map, part, { x: left, y: bottom }, { x: left + width, y: bottom + height });
       const moved = (/** @type {number} */ x, /** @type {number} */ y) =>

@@ -4,8 +4,8 @@
  * Lengths are arena units, y up; angles are radians, 0 looks along +y, counter-clockwise.
  */
 
+import { ARENA_HALF, ROBOT_RADIUS } from "../messages.js";
 import { radiusOf } from "../shapes.js";
-import { ARENA_HALF } from "../view/arena_context.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {import("../view/render.js").Rect} Rect */
@@ -22,7 +22,6 @@ export const COLOURS = /** @type {const} */ (["blue", "red"]);
 export const MOST = { walls: 64, goals: 64, items: 7 };
 export const STEP = 0.05; // of the grid
 export const TURN = Math.PI / 12;
-const ROBOT_RADIUS = 0.12;
 const LEAST_SIDE = 0.02;
 const LEAST_SCALE = 0.03;
 const MOST_SCALE = 0.4;
@@ -38,7 +37,7 @@ export function emptyMap(title) {
     description: "",
     robots: { blue: { x: -0.6, y: -0.9, angle: 0 }, red: { x: 0.6, y: -0.9, angle: 0 } },
     walls: [],
-    goals: [{ x0: -0.4, y0: 1.2, x1: 0.4, y1: 0.7 }],
+    goals: [{ x0: -0.4, y0: ARENA_HALF, x1: 0.4, y1: 0.7 }],
     items: [],
   };
   return addItem(map, "circle", "small", { x: 0, y: 0 });

@@ -4,9 +4,11 @@
  * so a map of one's own has it too.
  */
 
+import { ARENA_HALF } from "../messages.js";
+
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 
-const ARENA = 2.4 * 2.4;
+const ARENA = (2 * ARENA_HALF) ** 2;
 const FULL_OF_WALLS = 0.2; // share of the arena: the two get in each other's way
 const CORRIDOR = 0.5; // share of the arena: most items have to be passed on
 const MANY_WALLS = 4;

@@ -6,10 +6,9 @@
 
 import { currentTheme } from "../core/colours.js";
 import { ArenaContext } from "../view/arena_context.js";
-import { PING_TICKS, TICK_MS } from "../messages.js";
+import { PING_TICKS, ROBOT_RADIUS, TICK_MS } from "../messages.js";
 import { drawDecision } from "../view/candidates.js";
 import { drawPing } from "../view/ping.js";
-import { ROBOT_RADIUS } from "../view/robot.js";
 
 /** @typedef {import("./data.js").Replay} Replay */
 /** @typedef {[number, number]} Point arena units */

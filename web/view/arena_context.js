@@ -1,6 +1,7 @@
 // Drawing in arena units on a canvas of any size.
 
-export const ARENA_HALF = 1.2; // half the side of the arena, arena units
+import { ARENA_HALF } from "../messages.js";
+
 const LEAST_LETTERS_PX = 12; // CSS pixels
 
 /** @typedef {import("../core/colours.js").Theme} Theme */

@@ -1,8 +1,7 @@
 // Draws a decision of an agent over the arena: a path per candidate with its rank at the end, and for the chosen one
 // alone where it is expected to bring items and robots. Nothing is written on robots.
 
-import { ARENA_HALF } from "./arena_context.js";
-import { ROBOT_RADIUS } from "./robot.js";
+import { ARENA_HALF, ROBOT_RADIUS } from "../messages.js";
 import { outline } from "../shapes.js";
 
 /** @typedef {import("./arena_context.js").ArenaContext} ArenaContext */

@@ -1,10 +1,10 @@
 // What does not move: goals and walls below everything, the edge above it, each cached in an offscreen canvas per page
 // canvas, size and theme.
 
+import { WALL_MARGIN } from "../messages.js";
 import { ArenaContext } from "./arena_context.js";
 
 const CORNER_PX = 12; // CSS pixels, as --radius
-const WALL_MARGIN = 0.01; // a wall is this much thicker than its rectangle, as the official world makes it
 
 /** @typedef {import("../core/colours.js").Theme} Theme */
 /** @typedef {import("./render.js").GameMap} GameMap */

@@ -5,11 +5,11 @@
  */
 
 import { currentTheme } from "../core/colours.js";
+import { ROBOT_RADIUS } from "../messages.js";
 import { radiusOf } from "../shapes.js";
 import { ArenaContext } from "./arena_context.js";
 import { apart, union } from "./box.js";
 import { densityOf, drawScene } from "./render.js";
-import { ROBOT_RADIUS } from "./robot.js";
 
 /** @typedef {import("./render.js").GameMap} GameMap */
 /** @typedef {import("./render.js").Options} Options */

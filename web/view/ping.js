@@ -1,9 +1,8 @@
 // Draws a ping: a ring around the item or the place where somebody asks for help, with an exclamation mark above it.
 
 import { readable } from "../core/colours.js";
+import { ARENA_HALF, ROBOT_RADIUS } from "../messages.js";
 import { outline } from "../shapes.js";
-import { ARENA_HALF } from "./arena_context.js";
-import { ROBOT_RADIUS } from "./robot.js";
 
 /** @typedef {import("./arena_context.js").ArenaContext} ArenaContext */
 /** @typedef {import("./render.js").GameMap} GameMap */

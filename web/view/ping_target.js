@@ -1,7 +1,6 @@
 // What a ping points at: the item that is held, in front of the robot or under a finger, else the robot's own place.
 
-import { ARENA_HALF } from "./arena_context.js";
-import { ROBOT_RADIUS } from "./robot.js";
+import { ARENA_HALF, ROBOT_RADIUS } from "../messages.js";
 
 /** @typedef {import("./render.js").GameMap} GameMap */
 /** @typedef {import("./render.js").View} View */

@@ -1,6 +1,7 @@
 // Draws a robot of the arena: its body, its grip on an item, and the direction of the reader's own stick.
 
 import { readable } from "../core/colours.js";
+import { ROBOT_RADIUS } from "../messages.js";
 
 /** @typedef {import("./arena_context.js").ArenaContext} ArenaContext */
 /** @typedef {import("./render.js").Intent} Intent */
@@ -8,7 +9,6 @@ import { readable } from "../core/colours.js";
 /** @typedef {import("./render.js").Triple} Triple */
 /** @typedef {import("./render.js").View} View */
 
-export const ROBOT_RADIUS = 0.12;
 const LETTERS = ["B", "R"];
 
 /**
