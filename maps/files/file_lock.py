@@ -31,10 +31,18 @@ def unlock_file(descriptor: int) -> None:
             raise
 
 
+def _opened(path: Path) -> int:
+    """A descriptor to lock: for writing, as some disks want it, or as far as the user may."""
+    try:
+        return os.open(path, os.O_RDWR | os.O_CLOEXEC)
+    except PermissionError:
+        return os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+
+
 def is_locked(path: Path) -> bool:
     """Whether somebody has locked a file, this process or another one; nobody where there is none. Raises OSError."""
     try:
-        descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)
+        descriptor = _opened(path)
     except FileNotFoundError:
         return False
     try:

@@ -60,7 +60,8 @@ async def refuse_other_clusters(data: Path, name: str, cluster: str) -> None:
         raise ClusterError(f"cannot use the data folder {data} ({error.strerror or error})") from None
     raise NodeRefused(
         f"nodes of another cluster use the data folder {data} ({', '.join(others)}): end all of them first, or give "
-        "this node their database (--cluster) or a data folder of its own (--data)"
+        "this node their database (--cluster) or a data folder of its own (--data). A restored database counts as "
+        "another one"
     )
 
 

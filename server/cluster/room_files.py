@@ -66,7 +66,7 @@ def has_rooms_of(rooms: Path, shard: str) -> bool:
 
 def has_files_of(rooms: Path, shard: str) -> bool:
     """Whether a room's file is there still: its deletion is queued, or the disk did not give it."""
-    return any(rooms.glob(f"{shard}.*/*.json"))
+    return any(file for folder in _folders(rooms, shard) for file in folder.glob("*.json"))
 
 
 def shards_in(rooms: Path, recordings: Path) -> frozenset[str]:
@@ -140,8 +140,9 @@ def _adopt_rooms(rooms: Path, shard: str, fence: int) -> None:
     earlier, place = _folders(rooms, shard), _place(rooms, shard, fence)
     if place in earlier:
         return  # they have been here all the time
+    for left in rooms.glob(f"{shard}.*.part"):  # after a crash, of whatever token
+        shutil.rmtree(left, ignore_errors=True)
     part = place.with_name(f"{place.name}.part")
-    shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
     if earlier:
         for file in earlier[-1].iterdir():

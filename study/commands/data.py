@@ -5,6 +5,7 @@ import importlib
 import json
 import sys
 from contextlib import closing, nullcontext, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -127,8 +128,9 @@ def _export(args: argparse.Namespace) -> int:
 def _forget(args: argparse.Namespace) -> int:
     folder = folder_of(args)
     with closing(folder.open_existing()) as store, folder.exclusive():
-        with suppress(StudyError):  # today's file where that of then cannot be read
-            folder = as_frozen(folder, store, args.file)
+        with suppress(StudyError):  # today's file where that of then cannot be read; folders have its name
+            begun = as_frozen(folder, store, args.file).study
+            folder = replace(folder, study=begun.model_copy(update={"id": folder.study.id}))
         done = erase(folder, store, args.pid)
     document = {"pid": done.pid, "rows": done.rows, "recordings": done.recordings, "identity": done.identity}
     sentence = f"forgot {done.pid}: {done.rows} rows, {done.recordings} recordings, identity: "

@@ -209,11 +209,11 @@ def _remove(folder: Path, paths: set[Path]) -> None:
 def remove_rooms(folder: StudyFolder, pid: str) -> None:
     """Delete the saved rooms of a stopped server that name the participant, and what was answered in them."""
     try:
-        # those of a cluster are in a folder per shard; *.tmp are left after a crash
-        for path in [*folder.rooms.rglob("*.json"), *folder.rooms.rglob("*.tmp")]:
+        # those of a cluster are in a folder per shard; *.tmp are left after a crash, others were not understood
+        for path in [one for ending in ("json", "tmp", "not-understood") for one in folder.rooms.rglob(f"*.{ending}")]:
             if pid.encode() in path.read_bytes():
                 path.unlink()
-                for answers in (folder.data / "answers").glob(f"{path.stem}-*.jsonl"):
+                for answers in (folder.data / "answers").glob(f"{path.name.partition('.')[0]}-*.jsonl"):
                     answers.unlink()
     except OSError as error:
         raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None

@@ -44,3 +44,19 @@ def test_a_file_is_locked_for_others_until_it_is_given_back(tmp_path: Path) -> N
         assert file_lock.lock_file(mine.fileno()) and not file_lock.lock_file(other.fileno())
         file_lock.unlock_file(mine.fileno())
         assert file_lock.lock_file(other.fileno())
+
+
+def test_of_a_file_that_may_only_be_read_it_is_seen_whether_it_is_locked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    really = os.open
+
+    def opened(path: Path, flags: int) -> int:
+        if flags & os.O_RDWR:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        return really(path, flags)
+
+    with (tmp_path / "file").open("wb") as mine:
+        monkeypatch.setattr(os, "open", opened)
+        assert not file_lock.is_locked(tmp_path / "file")
+        assert file_lock.lock_file(mine.fileno()) and file_lock.is_locked(tmp_path / "file")

@@ -142,7 +142,11 @@ def test_a_file_that_is_not_understood_stays_when_its_shard_is_given_back(tmp_pa
     adopt(tmp_path, tmp_path, "k", 2)
     discard(tmp_path, "k", 2)
     assert [path.name for path in tmp_path.rglob("*.*") if path.is_file()] == ["kaaa.json.not-understood"]
+    (tmp_path / "m.0.part").mkdir()
+    (tmp_path / "m.0.part" / "maaa.json").touch()  # of a crash while it was taken
+    assert not has_files_of(tmp_path, "m")
     adopt(tmp_path, tmp_path, "m", 1)
+    assert not (tmp_path / "m.0.part").exists()
     discard(tmp_path, "m", 1)
     assert not (tmp_path / "m.1").exists()
 

@@ -18,6 +18,7 @@ from movingout.study.data.erasure import (
     named_in_recordings,
     purge,
     remove_recordings,
+    remove_rooms,
 )
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
@@ -91,6 +92,22 @@ def test_a_file_whose_name_is_not_utf8_stops_no_deletion_and_is_deleted_if_it_na
     assert remove_recordings(tmp_path, "P3XYZ9", set()) == 1 and not odd.exists()
 
 
+def test_rooms_that_name_somebody_are_deleted_also_those_that_were_not_understood(tmp_path: Path) -> None:
+    folder = StudyFolder(study(), tmp_path)
+    (folder.rooms / "k.3").mkdir(parents=True)
+    (tmp_path / "answers").mkdir()
+    named = [folder.rooms / "k.3" / name for name in ("kaaa.json", "kbbb.json.not-understood", "kccc.tmp")]
+    other = folder.rooms / "k.3" / "kddd.json.not-understood"
+    for path in named:
+        path.write_text(f'{{"seat": "{PID}"', encoding="ascii")
+    other.write_text("{", encoding="ascii")
+    answers = [tmp_path / "answers" / f"{room}-0.jsonl" for room in ("kaaa", "kbbb", "kddd")]
+    for path in answers:
+        path.touch()
+    remove_rooms(folder, PID)
+    assert [path.exists() for path in (*named, other, *answers)] == [False] * 3 + [True] + [False, False, True]
+
+
 @pytest.mark.parametrize("left", ["nothing", "an empty file"])
 def test_identities_that_were_deleted_or_lost_are_not_made_anew(tmp_path: Path, left: str) -> None:
     """The study would be served again, and whoever comes back would begin once more."""
@@ -153,3 +170,18 @@ def test_a_code_means_what_it_meant_when_the_study_began(tmp_path: Path, capsys:
     assert main(["study", "forget", str(file), "STOP1", "--data", str(tmp_path)]) == 2
     assert "'STOP1' is the code of all who end alike" in capsys.readouterr().err
     assert [one.pid for one in store.everybody()] == [PID]
+
+
+def test_an_identity_is_found_where_study_and_folder_were_renamed_together(tmp_path: Path) -> None:
+    begun = StudyFolder(parse_study(TEXT), tmp_path)
+    store, identities = open_store(begun.own, text=TEXT), open_identities(begun.own)
+    pid, _ = identities.pid("prolific", "5f3c")
+    agree(store, [pid])
+    store.close()
+    identities.close()
+    begun.own.rename(begun.own.with_name("renamed"))
+    file = tmp_path / "study.yaml"
+    file.write_text(TEXT.replace(f"id: {begun.study.id}", "id: renamed", 1), encoding="utf-8")
+    assert main(["study", "forget", str(file), "5f3c", "--data", str(tmp_path)]) == 0
+    left = open_identities(begun.own.with_name("renamed"))
+    assert left.pids("5f3c") == []
