@@ -310,6 +310,7 @@ def test_a_key_that_is_in_use_is_exchanged_only_when_asked(server: Server, open_
     expect(page.get_by_role("button", name="up: Space")).to_be_visible()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by", ["mouse", "keyboard"])
 def test_whoever_pauses_by_the_button_continues_with_the_key_that_is_named(
     server: Server, open_page: OpenPage, by: str

@@ -128,6 +128,7 @@ def test_what_is_missing_is_announced_and_gets_the_focus(server: Server, open_pa
     assert saved_answers(server, room) == {"teamwork": (6, ""), "humanlike": (-1, ""), "reasonable": (7, "")}
 
 
+@pytest.mark.slow
 def test_a_reload_goes_on_where_the_answers_end(server: Server, open_page: OpenPage) -> None:
     room = short_room(server)
     page = play_to_the_questions(open_page(room["join_path"], room))

@@ -117,6 +117,7 @@ def test_shuffled_items_stay_shuffled_in_the_game_after_it(server: Server, open_
     assert sent_body(sent.value)["challenge2_seed"] == 77
 
 
+@pytest.mark.slow
 def test_a_drawn_map_is_there_when_one_chooses_another_partner(server: Server, open_page: OpenPage) -> None:
     drawn = map_to_json(load_map("Simple")) | {"name": "Attic", "title": "The attic", "mode": "practice"}
     seats = [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]
@@ -138,6 +139,7 @@ def test_a_drawn_map_is_there_when_one_chooses_another_partner(server: Server, o
     expect(page.locator("#title")).to_have_text("The attic")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "height"), [(375, 553), (740, 360)])
 def test_who_has_played_the_own_drawing_may_go_on_drawing(
     server: Server, open_page: OpenPage, pictures: Path, width: int, height: int

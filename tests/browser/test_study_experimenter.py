@@ -218,6 +218,7 @@ def test_everything_can_be_paused_and_alerts_are_put_away(open_page: OpenPage) -
     assert [action for action, _ in study.heard] == ["pause", "resume"]
 
 
+@pytest.mark.slow
 def test_why_not_everything_could_be_paused_stays_until_the_next_action(browser: Browser, server: Server) -> None:
     study = FakeDashboard()
     with complaining_page(browser, server, "/healthz") as page:

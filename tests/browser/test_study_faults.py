@@ -16,6 +16,7 @@ from tests.browser.support import STORAGE_FORBIDDEN, Server
 FREE = Questionnaire(id="free", title="In your words", items=(QuestionnaireItem("why", "text", "Why", "Why?"),))
 
 
+@pytest.mark.slow
 def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(browser: Browser, server: Server) -> None:
     study = FakeStudy(coming=[FakePerson([fake.consent()])], asks_code=False)
     study.refusals[""] = (503, "starting", "")
@@ -120,6 +121,7 @@ def test_who_has_left_before_they_stop_stops_nobody_else(open_page: OpenPage) ->
     assert study.people["token-of-person-2"].steps[0]["kind"] == "questionnaire"
 
 
+@pytest.mark.slow
 def test_answers_given_without_a_connection_survive_closing_the_page_and_arrive_later(
     browser: Browser, server: Server
 ) -> None:

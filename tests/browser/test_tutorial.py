@@ -184,6 +184,7 @@ def test_what_a_grab_would_take_is_outlined_and_a_miss_is_seen(
     page.screenshot(path=pictures / f"cue-held-{motion}.png")
 
 
+@pytest.mark.slow
 def test_sounds_play_after_a_gesture_can_be_muted_and_stay_muted(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)

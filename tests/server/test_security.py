@@ -232,6 +232,7 @@ def test_14_a_proxy_is_believed_where_ipv4_comes_as_ipv6(tmp_path: Path, proxy: 
     assert found == [200, 200, 200]
 
 
+@pytest.mark.slow
 def test_15_no_token_is_logged_and_none_is_in_an_address(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -272,6 +272,7 @@ frames = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(sent=st.lists(frames, max_size=8))
 def test_6_whatever_is_sent_the_server_answers_and_logs_no_traceback(

@@ -32,6 +32,7 @@ def get(live: Live, path: str, **headers: str) -> tuple[int, dict[str, str], byt
     return answer.status, {name.lower(): value for name, value in answer.getheaders()}, body
 
 
+@pytest.mark.slow
 def test_10_a_flood_of_requests_is_refused_at_its_address_and_others_are_served(tmp_path: Path) -> None:
     with serve(tmp_path, limits(requests_per_address_per_s=1), trusted_proxies=PROXY) as live:
         found = [get(live, "/api/agents", X_Forwarded_For="10.0.0.1") for _ in range(40)]
@@ -140,6 +141,7 @@ def test_10_one_address_cannot_fill_the_disk_in_a_day() -> None:
     assert admission.may_record("10.0.0.1")
 
 
+@pytest.mark.slow
 def test_10_rooms_beyond_the_rate_are_refused_before_any_other_room_is_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -170,6 +172,7 @@ def test_10_rounds_are_charged_to_the_address_that_opened_the_room(tmp_path: Pat
         assert (status, answer["error"]["code"]) == (429, "too_many_rooms")
 
 
+@pytest.mark.slow
 def test_an_answer_with_any_break_in_it_is_shown_again_and_hides_no_other(tmp_path: Path) -> None:
     with serve(tmp_path) as live:
         room = live.open_room("here", "idle")

@@ -186,6 +186,7 @@ def test_other_data_is_learned_from_under_another_id_or_on_purpose(
     assert both.description.endswith(", and on others before.")
 
 
+@pytest.mark.slow
 def test_the_card_of_bass_says_where_the_simulator_and_the_value_come_from(recordings: Path, tmp_path: Path) -> None:
     longer = tmp_path / "longer"
     recorded(longer, "long", ticks=80, seed=5, people=("ann", "bob"))

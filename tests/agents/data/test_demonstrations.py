@@ -54,6 +54,7 @@ SILENT = f"{__name__}:Silent"
 KEPT = r"no way home; finished episodes are kept \(.*, line \d+\)"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("workers", "partner", "raised"),
     [(1, RAISING, "RuntimeError"), (2, RAISING, "RuntimeError"), (1, LEAVING, "SystemExit")],

@@ -97,6 +97,7 @@ def test_what_plays_is_what_has_learned() -> None:
     np.testing.assert_allclose(served, chunk.numpy(), atol=1e-2)
 
 
+@pytest.mark.slow
 def test_reward_changes_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
     """With a reward for driving ahead, more distance is asked for after some rounds."""
 

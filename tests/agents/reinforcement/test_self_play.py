@@ -126,6 +126,7 @@ def options_shape(network: OptionNetwork) -> list[int]:
     return TrainedScores(export_options(network))._network.input_shapes["options"][1:]
 
 
+@pytest.mark.slow
 def test_a_small_training_on_an_easy_map_brings_more_progress() -> None:
     config = SelfPlayConfig(episodes=24, round_episodes=4, young=4, ticks=100, rate=5e-3, passes=10, batch=64)
     learner = SelfPlay(config, ["Simple"])

@@ -291,6 +291,7 @@ def test_tutorials_are_counted_and_nothing_else_is_shown_of_them() -> None:
     assert "1 recording of a tutorial is left out." in html(facts(), facts("two", tutorial=True))
 
 
+@pytest.mark.slow
 def test_copies_and_rounds_that_the_study_does_not_count_are_left_out_and_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

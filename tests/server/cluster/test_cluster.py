@@ -85,6 +85,7 @@ def test_the_admin_closes_the_rooms_of_an_address_at_all_nodes(tmp_path: Path, d
             assert left == {rooms[live.port, "192.0.2.8"]}
 
 
+@pytest.mark.slow
 def test_a_node_comes_back_to_its_rooms(tmp_path: Path, database: str) -> None:
     with node(tmp_path, database, "a") as a:
         room, person = opened(a)
@@ -98,6 +99,7 @@ def test_a_node_comes_back_to_its_rooms(tmp_path: Path, database: str) -> None:
         assert verify(path).identical
 
 
+@pytest.mark.slow
 def test_rooms_and_rounds_of_a_server_that_was_no_node_go_on_at_a_node(tmp_path: Path, database: str) -> None:
     with serve(tmp_path) as alone:
         room = alone.open_room("here", "idle", limit_ticks=ROUND)

@@ -78,6 +78,7 @@ class Pooled:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", ["probe", "check"])
 def test_a_command_ends_though_an_agent_leaves_a_thread_running(tmp_path: Path, action: str) -> None:
     (tmp_path / "endless.py").write_text(ENDLESS)

@@ -184,6 +184,7 @@ finally:
     assert (done.returncode, done.stdout) == (128 + signal.SIGTERM, "the server is ended\n")
 
 
+@pytest.mark.slow
 def test_a_server_ends_when_the_command_that_has_started_it_is_killed(tmp_path: Path) -> None:
     command = [*PROGRAM, "play", "--port", "0", "--data", str(tmp_path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:

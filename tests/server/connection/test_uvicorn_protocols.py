@@ -69,6 +69,7 @@ def test_who_never_hangs_up_is_dropped(tmp_path: Path, monkeypatch: pytest.Monke
         wait_until(lambda: live.host.admission.sockets == 0)
 
 
+@pytest.mark.slow
 def test_a_refused_websocket_counts_until_it_is_gone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Over TLS its client can keep it open, by not answering the end of TLS."""
     monkeypatch.setattr(uvicorn_server, "GOODBYE_S", 2.0)

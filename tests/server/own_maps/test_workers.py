@@ -80,6 +80,7 @@ def test_a_process_that_died_is_replaced(tmp_path: Path) -> None:
     run(work())
 
 
+@pytest.mark.slow
 def test_who_asks_while_the_process_dies_again_is_refused_and_the_next_one_is_served(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

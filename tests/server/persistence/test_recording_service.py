@@ -130,6 +130,7 @@ def test_a_process_that_dies_twice_is_an_error_and_the_next_call_works(tmp_path:
     assert run(tmp_path, work) == 0.01
 
 
+@pytest.mark.slow
 def test_a_long_queue_is_refused_but_for_recordings_to_finish(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(work_process, "MOST_WAITING", 2)
 

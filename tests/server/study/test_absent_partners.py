@@ -76,6 +76,7 @@ def test_a_page_that_is_heard_now_and_then_waits_on_in_between(
         assert (first.look()["step"]["outcome"], second.look()["step"]["outcome"]) == ("partner-left", "dropped-out")
 
 
+@pytest.mark.slow
 def test_who_comes_back_first_after_a_stop_of_the_server_waits_for_the_other(tmp_path: Path) -> None:
     text = PAIR.replace("return_s: 5}", "return_s: 60}")
     with served(tmp_path, text) as study:
@@ -186,6 +187,7 @@ def removed(study: Served, pid: str) -> None:
         store.close()
 
 
+@pytest.mark.slow
 def test_the_partner_of_who_is_removed_from_the_data_plays_with_no_agent_instead(tmp_path: Path) -> None:
     with served(tmp_path, PAIR) as study:
         first, second = paired(study)

@@ -55,6 +55,7 @@ def test_participants_are_where_they_were_and_go_on_to_their_codes(tmp_path: Pat
         assert study.visitor(PROLIFIC_PID="somebody-new").kind == "consent"
 
 
+@pytest.mark.slow
 def test_a_round_that_was_cut_off_by_a_kill_resumes_after_its_last_recorded_tick(tmp_path: Path) -> None:
     data = tmp_path / "data"
     shutil.copytree(UNFINISHED / "data", data)

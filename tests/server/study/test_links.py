@@ -54,6 +54,7 @@ def test_who_knows_an_id_neither_takes_the_place_nor_ejects_whoever_has_it(tmp_p
         assert study.alerts()[0] == "other_device"
 
 
+@pytest.mark.slow
 def test_the_experimenter_lets_somebody_continue_in_another_browser_once(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         first = study.visitor(PROLIFIC_PID="mover").go_to("form")

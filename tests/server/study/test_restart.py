@@ -183,6 +183,7 @@ def test_a_study_whose_database_was_lost_is_not_begun_again_with_the_people_who_
             StudyDatabases(study.folder, SOLO, Alerts(), simulated=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("left", ["nothing", "an empty file"])
 def test_a_study_whose_identities_were_lost_makes_none_anew_and_says_so(tmp_path: Path, left: str) -> None:
     """Whoever came back was somebody new, and could take part and be paid twice."""

@@ -61,6 +61,7 @@ def test_a_session_has_a_failure_if_a_round_has_and_the_papers_rate_stands_besid
     assert ours[6].startswith("0.8")  # the share of 110 ticks in which the large item was held alone
 
 
+@pytest.mark.slow
 def test_a_blinded_report_tells_nowhere_which_letter_is_which_agent(filled: Filled, tmp_path: Path) -> None:
     place, store, _ = filled
     shuffled = place.study.model_copy(update={"shuffle_letters": True})

@@ -153,6 +153,7 @@ class OneMap:
 """
 
 
+@pytest.mark.slow
 def test_an_agent_of_ones_own_for_some_maps_is_tried_on_one_that_it_is_met_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -81,6 +81,7 @@ def test_check_warns_where_seats_and_partners_go_together_in_a_block() -> None:
     )
 
 
+@pytest.mark.slow
 def test_exports_and_reports_of_a_study_begun_by_the_first_rule_say_it_too(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -68,6 +68,7 @@ def test_identities_are_fenced_in_a_schema_of_their_own(postgres: str) -> None:
         first.pid("prolific", "somebody")
 
 
+@pytest.mark.slow
 def test_who_deletes_needs_the_database_alone_and_servers_share_it(postgres: str) -> None:
     with closing(Store(postgres, fence=1)) as first, closing(Store(postgres, fence=2)) as second:
         for server in (first, second):

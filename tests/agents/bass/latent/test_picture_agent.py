@@ -62,6 +62,7 @@ def test_films_have_the_own_action_first() -> None:
         films_of([walked(ticks=9)], SEEN)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_simulator(tmp_path: Path) -> None:
     films = films_of([walked(ticks=12)], SEEN)
     first, second = (train_picture_dynamics(TINY, films, tmp_path / name).network for name in "ab")
