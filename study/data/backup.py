@@ -191,6 +191,8 @@ def checked_manifest(backup: Path) -> dict[str, Any]:
         files = dict(about["files"])
         if about["format"] != FORMAT:
             raise StudyError(f"{backup} was written by a newer version; use that one")
+        if "identities" not in about:
+            raise KeyError("identities")
         STUDY_ID.validate_python(about["study"])  # its folder is named by it
         wrong = [name for name, known in files.items() if not _as_written(backup, name, known)]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):

@@ -77,7 +77,8 @@ def test_a_damaged_backup_is_not_restored(backed_up: tuple[Path, Path, str], tmp
         "study.sqlite": b"nonsense",
         "identity.sqlite": b"",
         "manifest.json": b"[" * 100_000,
-        "./manifest.json": b'{"format": 1, "study": "solo", "files": {"../x": {}}}',
+        "./manifest.json": b'{"format": 1, "study": "solo", "identities": false, "files": {"../x": {}}}',
+        "././manifest.json": b'{"format": 1, "study": "solo", "files": {}}',
     }
     for number, (name, content) in enumerate(spoiled.items()):
         copy = tmp_path / f"copy{number}"
@@ -91,7 +92,8 @@ def test_a_damaged_backup_is_not_restored(backed_up: tuple[Path, Path, str], tmp
 @pytest.mark.parametrize("study", ["x/../../y", "..", "/tmp/y", "", 1])
 def test_a_backup_of_a_study_that_no_study_file_can_have_is_not_restored(tmp_path: Path, study: object) -> None:
     """The folder is named by it."""
-    (tmp_path / "manifest.json").write_text(json.dumps({"format": 1, "study": study, "files": {}}))
+    about = {"format": 1, "study": study, "identities": False, "files": {}}
+    (tmp_path / "manifest.json").write_text(json.dumps(about))
     with pytest.raises(StudyError, match="is no backup of a study"):
         restore(tmp_path, tmp_path / "data")
     assert [path.name for path in tmp_path.iterdir()] == ["manifest.json"]
