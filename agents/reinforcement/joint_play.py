@@ -11,14 +11,11 @@ from torch.nn import functional as F
 
 from movingout.agents.reinforcement.learning_room import MODES, RoomPairing
 from movingout.agents.reinforcement.room_play import RoomPlay
-from movingout.agents.reinforcement.tanh_actor import HIGH, LOW
+from movingout.agents.reinforcement.squashed_normal import SquashedNormal
 from movingout.maps.extras import needs_extra
 
 with needs_extra("rl", "reinforcement learning"):
     from tensordict import TensorDict
-    from torchrl.modules import TanhNormal
-
-RANGE = {"low": torch.tensor(LOW), "high": torch.tensor(HIGH)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,22 +36,22 @@ class JointPlay:
 
 def joint_play(plays: Sequence[RoomPlay], pairings: Sequence[RoomPairing]) -> JointPlay:
     """What was played in all rooms, as sequences to learn from."""
-    seen, loc, scale, actions, learned, rewards, after = (
+    seen, loc, scale, drawn, learned, rewards, after = (
         torch.from_numpy(np.array([getattr(one, name) for one in plays])).transpose(1, 2)  # (K, 2, T, …)
-        for name in ("seen", "loc", "scale", "actions", "learned", "rewards", "after")
+        for name in ("seen", "loc", "scale", "drawn", "learned", "rewards", "after")
     )
     over, finished = (
         torch.from_numpy(np.array([getattr(one, name) for one in plays])).repeat_interleave(2, dim=0)[..., None]
         for name in ("over", "finished")
     )
-    logs = TanhNormal(loc, scale, **RANGE).log_prob(actions)
+    logs = SquashedNormal(loc, scale).log_prob(drawn)  # type: ignore[no-untyped-call]  # torch tells no types
     weights = torch.tensor([one.weight for one in pairings])[:, None, None]
     mode = F.one_hot(torch.tensor([MODES.index(one.mode) for one in pairings]), len(MODES)).float()
     rows = TensorDict(
         {
             "observation": seen.flatten(0, 1),
             "state": _states(seen, mode),
-            "action": actions.flatten(0, 1),
+            "action": drawn.flatten(0, 1),
             "action_log_prob": logs.flatten(0, 1),
             "next": {
                 "state": _states(after, mode), "reward": (weights * rewards).flatten(0, 1)[..., None],

@@ -16,12 +16,13 @@ from torch import Tensor, nn
 
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.errors import DataError
-from movingout.agents.reinforcement.joint_play import RANGE, JointPlay, joint_play
+from movingout.agents.reinforcement.joint_play import JointPlay, joint_play
 from movingout.agents.reinforcement.learning_room import MODES, Kept, RoomPairing
 from movingout.agents.reinforcement.mappo_config import ADAM_EPSILON, CRITIC_LOSS, MappoConfig
 from movingout.agents.reinforcement.playing_rooms import LearningRoomSetup, LocalRooms, PlayingRooms
 from movingout.agents.reinforcement.ray_rooms import RayRooms
 from movingout.agents.reinforcement.resume_file import read_resume, write_resume
+from movingout.agents.reinforcement.squashed_normal import SquashedNormal
 from movingout.agents.reinforcement.tanh_actor import CentralCritic, TanhActor
 from movingout.agents.training.run_folder import RESUME
 from movingout.agents.training.run_output import append_losses, cut_losses
@@ -30,7 +31,7 @@ from movingout.maps.randomize import Split
 
 with needs_extra("rl", "reinforcement learning"):
     from tensordict.nn import TensorDictModule
-    from torchrl.modules import ProbabilisticActor, TanhNormal, ValueOperator
+    from torchrl.modules import ProbabilisticActor, ValueOperator
     from torchrl.objectives import ClipPPOLoss
     from torchrl.objectives.value import GAE
 
@@ -186,8 +187,7 @@ def _losses(actor: TanhActor, value: ValueOperator, config: MappoConfig) -> Clip
     distribution = ProbabilisticActor(
         TensorDictModule(_Moments(actor), in_keys=["observation"], out_keys=["loc", "scale"]),
         in_keys=["loc", "scale"],
-        distribution_class=TanhNormal,
-        distribution_kwargs=RANGE,
+        distribution_class=SquashedNormal,
         return_log_prob=True,
     )
     return ClipPPOLoss(

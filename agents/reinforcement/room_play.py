@@ -21,7 +21,7 @@ class RoomPlay:
     seen: Singles  # (T, 2, D)
     loc: Singles  # (T, 2, 4) of what the learner would have drawn for each seat, before squashing
     scale: Singles  # (T, 2, 4)
-    actions: Singles  # (T, 2, 4) that it drew
+    drawn: Singles  # (T, 2, 4) what it drew, before squashing
     learned: Bools  # (T, 2) whether the seat is learned from
     rewards: Singles  # (T, 2)
     over: Bools  # (T,)
@@ -32,20 +32,20 @@ class RoomPlay:
 
 def play_room(room: LearningRoom, actor: TanhActor, frozen: Sequence[TanhActor], noise: Tensor) -> RoomPlay:
     """Play with noise (T, 2, 4). The two seats alone are a batch, so a room plays the same beside any others."""
-    drawn: list[tuple[Singles, Tensor, Tensor, Tensor]] = []
+    chosen: list[tuple[Singles, Tensor, Tensor, Tensor]] = []
     learned, results = [], []
     with torch.no_grad():
         for own in noise:
             seen = torch.from_numpy(room.seen)
             loc, scale = actor.moments(seen)
-            actions = actor.squashed(loc + scale * own)
-            drawn.append((room.seen, loc, scale, actions))
+            drawn = loc + scale * own
+            chosen.append((room.seen, loc, scale, drawn))
             learned.append(room.learned)
-            results.append(room.step(_with_partner(room, frozen, seen, own, actions).numpy()))
-    rows = (np.stack([np.asarray(one) for one in part]) for part in zip(*drawn, strict=True))
-    seen_rows, locs, scales, action_rows = rows
+            results.append(room.step(_with_partner(room, frozen, seen, own, actor.squashed(drawn)).numpy()))
+    rows = (np.stack([np.asarray(one) for one in part]) for part in zip(*chosen, strict=True))
+    seen_rows, locs, scales, drawn_rows = rows
     return RoomPlay(
-        seen_rows, locs, scales, action_rows,
+        seen_rows, locs, scales, drawn_rows,
         learned=np.array(learned),
         rewards=np.array([one.rewards for one in results]),
         over=np.array([one.over for one in results]),
