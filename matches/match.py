@@ -16,7 +16,7 @@ from movingout.world.constants import LIMIT_TICKS, MAX_SEED, MAX_TICKS
 from movingout.world.metrics import Metrics
 
 Challenge = Literal[1, 2]
-_LATER = ("play_hash", "own_metrics", "code")  # fields of results that earlier versions did not write
+_LATER = ("play_hash", "own_metrics", "code", "official_ac")  # fields of results that earlier versions did not write
 Ending = Literal["delivered", "time", "failed"]
 MAX_EPISODES = 1_000_000
 
@@ -96,6 +96,9 @@ class MatchResult:
         default_factory=dict, compare=False
     )  # of installed packages, by key
     code: str = field(default="", compare=False)  # hash of our code that plays, in a file; "" in files of before
+    official_ac: float | None = field(
+        default=None, compare=False
+    )  # as the official code counts; None where nothing was carried together, of a failed match, in files of before
 
     def to_json(self) -> dict[str, Any]:
         """A flat JSON object; `result_from_json` reads it back."""

@@ -262,15 +262,20 @@ class EpisodeMetrics:
         """The official `waiting`: the share of ticks in which one holds a middle or large item and nobody helps."""
         return self._official_waiting / self._ticks if self._ticks else 0.0
 
-    def official(self) -> OfficialMetrics:
-        """What the official code would report for the same ticks; the 1e-5 in the denominator is the official one."""
-        poses = self._item_poses()
+    @property
+    def official_ac(self) -> float | None:
+        """The official `consistency`, with its 1e-5 in the denominator; None where nothing was carried together."""
         together = self._official_consistency
+        return sum(together) / (len(together) + 1e-5) if together else None
+
+    def official(self) -> OfficialMetrics:
+        """What the official code would report for the same ticks."""
+        poses = self._item_poses()
         return OfficialMetrics(
             score=float(delivered_items(self.map, poses).mean()),
             nfd=official_normalized_final_distance(self.map, poses),
             waiting=self.waiting_share,
-            consistency=sum(together) / (len(together) + 1e-5),
+            consistency=self.official_ac or 0.0,
         )
 
     def _update_together(self, before: WorldState, actions: Floats) -> None:

@@ -37,7 +37,17 @@ COLUMNS = frozenset(
             "failed_seat",
         ),
         *("failure", "full_deliveries", "id", "items", "limit_ticks", "map", "map_variant", "mean_ticks", "outcome"),
-        *("own_metrics", "partner", "play_hash", "pymunk", "recording", "red", "red_checkpoint", "red_device"),
+        *(
+            "official_ac",
+            "own_metrics",
+            "partner",
+            "play_hash",
+            "pymunk",
+            "recording",
+            "red",
+            "red_checkpoint",
+            "red_device",
+        ),
         *("red_kind", "red_name", "seconds", "seed", "source", "split", "started_utc", "study", "success", "ticks"),
         *(
             "waiting_share",

@@ -99,6 +99,7 @@ class RunningMatch:
             cpu_s=self.cpu_s,
             play_hash=self._hash.of(self.state),
             own_metrics=self._own_values(),
+            official_ac=self.metrics.official_ac,
         )
 
     def _own_values(self) -> dict[str, float | None]:

@@ -14,10 +14,10 @@ from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.methods import with_seed
 from movingout.matches.paper.pooling import between, fields, pooled
 from movingout.matches.paper.workspace import Measured, Workspace
-from movingout.matches.results.table import MEASURES, WAITING, of_matches
+from movingout.matches.results.table import MEASURES, OFFICIAL_AC, WAITING, of_matches
 from movingout.world.estimates import Estimate
 
-PLAYED = {measure.key: measure for measure in (*MEASURES, WAITING)}
+PLAYED = {measure.key: measure for measure in (*MEASURES, WAITING, OFFICIAL_AC)}
 
 
 class Found(NamedTuple):

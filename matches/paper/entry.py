@@ -6,7 +6,14 @@ from typing import Literal, NamedTuple
 
 from movingout.matches.paper.cells import EmptyCell, MeasuredCell, Measurement, PaperCell, PlayedCell, PooledCell
 from movingout.matches.paper.presentation.drawing import Drawing, figure_file
-from movingout.matches.paper.published import Figure, PublishedColumn, PublishedRow, PublishedTable, published_tables
+from movingout.matches.paper.published import (
+    Figure,
+    PublishedColumn,
+    PublishedRow,
+    PublishedTable,
+    published_tables,
+    shown_columns,
+)
 
 Kind = Literal["table", "figure", "sentence", "illustration"]
 RowGrouping = Literal["rule", "column", "line"]
@@ -74,9 +81,9 @@ class PaperEntry:
             return
         for row in (*self.published.rows, *self.extra_rows):
             make = self.rows.get((row.group, row.name))
-            for column in self.published.columns:
+            for column, theirs in shown_columns(self.published.columns):
                 ours = make(column) if make else EmptyCell(self.otherwise)
-                yield EntryCell(row, column, row.figures.get(column), ours)
+                yield EntryCell(row, column, row.figures.get(theirs), ours)
 
     @property
     def state(self) -> str:

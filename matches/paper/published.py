@@ -6,7 +6,7 @@ counts; ours of that kind stand beside them.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -62,6 +62,17 @@ class PublishedColumn(NamedTuple):
 
 
 Figures = Mapping[PublishedColumn, Figure]
+
+
+def shown_columns(columns: Iterable[PublishedColumn]) -> Iterator[tuple[PublishedColumn, PublishedColumn]]:
+    """Our columns, each with the paper's that stands beside it.
+
+    AC is there twice: by the formula that the paper prints, and as its code counts, which its numbers look like.
+    """
+    for column in columns:
+        yield column, column
+        if column.measure == "ac":
+            yield column._replace(measure="official_ac"), column
 
 
 class PublishedRow(NamedTuple):

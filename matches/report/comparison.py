@@ -11,6 +11,7 @@ from movingout.matches.report.words import count_words, report_words, value_text
 from movingout.matches.results.significance import evidence, stars, welch
 from movingout.matches.results.table import (
     MEASURES,
+    OFFICIAL_AC,
     WAITING,
     Measure,
     distinct,
@@ -22,7 +23,8 @@ from movingout.matches.run import GridRun
 from movingout.recordings.report.words import DEFAULT, Words
 from movingout.world.estimates import Estimate
 
-COMPARED = tuple(next(one for one in (*MEASURES, WAITING) if one.key == key) for key in PAPER_METRICS)
+PLAYED = (*MEASURES, WAITING, OFFICIAL_AC)
+COMPARED = tuple(next(one for one in PLAYED if one.key == key) for key in (*PAPER_METRICS, "official_ac"))
 
 
 class ComparisonLine(NamedTuple):
@@ -40,7 +42,7 @@ class ComparisonLine(NamedTuple):
         return estimate_of(self.results, measure)
 
     def theirs(self, measure: Measure) -> Figure | None:
-        return paper_figures(self.table, self.challenge, self.label).get(measure.key)
+        return paper_figures(self.table, self.challenge, self.label).get(_of_paper(measure))
 
     def change(self, measure: Measure) -> tuple[float | None, float | None]:
         """Our change in % from the condition compared with, and Welch's p; None where there is none."""
@@ -51,9 +53,14 @@ class ComparisonLine(NamedTuple):
 
     def their_change(self, measure: Measure) -> float | None:
         """The paper's change in %, from its means."""
-        before = paper_figures(self.against_table, self.challenge, self.label).get(measure.key)
+        before = paper_figures(self.against_table, self.challenge, self.label).get(_of_paper(measure))
         now = self.theirs(measure)
         return _percent(before, now)
+
+
+def _of_paper(measure: Measure) -> str:
+    """The paper's metric beside one of ours: its AC beside both, by its formula and as its code counts."""
+    return "ac" if measure is OFFICIAL_AC else measure.key
 
 
 def _percent(before: Estimate | Figure | None, now: Estimate | Figure | None) -> float | None:
@@ -98,7 +105,8 @@ def json_report(runs: Sequence[GridRun]) -> dict[str, Any]:
 def _table(lines: Sequence[ComparisonLine], words: Words) -> str:
     heads = [*(words.say(f"grid.{key}") for key in ("condition", "challenge", "agent")), "n"]
     for measure in COMPARED:
-        heads += [words.say("paper.here", measure=measure.heading), words.say("paper.paper")]
+        heading = words.say("paper.official-ac") if measure is OFFICIAL_AC else measure.heading
+        heads += [words.say("paper.here", measure=heading), words.say("paper.paper")]
     rows = [heads, ["---"] * 3 + ["--:"] * (len(heads) - 3)]
     for line in lines:
         row = [line.condition, str(line.challenge), line.label, count_words(words, line.results)]
@@ -150,7 +158,7 @@ def _grid_json(run: GridRun) -> dict[str, Any]:
                 "agent": line.label,
                 "paper_table": line.table,
                 "distinct": distinct(line.results),
-                "ours": {measure.key: estimate_json(line.ours(measure)) for measure in (*MEASURES, WAITING)},
+                "ours": {measure.key: estimate_json(line.ours(measure)) for measure in PLAYED},
                 "paper": {
                     measure.key: {"mean": figure.mean, "stderr": figure.stderr}
                     for measure in COMPARED

@@ -32,7 +32,7 @@ def _table(run: GridRun) -> Any:
     import pyarrow as pa
 
     rows = [_row(result) for result in run.results.values()]
-    numbers = {metric.key for metric in METRICS} | {"waiting_share"}
+    numbers = {metric.key for metric in METRICS} | {"waiting_share", "official_ac"}
     numbers |= {key for result in run.results.values() for key in result.own_metrics}
     columns = {name: [row.get(name) for row in rows] for name in dict.fromkeys(key for row in rows for key in row)}
     return pa.table(

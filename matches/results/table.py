@@ -45,6 +45,8 @@ MEASURES = (
 )
 WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.waiting_share, "Waiting time")
 """Waiting as the official code counts it, a share of the ticks: for comparison with the paper, in no table of ours."""
+OFFICIAL_AC = Measure("official_ac", "AC of the code", True, lambda result: result.official_ac, "Action consistency")
+"""Action consistency as the official code counts it, for the same."""
 
 
 @dataclass(frozen=True, slots=True)

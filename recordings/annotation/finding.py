@@ -53,6 +53,7 @@ class SearchedRecording:
     seats: tuple[SearchedSeat, SearchedSeat]
     findings: tuple[Finding, ...]
     waiting_share: float = 0.0  # of the ticks, as the official code counts waiting
+    official_ac: float | None = None  # as the official code counts; None where nothing was carried together
     played: str = ""  # what copies of the episode share, as agents without chance play it again
     simulated: bool = False  # in a rehearsal of a study: its participants were programs
 
@@ -67,6 +68,7 @@ class SearchedRecording:
             "study": self.study,
             "seats": [[seat.kind, seat.name] for seat in self.seats],
             "waiting_share": self.waiting_share,
+            "official_ac": self.official_ac,
             "played": self.played,
             "simulated": self.simulated,
             "findings": [[one.case, one.seat, one.item, one.start, one.end, one.detail] for one in self.findings],
@@ -78,7 +80,8 @@ class SearchedRecording:
         findings = tuple(Finding(document["id"], *one) for one in document["findings"])
         return cls(
             document["id"], document["map"], document["study"], (blue, red), findings,
-            waiting_share=document["waiting_share"], played=document["played"], simulated=document["simulated"],
+            waiting_share=document["waiting_share"], official_ac=document["official_ac"], played=document["played"],
+            simulated=document["simulated"],
         )  # fmt: skip
 
 

@@ -110,7 +110,8 @@ def _searched(path: Path) -> SearchedRecording | None:
     metrics.update_episode(list(episode.states), episode.actions)
     return SearchedRecording(
         header.episode_id, header.map.name, study, (blue, red), found,
-        waiting_share=metrics.waiting_share, played=play_hash(episode), simulated=header.simulated,
+        waiting_share=metrics.waiting_share, official_ac=metrics.official_ac, played=play_hash(episode),
+        simulated=header.simulated,
     )  # fmt: skip
 
 

@@ -14,6 +14,9 @@ from movingout.world.estimates import Estimate, estimate, estimate_text
 
 HUMAN_ROWS = "tab:task_1_results: Play with Human"
 CHALLENGES = (1, 2)
+OFFICIAL = "waiting_share", "official_ac"  # as the official code counts, from recordings
+MEASURED = (*PAPER_METRICS, "official_ac")
+THEIRS = (*PAPER_METRICS, "ac")  # of the paper, beside these
 HEADS = ("TCR ↑", "NFD ↑", "WT [share] ↓", "AC ↑")
 
 
@@ -34,7 +37,7 @@ def paper_table(results: Results, name: Namer, words: Words = ENGLISH) -> Report
     if not rows:
         return None
     head = (*block_cells(blocks, say("study.block")), say("study.partner"), say("study.paper.source"))
-    heads = (*head, say("study.paper.challenge"), say("study.rounds"), *HEADS)
+    heads = (*head, say("study.paper.challenge"), say("study.rounds"), *HEADS, say("study.paper.official-ac"))
     return ReportTable("paper", say("study.paper"), heads, tuple(rows), len(head), say("study.paper.note"))
 
 
@@ -45,7 +48,7 @@ def _beside(
     played, say = _rounds(results, partner, challenge), words.say
     if played:
         ours = name(partner), say("study.paper.ours"), str(challenge), str(len(played))
-        yield (*ours, *(estimate_text(estimate(_values(results, played, key))) for key in PAPER_METRICS))
+        yield (*ours, *(estimate_text(estimate(_values(results, played, key))) for key in MEASURED))
         yield label, say("study.paper.theirs"), str(challenge), "–", *_published(challenge, label)
 
 
@@ -61,7 +64,7 @@ def _rounds(results: Results, partner: str, challenge: int) -> list[Row]:
 def _published(challenge: int, label: str) -> list[str]:
     """The paper's row with people, a dash where it has none."""
     figures = paper_figures(HUMAN_ROWS, challenge, label)
-    found = [figures.get(metric) for metric in PAPER_METRICS]
+    found = [figures.get(metric) for metric in THEIRS]
     return [estimate_text(one and Estimate(one.mean, one.stderr, 0)) for one in found]
 
 
@@ -132,11 +135,11 @@ def _paper_partners(results: Results) -> dict[str, str]:
 
 
 def _values(results: Results, played: Sequence[Row], metric: str) -> list[float]:
-    """A metric of every round that has it; the share of waiting is known where there is a recording."""
-    if metric != "waiting_share":
+    """A metric of every round that has it; what the official code counts is known where there is a recording."""
+    if metric not in OFFICIAL:
         return [row[metric] for row in played if row[metric] is not None]
-    shares = results.sessions.waiting_shares
-    return [shares[row["episode"]] for row in played if row["episode"] in shares]
+    values = results.sessions.official(metric)
+    return [values[row["episode"]] for row in played if row["episode"] in values]
 
 
 def _share(part: int, all_: int) -> str:

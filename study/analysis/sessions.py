@@ -68,10 +68,10 @@ class Sessions:
         """Where partners failed, not participants."""
         return [finding for session in self.sessions for finding in session.findings]
 
-    @property
-    def waiting_shares(self) -> dict[str, float]:
-        """By episode, the share of ticks that the official code counts as waiting."""
-        return {one.id: one.waiting_share for one in self.recordings}
+    def official(self, metric: str) -> dict[str, float]:
+        """By episode that has it, what the official code counts: `waiting_share` or `official_ac`."""
+        values = {one.id: getattr(one, metric) for one in self.recordings}
+        return {episode: value for episode, value in values.items() if value is not None}
 
 
 def sessions_of(

@@ -183,6 +183,18 @@ def test_official_consistency_sees_directions_a_quarter_turn_off_and_only_what_c
     assert official_tick_consistency(SIDE_BY_SIDE, pulls((1.0, ALONG_X), (1.0, AGAINST_X))) == pytest.approx(1.0)
 
 
+def test_official_consistency_of_an_episode_is_the_mean_over_the_ticks_of_joint_holding(room: MapSpec) -> None:
+    """The official code adds 1e-5 to their number, and has 0 where there are none."""
+    metrics, alone = EpisodeMetrics(room), changed(start_of(room), held=(2, -1))
+    metrics.update(alone, pulls((1.0, 0.0), (1.0, np.pi)), alone)
+    assert metrics.official_ac is None and metrics.official().consistency == 0.0
+    together = replace(changed(alone, held=(2, 2)), robot_poses=SIDE_BY_SIDE)
+    for actions in (STILL, pulls((1.0, 0.0), (1.0, np.pi)), pulls((1.0, ALONG_X), (1.0, AGAINST_X))):
+        metrics.update(together, actions, together)
+    assert metrics.official_ac == metrics.official().consistency == pytest.approx(2 / 3, abs=1e-5)
+    assert metrics.result().ac == pytest.approx(0.0), "by the formula both pushes cancel out"
+
+
 def test_official_final_distance_is_a_straight_line_without_walls(room: MapSpec) -> None:
     poses = changed(start_of(room), items={0: (0.0, 1.1, 0.0)}).item_poses
     initial = 0.525 + 1.025 + 1.525

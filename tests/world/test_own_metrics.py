@@ -12,7 +12,7 @@ import pytest
 from movingout.maps import load_map
 from movingout.matches.commands.match import _row_json
 from movingout.matches.match import Match, failed_result
-from movingout.matches.results.table import WAITING, ResultRow
+from movingout.matches.results.table import OFFICIAL_AC, WAITING, ResultRow
 from movingout.recordings.exports.tables import EPISODES
 from movingout.recordings.report.measures import MEASURES
 from movingout.world import World
@@ -67,7 +67,7 @@ def test_a_package_that_ends_the_program_is_left_out_with_a_warning(
         assert own_metrics() == ()
 
 
-@pytest.mark.parametrize("key", ["ticks", "agent", "tcr", "waiting_share", "episode_id", "wt"])
+@pytest.mark.parametrize("key", ["ticks", "agent", "tcr", "waiting_share", "official_ac", "episode_id", "wt"])
 def test_a_key_that_is_a_column_already_is_refused(install: Install, key: str) -> None:
     """`ticks` wrote over the ticks of every match."""
     install(key, lambda the_map, states, actions: 1.0)
@@ -79,5 +79,6 @@ def test_the_list_has_every_column_of_matches_results_and_recordings() -> None:
     result = failed_result(Match("HandOff", "idle", "idle", 0), "")
     row = ResultRow("one", 1, "idle", "idle", "HandOff", (result,))
     whole = row.to_json()
-    tables = (result.to_json(), whole, _row_json(whole), [column.name for column in EPISODES], MEASURES, [WAITING.key])
+    compared = [WAITING.key, OFFICIAL_AC.key]
+    tables = (result.to_json(), whole, _row_json(whole), [column.name for column in EPISODES], MEASURES, compared)
     assert {name for table in tables for name in table} - {metric.key for metric in METRICS} == COLUMNS

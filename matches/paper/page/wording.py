@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from movingout.matches.paper.cells import DefinedCell, EmptyCell
 from movingout.matches.paper.entry import EntryCell, PaperEntry
 from movingout.matches.paper.page.page_labels import DRAWN, IN_PART, MEASURED, MISSING, PageLabel, cells_of, line
-from movingout.matches.paper.presentation.layout import LaidOutTable, laid_out
+from movingout.matches.paper.presentation.layout import NO_VALUE, LaidOutTable, laid_out
 from movingout.matches.paper.workspace import Workspace
 
 
@@ -43,7 +43,7 @@ def _status(then: PageLabel, entry: PaperEntry, table: str) -> str:
 
 def _table(kept: str, entry: PaperEntry, today: LaidOutTable, is_older: bool) -> str:
     """Rows are known by their names, columns by their places; of a table with other columns, everything is kept."""
-    lines = [cells_of(one) for one in kept.splitlines() if one.startswith("| ")]
+    lines = _with_code_ac([cells_of(one) for one in kept.splitlines() if one.startswith("| ")], today)
     if not lines or len(lines[0]) != len(today.heads):
         return kept
     found = {cells[0]: cells for cells in lines[2:]}
@@ -53,6 +53,19 @@ def _table(kept: str, entry: PaperEntry, today: LaidOutTable, is_older: bool) ->
         for number, row in enumerate(today.rows)
     ]
     return section(entry, today.heads, rows, is_older)
+
+
+def _with_code_ac(lines: list[list[str]], today: LaidOutTable) -> list[list[str]]:
+    """With columns of AC of the code, of which a table of before has no value."""
+    new = [1 + 2 * number for number, column in enumerate(today.columns) if column.measure == "official_ac"]
+    if not lines or len(lines[0]) + 2 * len(new) != len(today.heads):
+        return lines
+    for place in new:
+        lines = [
+            [*one[:place], one[place - 2] if one[place - 2] in (MISSING, "–") else NO_VALUE, "", *one[place:]]
+            for one in lines
+        ]
+    return lines
 
 
 def _numbers(today: Sequence[str], kept: Sequence[str] | None, cells: Sequence[EntryCell]) -> Iterator[str]:

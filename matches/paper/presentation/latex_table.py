@@ -7,7 +7,7 @@ Over the measures stand the challenges or, where a measure has a column for each
 from collections.abc import Iterator, Sequence
 from itertools import accumulate, groupby, pairwise
 
-from movingout.matches.experiment.paper_reference import PAPER_METRICS
+from movingout.matches.paper.cells import PLAYED
 from movingout.matches.paper.presentation.layout import CellText, LaidOutTable, column_head
 from movingout.matches.paper.published import PublishedColumn
 from movingout.recordings.diversity.comparison import MEASURES as DIVERSITY
@@ -86,7 +86,7 @@ def _levels(columns: Sequence[PublishedColumn]) -> list[list[str]]:
 
 
 def _kind(column: PublishedColumn) -> str:
-    return "Diversity" if column.measure in DIVERSITY else "Performance" if column.measure in PAPER_METRICS else ""
+    return "Diversity" if column.measure in DIVERSITY else "Performance" if column.measure in PLAYED else ""
 
 
 def _spanning(spans: Sequence[Span], stub: int) -> Iterator[str]:

@@ -20,6 +20,7 @@ from movingout.recordings.diversity.comparison import MEASURES as DIVERSITY
 
 HEADINGS = {
     "tcr": "TCR (↑)", "nfd": "NFD (↑)", "waiting_share": "WT (↓)", "ac": "AC (↑)",
+    "official_ac": "AC of the code (↑)",
     "selection": "selection (prediction) accuracy (↑)", "next_state_l2": "L2 (↓)",
     "partner_10": "within 10 % (↑)", "partner_20": "within 20 % (↑)", "valid_share": "valid (↑)",
     "dtw_mean": "DTW mean (↑)", "dtw_variance": "DTW variance (↑)",
@@ -35,6 +36,7 @@ HEADINGS = {
     "score": "score (↑)", "score_gain": "score above DP's",
     "no_handover": "no handover", "no_help": "no help", "no_grasp": "no grasp",
 }  # fmt: skip
+NO_VALUE = "no value"  # in a cell, of what was played
 NOT_REPRODUCED = (
     "The paper's agents learned from people, on other hardware. Equal numbers do not mean that a result was "
     "reproduced, and different ones do not mean that it was not."
@@ -43,10 +45,11 @@ BETWEEN = (
     "Every agent was trained {0} times. The first ± takes all matches or samples for independent; behind it stands the "
     "standard error between the means of the trainings, n = {0}."
 )
-AC_OF_THE_FORMULA = (
-    "AC is by the paper's formula. Its code counts something else under that name (docs/metrics.md), which its numbers "
-    "look more like: pairs of scripted experts that carry together have 0.65 by the formula and 0.92 by the code."
+TWO_ACS = (
+    "AC is by the paper's formula; its numbers look more like AC of the code, which counts something else under that "
+    "name (docs/metrics.md)."
 )
+AC_OF_BEFORE = "Matches that were played before AC of the code was counted have no value of it."
 SCRIPTED = "Here all episodes are of scripted people, who stand in for the paper's participants."
 
 
@@ -186,7 +189,7 @@ def _number(found: Found | None) -> CellText:
     if found.defined is not None:
         return CellText(plain(found.defined))
     if found.estimate is None:
-        return CellText("no value")
+        return CellText(NO_VALUE)
     error, between = found.estimate.stderr, found.between.stderr if found.between else None
     return CellText(
         f"{found.estimate.mean:.4f}",
@@ -268,8 +271,14 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
     if trainings:
         notes.append(BETWEEN.format(max(trainings)))
     measures = {cell.column.measure for cell in cells}
-    notes += [AC_OF_THE_FORMULA] if "ac" in measures else []
+    notes += _about_ac(results) if "ac" in measures else []
     return [*notes, *_about_errors(measures), *_about_moments(cells)]
+
+
+def _about_ac(results: Sequence[MatchResult | None]) -> list[str]:
+    """What its two columns are, and whether the second lacks matches of before."""
+    before = any(one is not None and one.metrics.ac is not None and one.official_ac is None for one in results)
+    return [TWO_ACS, *([AC_OF_BEFORE] if before else [])]
 
 
 def _about_moments(cells: Sequence[EntryCell]) -> list[str]:

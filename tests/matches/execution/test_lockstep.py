@@ -163,3 +163,14 @@ def test_a_sign_of_life_comes_while_agents_think() -> None:
 def test_a_result_survives_its_own_json() -> None:
     for result in Lockstep().play([*_matches(f"{BAD}:Raising", 1), *_matches("idle", 1)]):
         assert result_from_json(result.to_json()) == result
+
+
+def test_results_have_the_action_consistency_of_the_official_code_but_those_of_before() -> None:
+    scripted = Match("SingleRotation", "scripted", "scripted", 0, ticks=120)
+    failed, alone, together = Lockstep().play([*_matches(f"{BAD}:Raising", 1), *_matches("idle", 1), scripted])
+    assert failed.official_ac is None and alone.official_ac is None
+    assert together.official_ac is not None and 0.0 < together.official_ac <= 1.0
+    document = together.to_json()
+    assert result_from_json(document).official_ac == together.official_ac
+    del document["official_ac"]
+    assert result_from_json(document).official_ac is None

@@ -96,8 +96,9 @@ def test_changes_stand_beside_what_they_are_relative_to(here: Path) -> None:
 
 def test_a_figure_has_a_bar_for_each_number_of_the_paper_before_anything_is_played(here: Path) -> None:
     picture = bar_chart(ENTRIES["fig:results_t2"], Workspace(budget=SMOKE))
-    assert picture.count('class="theirs"') == 4 * 4 and 'class="ours"' not in picture
-    assert picture.count('class="error"') == 4 * 4 and "DP/BASS" in picture
+    assert picture.count('class="theirs"') == 4 * 5, "AC beside both of ours"
+    assert 'class="ours"' not in picture
+    assert picture.count('class="error"') == 4 * 5 and "DP/BASS" in picture
 
 
 @pytest.mark.parametrize(

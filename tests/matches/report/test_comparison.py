@@ -194,6 +194,20 @@ def test_the_report_lays_ours_beside_the_papers_and_says_what_they_are_not() -> 
     json.dumps(json_report([run]), allow_nan=False)
 
 
+def test_the_papers_action_consistency_stands_beside_ours_of_the_formula_and_of_its_code() -> None:
+    grid = read_grid(FOLDER / "challenge-1.yaml").model_copy(update={"maps": ["HandOff"], "seeds": 2})
+    plan = planned_matches(grid)
+    results = {one.match: replace(_result(one.match, 0.5, ac=0.25), official_ac=0.75) for one in plan}
+    run = GridRun(Path("nowhere"), grid, plan, results)
+    text = markdown_report([run])
+    assert "| AC here | paper | AC of the code here | paper |" in text
+    dp = next(line for line in text.splitlines() if line.startswith("| seen | 1 | DP |"))
+    assert dp.endswith("| 0.250 ± 0.000 | 0.8163 ± 0.0162 | 0.750 ± 0.000 | 0.8163 ± 0.0162 |")
+    assert "| AC des Codes hier |" in markdown_report([run], "de")
+    ours = json_report([run])["grids"][0]["lines"][0]["ours"]
+    assert (ours["ac"]["mean"], ours["official_ac"]["mean"]) == (0.25, 0.75)
+
+
 def test_every_shipped_protocol_is_a_valid_grid() -> None:
     assert len(shipped_grids()) >= 8
     for name in shipped_grids():

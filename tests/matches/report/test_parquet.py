@@ -25,7 +25,7 @@ def test_columns_have_their_types_where_no_match_has_a_value(tmp_path: Path) -> 
     """Metrics without any value were columns of nulls, which do not go together with those of another grid."""
     first, _ = matches_of(planned_matches(GRID))
     table = _written(tmp_path, failed_result(first, "it raised"))
-    for name in ("tcr", "wt_s", "ac", "interdependence", "waiting_share"):
+    for name in ("tcr", "wt_s", "ac", "interdependence", "waiting_share", "official_ac"):
         assert table.schema.field(name).type == pa.float64(), name
 
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from movingout.matches.execution.lockstep import Lockstep
+from movingout.matches.match import Match
 from movingout.recordings import RecordingError
 from movingout.recordings.annotation.agreement import agreements, by_case, cohens_kappa, settled
 from movingout.recordings.annotation.finding import Finding
@@ -55,6 +57,14 @@ def test_who_does_not_come_to_help_is_found_and_keeps_its_name(folder: Path) -> 
     assert found.id == f"first:stays_away:0:0:{found.start}" and found.detail == "stood still"
     assert [first.who(seat) for seat in (0, 1)] == ["bass@all", "people"] and first.study == "pilot"
     assert search_failures(folder).recordings == [first, second]  # now from what was kept
+
+
+def test_what_the_official_code_counts_is_kept_as_matches_have_it(tmp_path: Path) -> None:
+    matches = [Match("SingleRotation", agent, agent, 0, ticks=120) for agent in ("scripted", "idle")]
+    played = {(one.waiting_share, one.official_ac) for one in Lockstep(record=tmp_path).play(matches)}
+    for _ in ("searched", "kept"):
+        assert {(one.waiting_share, one.official_ac) for one in search_failures(tmp_path).recordings} == played
+    assert None in {ac for _, ac in played} and len({ac for _, ac in played}) == 2
 
 
 def test_a_link_to_a_recording_that_is_gone_does_not_stop_the_search(tmp_path: Path) -> None:

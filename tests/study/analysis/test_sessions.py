@@ -57,8 +57,13 @@ def test_a_session_has_a_failure_if_a_round_has_and_the_papers_rate_stands_besid
     assert table is not None
     ours, papers, *_ = table.rows
     assert ours[:4] == ("dp", "this study", "1", "4") and papers[:4] == ("DP", "paper", "1", "–")
-    assert papers[4:] == ("0.386 ± 0.051", "0.555 ± 0.043", "0.489 ± 0.046", "0.805 ± 0.013")
+    assert papers[4:] == ("0.386 ± 0.051", "0.555 ± 0.043", "0.489 ± 0.046", "0.805 ± 0.013", "0.805 ± 0.013")
     assert ours[6].startswith("0.8")  # the share of 110 ticks in which the large item was held alone
+    assert ours[8] == "–", "nothing was carried together"
+    carried = tuple(replace(one, official_ac=0.75) for one in results.sessions.recordings)
+    table = paper_table(replace(results, sessions=replace(results.sessions, recordings=carried)), plain)
+    assert table is not None and table.heads[-2:] == ("AC ↑", "AC of the code ↑")
+    assert table.rows[0][:7] == ours[:7] and table.rows[0][8] == "0.750 ± 0.000"
 
 
 @pytest.mark.slow
@@ -91,7 +96,7 @@ def test_rounds_of_the_second_challenge_do_not_stand_beside_the_papers_numbers_o
     assert table is not None
     ours, papers, *_ = table.rows
     assert ours[:4] == ("dp", "this study", "2", "4") and ours[4] != "–"
-    assert papers == ("DP", "paper", "2", "–", "–", "–", "–", "–")
+    assert papers == ("DP", "paper", "2", "–", "–", "–", "–", "–", "–")
 
 
 LONGER = "  - {id: longer, partners: [dp, bass], maps: [SingleRotation], seats: both, limit_ticks: 1000}\n"

@@ -58,7 +58,7 @@ def test_a_measure_of_both_challenges_stands_over_them(space: Workspace) -> None
     )
     assert heads[1].count(r"\multicolumn{2}{c}{Challenge 1}") == 2
     text = latex(laid_out(ENTRIES["tab:w1_recombination"], space))
-    assert r" & \multicolumn{8}{c}{Diversity} & \multicolumn{8}{c}{Performance} & " in text
+    assert r" & \multicolumn{8}{c}{Diversity} & \multicolumn{10}{c}{Performance} & " in text
     assert "Performance" not in latex(laid_out(ENTRIES["text:augmentation"], space))
 
 
