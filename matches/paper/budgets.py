@@ -57,7 +57,7 @@ _BUDGETS = (
     ),
     Budget(
         name="medium",
-        about="small networks, with episodes and updates enough to deliver; an hour or so for a table, with MAPPO two to four",
+        about="small networks, with episodes and updates enough to deliver; an hour or so for a table, four with MAPPO",
         preset="fast", people=18, episodes=2, variants=30, seeds=3, moments=4, states=400,
         options={
             "mlp": _MEDIUM, "gru": _MEDIUM, "dp": _MEDIUM, "bass": (*_MEDIUM, "--progress-updates", 6000),

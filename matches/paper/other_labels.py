@@ -55,8 +55,8 @@ _SENTENCES = (
     PaperEntry(
         label="text:policy_parameters", kind="sentence", rows=POLICY_ROWS, own_episodes=True, grouping="line",
         row_heads=("Parameter",),
-        differs="the settings of `--preset paper`; what the paper does not say, as a moving average of the weights, "
-        "stands above",
+        differs="the settings of `--preset paper`; encoders and decoders have a linear layer more than the paper's; "
+        "what the paper does not say, as a moving average of the weights, stands above",
     ),
     PaperEntry(
         label="text:data_sets", kind="sentence", rows=DATA_ROWS, own_episodes=True, grouping="line",
@@ -74,8 +74,8 @@ _SENTENCES = (
         "distances (`train mappo --reward paper-sparse`)",
         rows={("", "Dense reward"): behaviour("mappo-{}"), ("", "Sparse reward"): behaviour("mappo-{}-sparse")},
         notes=(
-            "Map 6 is DistancePriority; each plays with itself, from two seeds, with the frames of the budget, up to `medium` "
-            "with the settings of `--preset fast`, which are not the paper's.",
+            "Map 6 is DistancePriority; each plays with itself, from two seeds, with the frames of the budget, up to "
+            "`medium` with the settings of `--preset fast`, which are not the paper's.",
             ONLY_WHERE,
         ),
     ),
@@ -132,8 +132,10 @@ _PICTURES = (
     PaperEntry(label="fig:tcl_distance", kind="figure", title="TCL progress estimation",
         differs="unlike the paper's, distances do not only grow: ours follow where the robots are, too",
         drawing=Drawing(tcl_distances, agents=("bass-tcl@a",), data=("a", "b")),
-        notes=("Left: five episodes of group a, from which the embedding learned, but for those of people kept for validation; "
-            "right: five of group b.",),
+        notes=(
+            "Left: five episodes of group a, from which the embedding learned, but for those of people kept for "
+            "validation; right: five of group b.",
+        ),
     ),
 )  # fmt: skip
 _ILLUSTRATIONS = {

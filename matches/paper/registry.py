@@ -34,8 +34,8 @@ from movingout.matches.paper.rows.reinforced import (
 )
 
 SELF_PLAY = (
-    "Pairs of one agent with itself, trained on the episodes of the challenge: of nine in ten people, as the others are "
-    "kept for validation."
+    "Pairs of one agent with itself, trained on the episodes of the challenge: of nine in ten people, as the others "
+    "are kept for validation."
 )
 SEEN_AND_ALL = (
     "Challenge 1: as the rows Seen of tab:task_1_results, whose numbers the paper repeats here; Challenge 2: pairs of "
@@ -241,9 +241,9 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         }),
     ),
     PaperEntry(
-        label="text:autoencoder_order", kind="sentence", 
+        label="text:autoencoder_order", kind="sentence",
         differs=f"all three predict the state itself, not its change; {COMPUTED}",
-        notes=(SELF_PLAY, "All three predict the state itself, as the paper does, not its change, but of robots alone."),
+        notes=(SELF_PLAY, "All three predict the state itself, as in the paper, not its change, but of robots alone."),
         rows=named_rows(**{
             "Joint training": self_play("bass-joint", maps=ORDER_MAPS),
             "Fine-tuning the second AE from the first AE": self_play("bass-fine-tuned", maps=ORDER_MAPS),
