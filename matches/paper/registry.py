@@ -122,6 +122,7 @@ RECOMBINED = (
 )
 
 
+SINGLE = "Recombined, single-agent"  # as in tab:w1_recombination
 _NO_PIECES = EmptyCell("recorded episodes are valid by themselves")
 
 
@@ -313,10 +314,14 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         label="text:augmentation", kind="sentence", notes=(RECOMBINED,),
         differs="recombined paths go on in the other episode to its end, as in the paper's example; valid: the engine "
         "plays the piece and ends within 0.06 u",
-        rows=named_rows(
-            Recorded=lambda column: diversity_cell("c1", column.measure) if column.measure == "entropy" else _NO_PIECES,
-            Recombined=lambda column: augmented_cell("both-ends", column.measure),
-        ),
+        rows=named_rows(**{
+            "Recorded": lambda column: (
+                diversity_cell("c1", column.measure) if column.measure == "entropy" else _NO_PIECES
+            ),
+            "Recombined": lambda column: augmented_cell("both-ends", column.measure),
+            SINGLE: lambda column: augmented_cell("either-end", column.measure),
+        }),
+        extra_rows=(PublishedRow("", SINGLE, {}),),
     ),
     *OTHER_LABELS,
 )  # fmt: skip
