@@ -268,7 +268,10 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         row_heads=("Noise (σ)",),
         differs='the paper does not define "valid"; ours: it can be staged, hands as recorded, ends within 0.06 u '
         'over 8 ticks',
-        notes=("Map 10 is SingleRotation; agents learn from its episodes alone and play with themselves.",),
+        notes=(
+            "Map 10 is SingleRotation; agents learn from its episodes alone and play with themselves. States of an "
+            "episode count together in the ± of valid; `small` has eight episodes.",
+        ),
         rows=named_rows(**{level: noise(level) for level in NOISE_LEVELS}),
     ),
     PaperEntry(
