@@ -66,7 +66,8 @@ _SENTENCES = (
     ),
     PaperEntry(
         label="text:training_time", kind="sentence",
-        otherwise="needs the paper's GPU; `paper tables LABEL --budget full --dry-run` says how long",
+        otherwise="needs the paper's GPU; `paper tables LABEL --budget full --dry-run` says how long; "
+        "docs/reproduction.md has times of U-Nets on an NVIDIA H200",
     ),
     PaperEntry(
         label="text:sparse_reward", kind="sentence",

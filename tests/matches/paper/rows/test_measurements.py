@@ -9,6 +9,7 @@ from movingout.matches.paper.rows import measurements
 from movingout.matches.paper.rows.measurements import noise_validity
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups
+from movingout.world.estimates import Estimate
 from tests.agents.learning import recorded
 
 
@@ -23,4 +24,4 @@ def test_states_of_an_episode_are_no_more_than_one_in_the_error_of_validity(
     drawn = [("0", 1.0)] * 50 + [("1", 0.0)] * 50
     monkeypatch.setattr(measurements, "valid_after_noise", lambda trajectories, *rest: drawn)
     found = noise_validity("0.02").measurement.perform(space, 0)["valid_share"]
-    assert (found.mean, found.stderr, found.n) == (0.5, pytest.approx(0.5), 100)
+    assert found == Estimate(0.5, 0.5, 100)
