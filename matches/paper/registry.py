@@ -39,7 +39,7 @@ SELF_PLAY = (
 )
 SEEN_AND_ALL = (
     "Challenge 1: as the rows Seen of tab:task_1_results, whose numbers the paper repeats here; Challenge 2: pairs of "
-    "one agent with itself, trained on the episodes of both groups."
+    "one agent with itself, trained on its episodes."
 )
 OF_BOTH = (
     "Prediction and selection are measured for blue, in episodes of pairs in turn: in Challenge 1 with agents of group "
