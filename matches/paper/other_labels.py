@@ -62,7 +62,7 @@ _SENTENCES = (
         label="text:data_sets", kind="sentence", rows=DATA_ROWS, own_episodes=True, grouping="line",
         row_heads=("Size",),
         differs="the sizes of the budget `full`, for scripted people, who finish; smaller budgets have fewer; a "
-        "tenth of the people is kept for validation",
+        "tenth of the people of Challenge 1 is kept for validation",
     ),
     PaperEntry(
         label="text:training_time", kind="sentence",
@@ -134,7 +134,7 @@ _PICTURES = (
         differs="unlike the paper's, distances do not only grow: ours follow where the robots are, too",
         drawing=Drawing(tcl_distances, agents=("bass-tcl@a",), data=("a", "b")),
         notes=(
-            "Left: five episodes of group a, from which the embedding learned, but for those of people kept for "
+            "Left: five episodes of group a, from which the embedding learned, but for those kept for "
             "validation; right: five of group b.",
         ),
     ),

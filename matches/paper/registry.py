@@ -34,8 +34,8 @@ from movingout.matches.paper.rows.reinforced import (
 )
 
 SELF_PLAY = (
-    "Pairs of one agent with itself, trained on the episodes of the challenge: of nine in ten people, as the others "
-    "are kept for validation."
+    "Pairs of one agent with itself, trained on the episodes of the challenge, but for those kept for validation: in "
+    "Challenge 1 of one in ten people, in Challenge 2, of simulators alone, one in ten."
 )
 SEEN_AND_ALL = (
     "Challenge 1: as the rows Seen of tab:task_1_results, whose numbers the paper repeats here; Challenge 2: pairs of "
