@@ -17,25 +17,29 @@ from movingout.world.errors import WorldError
 from movingout.world.state import WorldState
 
 
-def valid_after_noise(trajectories: Sequence[Trajectory], deviation: float, samples: int, seed: int = 0) -> list[bool]:
+def valid_after_noise(
+    trajectories: Sequence[Trajectory], deviation: float, samples: int, seed: int = 0
+) -> list[tuple[str, float]]:
     """Whether each of `samples` random moments stays valid for LENGTH ticks after noise on a random robot's pose.
 
+    (episode, 1 or 0) per moment: those of one episode are alike, so that an error has to take them together.
     `deviation` is that of x, y [u] and of the angle [rad]. Raises DataError when all episodes are too short.
     """
     random = np.random.default_rng(seed)
     long_enough = [trajectory for trajectory in trajectories if trajectory.ticks >= LENGTH]
     if not long_enough:
         raise DataError(f"no episode has the {LENGTH} ticks over which noise is judged; record longer ones")
-    valid = []
+    valid: list[tuple[str, float]] = []
     for _ in range(samples):
-        trajectory = long_enough[random.integers(len(long_enough))]
+        number = int(random.integers(len(long_enough)))
+        trajectory = long_enough[number]
         tick = int(random.integers(trajectory.ticks - LENGTH + 1))
         robot_poses = trajectory.robot_poses[tick].copy()
         robot_poses[random.integers(2)] += random.normal(0.0, deviation, 3)
         start = WorldState(
             tick, robot_poses, trajectory.robot_velocities[tick], trajectory.held[tick], trajectory.item_poses[tick]
         )
-        valid.append(_stays_valid(trajectory, tick, start))
+        valid.append((str(number), float(_stays_valid(trajectory, tick, start))))
     return valid
 
 

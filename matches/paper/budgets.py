@@ -57,7 +57,7 @@ _BUDGETS = (
     ),
     Budget(
         name="medium",
-        about="small networks, with episodes and updates enough to deliver; an hour or so for a table, a night for all",
+        about="small networks, with episodes and updates enough to deliver; an hour or so for a table, four with MAPPO",
         preset="fast", people=18, episodes=2, variants=30, seeds=3, moments=4, states=400,
         options={
             "mlp": _MEDIUM, "gru": _MEDIUM, "dp": _MEDIUM, "bass": (*_MEDIUM, "--progress-updates", 6000),
@@ -66,7 +66,7 @@ _BUDGETS = (
     ),
     Budget(
         name="paper-size",
-        about="the paper's networks, with the episodes of small and six times its updates; a night for a table",
+        about="the paper's networks, with the episodes of small and 6,000 updates; a night for a table",
         preset="paper", people=4, episodes=2, variants=6, seeds=1, moments=2, states=400,
         options={
             "mlp": _PAPER_SIZE, "gru": _PAPER_SIZE, "dp": _PAPER_SIZE,

@@ -23,7 +23,7 @@ ORDER_MAPS = "PassOrSplit", "DistancePriority", "LeftRight"  # paper: "selected 
 RECOMBINE = "--recombine", 0.25
 AUGMENTED = "--pose-noise", POSE_NOISE, *RECOMBINE
 SELECTION = "--score", "nfd", "--own", 4, "--partner", 4, "--combine", "independent", "--depth", 4
-"""Paper: the NFD after four ticks, of four independent pairs of samples."""
+"""Paper: the NFD, of four independent pairs of samples. That it is the NFD after four ticks is ours."""
 PICTURES = "--layout", "image-v1", "--denoiser", "cnn"
 TCL = "--score", "tcl"  # after SELECTION, whose score it replaces
 

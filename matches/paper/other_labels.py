@@ -55,17 +55,19 @@ _SENTENCES = (
     PaperEntry(
         label="text:policy_parameters", kind="sentence", rows=POLICY_ROWS, own_episodes=True, grouping="line",
         row_heads=("Parameter",),
-        differs="the settings of `--preset paper`; what the paper does not say, as a moving average of the weights, "
-        "stands above",
+        differs="the settings of `--preset paper`; encoders and decoders have a linear layer more than the paper's; "
+        "what the paper does not say, as a moving average of the weights, stands above",
     ),
     PaperEntry(
         label="text:data_sets", kind="sentence", rows=DATA_ROWS, own_episodes=True, grouping="line",
         row_heads=("Size",),
-        differs="the sizes of the budget `full`, for scripted people, who finish; smaller budgets have fewer",
+        differs="the sizes of the budget `full`, for scripted people, who finish; smaller budgets have fewer; a "
+        "tenth of the people of Challenge 1 is kept for validation",
     ),
     PaperEntry(
         label="text:training_time", kind="sentence",
-        otherwise="needs the paper's GPU; `paper tables LABEL --budget full --dry-run` says how long",
+        otherwise="needs the paper's GPU; `paper tables LABEL --budget full --dry-run` says how long; "
+        "docs/reproduction.md has times of U-Nets on an NVIDIA H200",
     ),
     PaperEntry(
         label="text:sparse_reward", kind="sentence",
@@ -73,7 +75,8 @@ _SENTENCES = (
         "distances (`train mappo --reward paper-sparse`)",
         rows={("", "Dense reward"): behaviour("mappo-{}"), ("", "Sparse reward"): behaviour("mappo-{}-sparse")},
         notes=(
-            "Map 6 is DistancePriority; each plays with itself, from two seeds, with the frames of the budget.",
+            "Map 6 is DistancePriority; each plays with itself, from two seeds, with the frames of the budget, up to "
+            "`medium` with the settings of `--preset fast`, which are not the paper's.",
             ONLY_WHERE,
         ),
     ),
@@ -109,6 +112,7 @@ _OF_PEOPLE = (
 _PICTURES = (
     PaperEntry(
         label="fig:visual_task1", kind="figure", title="Positions of both agents, by group and in all episodes",
+        differs="the two halves of the participants in place of the paper's four pairs, beside all episodes",
         drawing=Drawing(positions, data=("c1",)), notes=("Blue and red dots: where the robots were, every map.",),
     ),
     PaperEntry(
@@ -122,13 +126,17 @@ _PICTURES = (
     ),
     PaperEntry(
         label="fig:recomb_example", kind="figure", title="An example of recombination",
+        differs="one new demonstration, of eight ticks; the paper exchanges the rest of both and has two",
         drawing=Drawing(recombination_example, data=("c1",)),
         notes=("Thick: the eight ticks; the third picture is what the engine makes of them.",),
     ),
     PaperEntry(label="fig:tcl_distance", kind="figure", title="TCL progress estimation",
         differs="unlike the paper's, distances do not only grow: ours follow where the robots are, too",
         drawing=Drawing(tcl_distances, agents=("bass-tcl@a",), data=("a", "b")),
-        notes=("Left: five episodes of group a, which the embedding learned from; right: five of group b.",),
+        notes=(
+            "Left: five episodes of group a, from which the embedding learned, but for those kept for "
+            "validation; right: five of group b.",
+        ),
     ),
 )  # fmt: skip
 _ILLUSTRATIONS = {

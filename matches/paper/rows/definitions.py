@@ -15,6 +15,7 @@ from movingout.matches.paper.methods import POSE_NOISE
 from movingout.matches.paper.published import published_tables
 from movingout.world import reward
 
+LINEAR_LAYERS = 3  # of each encoder and decoder of BASS (`agents.bass.dynamics`, which needs torch)
 WITHIN_99 = 2.576  # standard deviations to both sides, between which 99 % of a normal distribution lie
 
 NO_TARGET = "not used: MAPPO has no target networks"
@@ -86,6 +87,7 @@ def _of_policy(name: str) -> Iterator[tuple[tuple[str, str], RowCells]]:
 
 _BASS = KINDS["bass"].presets["paper"]
 _POLICIES = dict(row for name in ("dp", "mlp", "gru") for row in _of_policy(name)) | {
+    ("BASS", "Linear layers of encoder and decoder"): _defined(LINEAR_LAYERS),
     ("BASS", "Units per layer"): _defined(_BASS.width),
     ("BASS", "Latent dimensions"): _defined(_BASS.latent),
     ("BASS", "Candidates"): _defined(_BASS.own),

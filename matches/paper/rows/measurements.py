@@ -66,7 +66,7 @@ def _accuracy(first: str, challenge: int, space: Workspace, training: int) -> Me
 def noise_validity(level: str) -> MeasuredCell:
     """The share of perturbed states on map 10 after which the recorded actions stay valid."""
     measurement = Measurement(
-        name=f"noise-{level}",
+        name=f"noise-by-episode-{level}",
         about=f"validity of states of {NOISE_MAP} with pose noise {level}",
         perform=partial(_noise_validity, float(level)),
         data=("c1",),
@@ -85,7 +85,7 @@ def _noise_validity(deviation: float, space: Workspace, training: int) -> Measur
     rows = read_groups(space.listing("c1"))
     trajectories = read_trajectories([row.path for row in rows if row.map == NOISE_MAP])
     valid = valid_after_noise(trajectories, deviation, noise_samples(space.budget), space.seed)
-    found = estimate([float(one) for one in valid])
+    found = estimate_of_copies(valid)
     return {} if found is None else {"valid_share": found}
 
 

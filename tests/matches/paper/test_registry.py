@@ -15,6 +15,7 @@ from movingout.matches.paper.presentation.layout import laid_out, paper_text
 from movingout.matches.paper.published import Figure, figure, published_tables
 from movingout.matches.paper.registry import ENTRIES, chosen_entries
 from movingout.matches.paper.workspace import Workspace
+from movingout.world.estimates import Estimate
 from tests.support import ROOT
 
 PAPER = next(
@@ -67,6 +68,15 @@ def test_changes_are_those_that_the_paper_prints(
     table = laid_out(ENTRIES[label], Workspace(budget=BUDGETS["smoke"]))
     (cells,) = (one for one in table.rows if one[0] == f"{group}: {row}")
     assert [cell.rpartition("(")[2] for cell in cells[2:-1:2]] == [f"{change} %)" for change in changes]
+
+
+def test_validity_is_measured_of_both_ways_to_recombine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    space = Workspace(budget=BUDGETS["smoke"])
+    for matching, share in (("both-ends", 0.75), ("either-end", 0.5)):
+        space.keep(f"diversity-of-{matching}", {"valid_share": Estimate(share, 0.1, 20)})
+    rows = {row[0]: row[1] for row in laid_out(ENTRIES["text:augmentation"], space).rows}
+    assert rows == {"Recorded": "–", "Recombined": "0.7500 ± 0.1000", "Recombined, single-agent": "0.5000 ± 0.1000"}
 
 
 @needs_paper

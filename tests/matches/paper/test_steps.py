@@ -78,9 +78,9 @@ def test_challenge_2_is_evaluated_on_designed_maps_or_on_held_out_combinations(h
 
 def test_measurements_are_kept(here: Path) -> None:
     space = Workspace(budget=SMOKE)
-    assert space.measured("noise-0.2") is None
-    space.keep("noise-0.2", {"valid_share": Estimate(0.5, 0.1, 20)})
-    assert space.measured("noise-0.2") == {"valid_share": Estimate(0.5, 0.1, 20)}
+    assert space.measured("noise-by-episode-0.2") is None
+    space.keep("noise-by-episode-0.2", {"valid_share": Estimate(0.5, 0.1, 20)})
+    assert space.measured("noise-by-episode-0.2") == {"valid_share": Estimate(0.5, 0.1, 20)}
     table = laid_out(ENTRIES["tab:pose_noise_ablation"], space)
     assert table.rows[-1] == ("0.2", "0.43", "0.400", "0.5000 ± 0.1000", "0.0002", "not measured", "0.0000", "20")
     assert "| 0.5000 ± 0.1000 | 0.0002 |" in markdown(table)

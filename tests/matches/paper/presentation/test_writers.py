@@ -64,7 +64,7 @@ def test_a_measure_of_both_challenges_stands_over_them(space: Workspace) -> None
 
 def test_errors_have_columns_and_the_best_is_bold(space: Workspace) -> None:
     for level, share in (("0.0002", 0.9), ("0.002", 0.9), ("0.02", 0.4)):
-        space.keep(f"noise-{level}", {"valid_share": Estimate(share, 0.1, 20)})
+        space.keep(f"noise-by-episode-{level}", {"valid_share": Estimate(share, 0.1, 20)})
     text = latex(laid_out(ENTRIES["tab:pose_noise_ablation"], space))
     assert r"0.0002 & 0.00043 & 0.0004 & \textbf{0.9000} & 0.1000 & 0.9992 & not measured & 0.5492 & 20" in text
     assert r"0.02 & 0.043 & 0.040 & 0.4000 & 0.1000 & 0.3501 & not measured & 0.0000 & 20" in text

@@ -3,24 +3,28 @@
 from pathlib import Path
 
 import pytest
+from torch.nn import Linear
 
+from movingout.agents.bass.dynamics import AutoEncoder
+from movingout.agents.checkpoint.card import DynamicsSpec
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import DefinedCell
 from movingout.matches.paper.presentation.layout import plain
 from movingout.matches.paper.registry import ENTRIES
-from movingout.matches.paper.rows.definitions import pose_shift
+from movingout.matches.paper.rows.definitions import LINEAR_LAYERS, NO_EPSILON, NO_TARGET, pose_shift
 from movingout.matches.paper.rows.measurements import noise_samples
 from movingout.server.cli import main
 
 
 @pytest.mark.parametrize(
-    ("label", "rows", "unused"),
+    ("label", "rows", "different"),
     [
-        ("mappo_parameters", 26 + 3, 5), ("tab:dense_rewards", 10, 0), ("text:policy_parameters", 32, 0),
+        ("mappo_parameters", 26 + 3, [NO_TARGET] * 3 + [NO_EPSILON] * 2), ("tab:dense_rewards", 10, []),
+        ("text:policy_parameters", 33, ["3"]),
     ],
 )  # fmt: skip
-def test_settings_are_the_papers(label: str, rows: int, unused: int) -> None:
-    """But for those that do nothing in MAPPO, which say so."""
+def test_settings_are_the_papers(label: str, rows: int, different: list[str]) -> None:
+    """But for those that do nothing in MAPPO, which say so, and the layers of BASS."""
     cells = list(ENTRIES[label].cells())
     assert ENTRIES[label].state == "whole" and len(cells) == rows
     others = []
@@ -28,7 +32,13 @@ def test_settings_are_the_papers(label: str, rows: int, unused: int) -> None:
         assert isinstance(cell.ours, DefinedCell) and cell.theirs is not None
         if not cell.theirs.says(cell.ours.value):
             others.append(str(cell.ours.value))
-    assert len(others) == unused and all(other.startswith("not used: MAPPO ") for other in others), others
+    assert others == different
+
+
+def test_the_layers_of_bass_are_counted() -> None:
+    network = AutoEncoder(DynamicsSpec(width=4, latent=2))
+    for part in (network.encoder, network.decoder):
+        assert sum(isinstance(layer, Linear) for layer in part) == LINEAR_LAYERS
 
 
 def test_the_full_budget_has_the_papers_data_sets() -> None:
