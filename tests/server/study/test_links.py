@@ -184,6 +184,25 @@ def test_links_come_as_one_document_on_demand(tmp_path: Path, capsys: pytest.Cap
         assert signer.checked(given, one["until"]) == (one["id"], False)
 
 
+@pytest.mark.parametrize("path", ["", "/", "/study", "/study/"])
+def test_links_lead_to_the_page_that_the_server_has(
+    tmp_path: Path, path: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SOLO)
+    address = ["--address", f"https://x.example{path}", "--data", str(tmp_path), "--ids", "Ann"]
+    assert main(["study", "links", str(file), *address]) == 0
+    assert capsys.readouterr().out.startswith("Ann\thttps://x.example/study?id=Ann&")
+
+
+def test_a_server_under_a_path_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SOLO)
+    for address in ("https://x.example/lab", "https://x.example/study/study"):
+        assert main(["study", "links", str(file), "--address", address, "--data", str(tmp_path), "--ids", "Ann"]) == 2
+        assert "--address is like" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("options", [["--ids", "a b"], ["--ids", "x" * 65], [], ["--number", "-1"], ["--ids", "a\n"]])
 def test_links_for_nobody_or_with_odd_ids_are_refused_in_a_sentence(
     tmp_path: Path, options: list[str], capsys: pytest.CaptureFixture[str]
