@@ -5,6 +5,7 @@ import json
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 from urllib.parse import parse_qsl
 
 import pytest
@@ -93,6 +94,24 @@ def test_a_signed_link_admits_and_nothing_else_does(tmp_path: Path) -> None:
         assert study.visitor(**good).kind == "consent"
         other = LinkSigner("another key", study.folder.study.id).query("P01", LATER)
         assert refused(study.arrive(**dict(parse_qsl(other)))) == "link"
+
+
+@pytest.mark.slow
+def test_where_links_are_signed_a_code_of_the_experimenters_admits_too(tmp_path: Path) -> None:
+    with served(tmp_path, signed=True) as study:
+        code = study.ask("open-next")["code"]
+        assert study.visitor(code=code, PROLIFIC_PID="x").kind == "consent"
+        assert refused(study.arrive(code="wrong")) == "code_unknown"
+        assert study.visitor(**link(study, "P01"), code="wrong").kind == "consent"
+
+
+def test_with_codes_and_signed_links_who_has_neither_is_asked_for_a_code(solo: Served) -> None:
+    both: dict[str, Any] = {"needs_code": True, "needs_signature": True, "signer": solo.running.signer}
+    assert read_arrival(link(solo, "P01"), **both).source == "signed"
+    assert read_arrival({"code": "ab-12"}, **both)[:2] == ("code", "AB12")
+    with pytest.raises(ArrivalRefused) as refusal:
+        read_arrival({"workerId": "W"}, **both)
+    assert refusal.value.code == "code"
 
 
 @pytest.mark.slow
