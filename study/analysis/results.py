@@ -52,7 +52,15 @@ class Results:
     @property
     def partners(self) -> tuple[str, ...]:
         """The partners played with, in the order of the study file, or of their letters; "" is another participant."""
-        met = {row["partner"] for row in self.rounds}
+        return self._in_order({row["partner"] for row in self.rounds})
+
+    @property
+    def rated_partners(self) -> tuple[str, ...]:
+        """The same, and those of whom only answers count: what was said of a partner stays when no round does."""
+        said = {row["partner"] for row in self.answers if occasion(row["step"]) not in ABOUT_NOBODY}
+        return self._in_order({*self.partners, *said})
+
+    def _in_order(self, met: Container[str]) -> tuple[str, ...]:
         planned = [one.id for one in self.study.partners]
         if self.blinded:
             planned.sort(key=list(letters(self.study)).index)

@@ -138,6 +138,12 @@ def test_ratings_at_the_end_stand_apart_from_those_of_partners(tmp_path: Path) -
     ]
 
 
+def test_what_was_said_of_partners_is_compared_where_no_round_counts(apart: Results) -> None:
+    none_counts = replace(apart, rounds=())
+    assert rating_comparisons(none_counts, plain).rows == rating_comparisons(apart, plain).rows != ()
+    assert metric_comparisons(none_counts, plain).rows == ()
+
+
 def test_what_is_asked_after_rounds_and_partners_and_at_the_end_is_three_items(tmp_path: Path) -> None:
     both = {
         "    after_partner: [": f"    after_round: [{FORM}]\n    after_partner: [",
