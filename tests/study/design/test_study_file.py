@@ -171,6 +171,14 @@ def test_the_complete_text_of_a_study_needs_no_other_files(tmp_path: Path, writt
     assert complete_text(file) == SMALL
 
 
+def test_a_mark_of_notepad_before_a_text_is_no_part_of_it(tmp_path: Path) -> None:
+    (tmp_path / "consent.md").write_text("# Consent\n", encoding="utf-8-sig")
+    file = tmp_path / "study.yaml"
+    file.write_text(SMALL.replace("We record how you play.", "{file: consent.md}"), encoding="utf-8-sig")
+    assert read_study(file).consent.text.text() == "# Consent\n"
+    assert parse_study(complete_text(file)) == read_study(file)
+
+
 @pytest.mark.parametrize(
     ("written", "length"),
     [
