@@ -13,6 +13,7 @@ from movingout.study.analysis.questions import ABOUT_NOBODY, RATED, Occasion, oc
 from movingout.study.analysis.sessions import Sessions, sessions_of
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
+from movingout.study.design.pooling import pooled_blocks
 from movingout.study.questionnaire import NO_ANSWER
 from movingout.study.store.removal import undecided
 from movingout.study.store.rounds import UNPLAYED
@@ -124,7 +125,7 @@ class Results:
 
     def by_condition(self) -> tuple[tuple[str, "Results"], ...]:
         """The blocks that may be pooled, by name, with their rounds and answers; all, without a name, where all may."""
-        pooled = _pooled(self.study)
+        pooled = pooled_blocks(self.study)
         if len(pooled) == 1:
             return (("", self),)
         return tuple((", ".join(blocks), self._of_blocks(blocks)) for blocks in pooled)
@@ -147,14 +148,6 @@ class Results:
 
     def texts(self) -> list[Row]:
         return [row for row in self.answers if row["text"].strip()]
-
-
-def _pooled(study: Study) -> list[list[str]]:
-    """The blocks that ask the same of people, together."""
-    conditions: dict[tuple[object, ...], list[str]] = defaultdict(list)
-    for block in study.blocks:
-        conditions[block.challenge, block.pings, block.limit_ticks].append(block.id)
-    return list(conditions.values())
 
 
 def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[Path] = ()) -> Results:
@@ -183,7 +176,7 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
         answers=tuple(_about_what_counts(newest.values(), kept, counted, groups)),
         flags=(*_round_flags(study, store, kept), *_attention_flags(study, newest.values())),
         pings=ping_rounds(study, counted, store.rows(players), recordings),
-        sessions=sessions_of(counted, store.rows(players), recordings, annotations, _pooled(study)),
+        sessions=sessions_of(counted, store.rows(players), recordings, annotations, pooled_blocks(study)),
     )
 
 

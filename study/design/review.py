@@ -13,6 +13,7 @@ from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.consent_text import contradictions, shared_code, unfilled
 from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
 from movingout.study.design.partner_origin import origin_warnings
+from movingout.study.design.pooling import apart_by_maps
 from movingout.study.design.steps import Step, longest_round_s, planned_seconds, steps
 from movingout.study.design.translations import missing_texts, questionnaires_asked
 
@@ -291,6 +292,11 @@ def _order_confounds(study: Study) -> Iterator[str]:
     firsts = [set(block.partners) for block in study.blocks if block.partners]
     if len(firsts) > 1 and not set.intersection(*firsts):
         yield "some partners always come in an earlier block than others, so order and model are confounded"
+    for blocks in apart_by_maps(study):
+        yield (
+            f"blocks {' and '.join(blocks)}: some partners are met on other maps than others, so reports keep blocks "
+            "with different maps apart, and partners who are in none together are not compared"
+        )
 
 
 def _without_effect(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]:
