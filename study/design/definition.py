@@ -59,12 +59,22 @@ class Consent(StudyModel):
     covers: tuple[Element, ...] = ()  # what the text mentions, after 45 CFR 46.116; `check` names what is missing
 
 
+WHOLE_CURRENCIES = frozenset(
+    "BIF CLP DJF GNF ISK JPY KMF KRW PYG RWF UGX UYI VND VUV XAF XOF XPF".split()
+)  # of ISO 4217, those without cents, which nobody can transfer
+
+
 class Pay(StudyModel):
     """Pay per hour, pro-rated by minutes."""
 
     currency: Annotated[str, shaped(r"[A-Z]{3}", "three capital letters such as USD")] = "USD"
     per_hour: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     maximum: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+
+    @property
+    def decimals(self) -> int:
+        """How many an amount may have."""
+        return 0 if self.currency in WHOLE_CURRENCIES else 2
 
 
 class Practice(StudyModel):

@@ -107,7 +107,8 @@ def earned(study: Study, minutes: float) -> float:
     if study.pay is None:
         return 0.0
     amount = study.pay.per_hour * minutes / 60
-    return round(min(amount, study.pay.maximum) if study.pay.maximum is not None else amount, 2)
+    due = min(amount, study.pay.maximum) if study.pay.maximum is not None else amount
+    return round(due, study.pay.decimals or None)
 
 
 def agent_ids(study: Study) -> tuple[str, ...]:
@@ -347,7 +348,10 @@ def map_warnings(study: Study) -> Iterator[str]:
         files[study.load_map(name).name].append(name)
     for name, several in files.items():
         if several[1:]:
-            yield f"{' and '.join(several)} have one name, {name}, and are one map in the data; change it in the files"
+            yield (
+                f"{' and '.join(several)} have one name, {name}, and are one map in recordings and training sets; "
+                "change it in the files"
+            )
 
 
 def _ping_weaknesses(study: Study) -> Iterator[str]:

@@ -85,9 +85,8 @@ class SessionService:
         if self._running.study.group < 2 or first.record.unit is not None:
             return None
         id = hash_token(f"beside {first.pid}").hex()
-        guest = self._running.participants.get(
-            await self._running.databases.run(self._identities.known, LINK, id) or ""
-        )
+        known = await self._running.databases.run(self._identities.known, LINK, id)
+        guest = None if known is None else self._running.participants.get(known)
         return None if guest is not None and guest.finished else Arrival(LINK, id, {})
 
     def remembers(self, token: str) -> bool:

@@ -148,7 +148,7 @@ def test_what_is_asked_after_rounds_and_partners_and_at_the_end_is_three_items(t
     both = {
         "    after_partner: [": f"    after_round: [{FORM}]\n    after_partner: [",
         "    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]",
-        'demographics: ""': f"at_end: [{FORM}]\ndemographics: \"\"",
+        'demographics: ""': f'at_end: [{FORM}]\ndemographics: ""',
     }
     small, text = template("agent_survey", **both)
     place, store, pids = fill(tmp_path, small, text, 2)
