@@ -59,9 +59,9 @@ class Consent(StudyModel):
     covers: tuple[Element, ...] = ()  # what the text mentions, after 45 CFR 46.116; `check` names what is missing
 
 
-WHOLE_CURRENCIES = frozenset(
-    "BIF CLP DJF GNF ISK JPY KMF KRW PYG RWF UGX UYI VND VUV XAF XOF XPF".split()
-)  # of ISO 4217, those without cents, which nobody can transfer
+_AFRICAN = ("BIF", "DJF", "GNF", "KMF", "RWF", "UGX", "XAF", "XOF")
+_OTHERS = ("CLP", "ISK", "JPY", "KRW", "PYG", "UYI", "VND", "VUV", "XPF")
+WHOLE_CURRENCIES = frozenset((*_AFRICAN, *_OTHERS))  # of ISO 4217, those without cents, which nobody can transfer
 
 
 class Pay(StudyModel):
@@ -232,7 +232,7 @@ class MapText(StudyModel):
     description: LocalizedText
 
 
-ALLOCATION = 2  # the newest rule of `.allocation`, by which studies begin; earlier ones keep theirs
+ALLOCATION = 3  # the newest rule of `.allocation`, by which studies begin; earlier ones keep theirs
 SUBSTITUTE = "agent"  # the partner, in data, where an agent plays in the place of one who never came
 NOTICED_S = 25.0  # after which a page that says nothing counts as closed: it asks every 10 s
 

@@ -7,7 +7,7 @@ from movingout.study.design.definition import Block, Study
 
 
 def pooled_blocks(study: Study) -> list[list[str]]:
-    """The ids of blocks that ask the same of people, together; apart where partners are met on different maps in them."""
+    """The ids of blocks that ask the same of people, together; apart where partners are met on different maps."""
     return [[block.id for block in blocks] for alike in _alike(study) for blocks in _with_same_maps(alike)]
 
 

@@ -1,7 +1,7 @@
 """What an experimenter should know before the first participant comes: timeline, pay, missing models, weaknesses."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -10,6 +10,7 @@ from movingout.agents.live_options import check_live_agent
 from movingout.agents.trial import play_a_tick, runs_own_code
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
+from movingout.study.design.balance import seat_imbalance
 from movingout.study.design.consent_text import contradictions, shared_code, unfilled
 from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
 from movingout.study.design.partner_origin import origin_warnings
@@ -245,24 +246,6 @@ def _impatient_partners(study: Study) -> Iterator[str]:
             f"practice: {agent} can deliver everything on {practice.map} alone, so that the practice ends before the "
             "participant has moved; practice: tutorial waits for everybody"
         )
-
-
-def seat_imbalance(study: Study, orders: Sequence[Assignment], names: Mapping[str, str] | None = None) -> Iterator[str]:
-    """Blocks in which a partner is met in a seat in more rounds than another; a cut-off square has two maps more.
-
-    Partners are called by their `names`, without any by their ids.
-    """
-    met = Counter(
-        (visit.block, visit.partner, turn.seat) for one in orders for visit in one.visits for turn in visit.turns
-    )
-    for block in study.blocks:
-        blue, red = ({name: met[block.id, name, seat] for name in block.partners} for seat in (0, 1))
-        if blue and max(blue.values()) - min(blue.values()) > 2 * block.rounds:
-            counts = ", ".join(f"{(names or {}).get(one, one)} {blue[one]} and {red[one]}" for one in block.partners)
-            yield (
-                f"block {block.id}: role and model are confounded: participants play in blue and in red with {counts} "
-                "rounds; a difference between these models may be a difference between the seats"
-            )
 
 
 def _role_confound(orders: tuple[Assignment, ...]) -> Iterator[str]:
