@@ -130,7 +130,7 @@ def _ends(item: QuestionnaireItem) -> str:
 
 
 def _bars(results: Results, rated: AskedItem, name: Namer, words: Words) -> Iterator[tuple[str, Sequence[int]]]:
-    for partner in (*results.partners, None):
+    for partner in (*results.rated_partners, None):
         counts = results.counts(rated.questionnaire, rated.item.id, partner, rated.occasions)
         values = [value for value in counts.elements() if value != NO_ANSWER]
         if values:

@@ -32,7 +32,7 @@ def occasion(step: str) -> Occasion:
 
 
 def rated_items(study: Study, language: str = DEFAULT) -> list[AskedItem]:
-    """Every rated question but those of demographics; one that is asked after rounds and after partners is two."""
+    """Every rated question but those of demographics; one that is asked after rounds and after partners is several."""
     found = [(name, item) for name, item in _about_partners(study, language) if item.is_rated]
     return list(_by_occasion(study, found, _labels(found)))
 
@@ -80,6 +80,8 @@ def _by_occasion(study: Study, found: Iterable[Found], labels: Mapping[tuple[str
         label = labels[name, item.id]
         if name in after_round & after_partner:
             yield AskedItem(name, item, f"{label} (after_round)", ("after_round",))
-            yield AskedItem(name, item, f"{label} (after_partner)", ("after_partner", "at_end"))
+            yield AskedItem(name, item, f"{label} (after_partner)", ("after_partner",))
+            if name in study.at_end:
+                yield AskedItem(name, item, f"{label} (at_end)", ("at_end",))
         else:
             yield AskedItem(name, item, label)

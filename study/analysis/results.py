@@ -13,6 +13,7 @@ from movingout.study.analysis.questions import ABOUT_NOBODY, RATED, Occasion, oc
 from movingout.study.analysis.sessions import Sessions, sessions_of
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
+from movingout.study.design.pooling import pooled_blocks
 from movingout.study.questionnaire import NO_ANSWER
 from movingout.study.store.removal import undecided
 from movingout.study.store.rounds import UNPLAYED
@@ -52,7 +53,15 @@ class Results:
     @property
     def partners(self) -> tuple[str, ...]:
         """The partners played with, in the order of the study file, or of their letters; "" is another participant."""
-        met = {row["partner"] for row in self.rounds}
+        return self._in_order({row["partner"] for row in self.rounds})
+
+    @property
+    def rated_partners(self) -> tuple[str, ...]:
+        """The same, and those of whom only answers count: what was said of a partner stays when no round does."""
+        said = {row["partner"] for row in self.answers if occasion(row["step"]) not in ABOUT_NOBODY}
+        return self._in_order({*self.partners, *said})
+
+    def _in_order(self, met: Container[str]) -> tuple[str, ...]:
         planned = [one.id for one in self.study.partners]
         if self.blinded:
             planned.sort(key=list(letters(self.study)).index)
@@ -116,7 +125,7 @@ class Results:
 
     def by_condition(self) -> tuple[tuple[str, "Results"], ...]:
         """The blocks that may be pooled, by name, with their rounds and answers; all, without a name, where all may."""
-        pooled = _pooled(self.study)
+        pooled = pooled_blocks(self.study)
         if len(pooled) == 1:
             return (("", self),)
         return tuple((", ".join(blocks), self._of_blocks(blocks)) for blocks in pooled)
@@ -139,14 +148,6 @@ class Results:
 
     def texts(self) -> list[Row]:
         return [row for row in self.answers if row["text"].strip()]
-
-
-def _pooled(study: Study) -> list[list[str]]:
-    """The blocks that ask the same of people, together."""
-    conditions: dict[tuple[object, ...], list[str]] = defaultdict(list)
-    for block in study.blocks:
-        conditions[block.challenge, block.pings, block.limit_ticks].append(block.id)
-    return list(conditions.values())
 
 
 def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[Path] = ()) -> Results:
@@ -175,7 +176,7 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
         answers=tuple(_about_what_counts(newest.values(), kept, counted, groups)),
         flags=(*_round_flags(study, store, kept), *_attention_flags(study, newest.values())),
         pings=ping_rounds(study, counted, store.rows(players), recordings),
-        sessions=sessions_of(counted, store.rows(players), recordings, annotations, _pooled(study)),
+        sessions=sessions_of(counted, store.rows(players), recordings, annotations, pooled_blocks(study)),
     )
 
 

@@ -93,7 +93,7 @@ def ratings(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTabl
     """Mean rating per item, a column per partner; questions at the end, about no partner, have one of their own."""
     items, blocks = rated_items(results.study), results.by_condition()
     at_the_end = [None] if any(_ratings(results, rated, None) for rated in items) else []
-    about: tuple[str | None, ...] = (*results.partners, *at_the_end)
+    about: tuple[str | None, ...] = (*results.rated_partners, *at_the_end)
     rows = []
     for label, part in results.by_condition_asked():
         for rated in items:
@@ -112,7 +112,7 @@ def choices(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTabl
     blocks, say, rows = results.by_condition(), words.say, []
     for asked in counted_items(results.study, words.language):
         for label, part in results.by_condition_asked():
-            for partner in (*part.partners, None):
+            for partner in (*part.rated_partners, None):
                 found = part.counts(asked.questionnaire, asked.item.id, partner, asked.occasions)
                 where = (*block_cells(blocks, label or "–"), asked.label, _about(asked, partner, name, words))
                 rows += [(*where, text, str(number)) for text, number in _answers(asked, found, words)]
@@ -258,7 +258,7 @@ def _pairs(results: Results, measures: Callable[[Results], Sequence[Measure]]) -
         (block_cells(blocks, block), compare(label, one, other, of(one), of(other)))
         for block, part in blocks
         for label, of in measures(part)
-        for one, other in combinations(part.partners, 2)
+        for one, other in combinations(part.rated_partners, 2)
     ]
     compared = [(block, one) for block, one in found if one is not None]
     return list(zip([block for block, _ in compared], corrected([one for _, one in compared]), strict=True))

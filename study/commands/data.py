@@ -19,8 +19,8 @@ from movingout.study.data.erasure import due_now, erase, purge
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign, letters
+from movingout.study.design.balance import seat_imbalance
 from movingout.study.design.definition import Study
-from movingout.study.design.review import seat_imbalance
 from movingout.study.errors import StudyError
 from movingout.study.store import Store
 from movingout.study.store.frozen_study import frozen_study
@@ -92,7 +92,7 @@ def as_frozen(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
 
 
 def seats_told(study: Study, *, blinded: bool = False) -> list[str]:
-    """Blocks of its planned orders in which seats and partners go together, as they may by the first rule."""
+    """Blocks of its planned orders in which seats go together with partners or maps, as they may by earlier rules."""
     orders = [assign(study, slot) for slot in range(study.units)]
     return list(seat_imbalance(study, orders, letters(study) if blinded else None))
 

@@ -142,7 +142,8 @@ def _pay_in_words(found: Review) -> str:
     if pay is None or found.pay is None:
         return " No pay is planned."
     total = found.pay * found.study.participants
-    return f" Pay: {pay.currency} {found.pay:.2f} each, {pay.currency} {total:.2f} for all."
+    each, everybody = (f"{pay.currency} {amount:.{pay.decimals}f}" for amount in (found.pay, total))
+    return f" Pay: {each} each, {everybody} for all."
 
 
 def _print_orders(console: Console, found: Review) -> None:

@@ -43,7 +43,7 @@ DERIVED: Mapping[str, Mapping[str, DerivedColumn]] = {
         ),
         "block": DerivedColumn(str, "block of the study"),
         "partner": DerivedColumn(str, "id of the partner; in pairs empty"),
-        "map": DerivedColumn(str, "name of the map"),
+        "map": DerivedColumn(str, "as `rounds` calls it"),
         "seat": DerivedColumn(int, "of the first of the unit: 0 blue, 1 red"),
         "variant_seed": DerivedColumn(int, "of a randomised map, empty for the map as designed"),
     },

@@ -5,9 +5,12 @@ Slots are numbered from 0. Each participant (or pair) has one; when they drop ou
 designed. Who plays with an agent in a partner's place has one beyond them. Everything is deterministic: the same study
 and slot always give the same assignment.
 
-By rule 2 the factors are crossed within each block: who begins in blue meets each order of partners equally often there
-after as many slots as the two have combinations. Studies that have begun by rule 1 keep it: it crossed the factors of
-all blocks, one after the other, so that those of later blocks moved in step over hundreds of slots.
+By rule 3 a partner has a row of maps and a seat to begin in of their own, whichever place they come in: on each map
+each partner is met in both seats equally often after as many slots as `cells` says, and who begins in blue meets each
+order of partners equally often there after as many slots as the two have combinations. Studies that have begun by an
+earlier rule keep it. By rule 2 row and seat went by the place, so that maps and seats could move in step. Rule 1 also
+crossed the factors of all blocks, one after the other, so that those of later blocks moved in step over hundreds of
+slots.
 """
 
 from collections.abc import Collection, Sequence
@@ -23,6 +26,7 @@ from movingout.study.design.definition import Block, Order, Study
 from movingout.study.design.latin_squares import crossed, williams
 
 BLUE, RED = 0, 1
+OWN_ROWS = 3  # the first rule by which rows of maps and seats go by the partner
 Entry = TypeVar("Entry")
 
 
@@ -66,12 +70,13 @@ def assign(study: Study, slot: int) -> Assignment:
     ):
         partners = _ordered(block.partners or ("",), block.partner_order, partner_row, f"{study.seed} {slot} {number}")
         for place, partner in enumerate(partners):
-            row, draw = map_row + place, f"{study.seed} {slot} {number} {place}"
-            maps = _ordered(block.maps, block.map_order, row, draw)
+            own = place if study.allocation < OWN_ROWS else (block.partners or ("",)).index(partner)
+            draw = f"{study.seed} {slot} {number} {place}"
+            maps = _ordered(block.maps, block.map_order, map_row + own, draw)
             turns = [
                 turn
                 for index, name in enumerate(maps)
-                for turn in _turns(study, block, slot, partner, name, (begins + place + index) % 2)
+                for turn in _turns(study, block, slot, partner, name, (begins + own + index) % 2)
             ]
             visits.append(Visit(block.id, partner, tuple(turns)))
     return Assignment(slot, tuple(visits))
@@ -86,8 +91,8 @@ def letters(study: Study) -> dict[str, str]:
 
 
 def cells(study: Study) -> int:
-    """How many slots it takes until every order has occurred equally often, those of partners with either beginning."""
-    return lcm(*(lcm(begins * partners, maps) for begins, partners, maps in map(_levels, study.blocks)))
+    """How many slots it takes until every order of partners and of maps has come up equally often with either start."""
+    return lcm(*(begins * lcm(partners, maps) for begins, partners, maps in map(_levels, study.blocks)))
 
 
 def _drawn(study: Study, slot: int) -> list[tuple[int, ...]]:
@@ -96,8 +101,16 @@ def _drawn(study: Study, slot: int) -> list[tuple[int, ...]]:
     if study.allocation == 1:
         drawn = crossed(slot, [count for counts in levels for count in counts])
         return [drawn[at : at + 3] for at in range(0, len(drawn), 3)]
-    within = [crossed(slot, counts) for counts in levels]
-    return [(begins, partners + number, maps + number) for number, (begins, partners, maps) in enumerate(within)]
+    if study.allocation < OWN_ROWS:
+        within = [crossed(slot, counts) for counts in levels]
+        return [(begins, partners + number, maps + number) for number, (begins, partners, maps) in enumerate(within)]
+    return [_row(slot, number, counts) for number, counts in enumerate(levels)]
+
+
+def _row(slot: int, number: int, levels: tuple[int, int, int]) -> tuple[int, int, int]:
+    """Who begins, crossed with the orders of partners, and with those of maps: each has all beginnings in turn."""
+    begins, partner_row = crossed(slot, levels[:2])
+    return begins + number, partner_row + number, slot // levels[0] + number
 
 
 def _levels(block: Block) -> tuple[int, int, int]:

@@ -59,12 +59,22 @@ class Consent(StudyModel):
     covers: tuple[Element, ...] = ()  # what the text mentions, after 45 CFR 46.116; `check` names what is missing
 
 
+_AFRICAN = ("BIF", "DJF", "GNF", "KMF", "RWF", "UGX", "XAF", "XOF")
+_OTHERS = ("CLP", "ISK", "JPY", "KRW", "PYG", "UYI", "VND", "VUV", "XPF")
+WHOLE_CURRENCIES = frozenset((*_AFRICAN, *_OTHERS))  # of ISO 4217, those without cents, which nobody can transfer
+
+
 class Pay(StudyModel):
     """Pay per hour, pro-rated by minutes."""
 
     currency: Annotated[str, shaped(r"[A-Z]{3}", "three capital letters such as USD")] = "USD"
     per_hour: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     maximum: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+
+    @property
+    def decimals(self) -> int:
+        """How many an amount may have."""
+        return 0 if self.currency in WHOLE_CURRENCIES else 2
 
 
 class Practice(StudyModel):
@@ -222,7 +232,7 @@ class MapText(StudyModel):
     description: LocalizedText
 
 
-ALLOCATION = 2  # the newest rule of `.allocation`, by which studies begin; earlier ones keep theirs
+ALLOCATION = 3  # the newest rule of `.allocation`, by which studies begin; earlier ones keep theirs
 SUBSTITUTE = "agent"  # the partner, in data, where an agent plays in the place of one who never came
 NOTICED_S = 25.0  # after which a page that says nothing counts as closed: it asks every 10 s
 

@@ -1,7 +1,7 @@
 """What an experimenter should know before the first participant comes: timeline, pay, missing models, weaknesses."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -10,9 +10,11 @@ from movingout.agents.live_options import check_live_agent
 from movingout.agents.trial import play_a_tick, runs_own_code
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
+from movingout.study.design.balance import seat_imbalance
 from movingout.study.design.consent_text import contradictions, shared_code, unfilled
 from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
 from movingout.study.design.partner_origin import origin_warnings
+from movingout.study.design.pooling import apart_by_maps
 from movingout.study.design.steps import Step, longest_round_s, planned_seconds, steps
 from movingout.study.design.translations import missing_texts, questionnaires_asked
 
@@ -106,7 +108,8 @@ def earned(study: Study, minutes: float) -> float:
     if study.pay is None:
         return 0.0
     amount = study.pay.per_hour * minutes / 60
-    return round(min(amount, study.pay.maximum) if study.pay.maximum is not None else amount, 2)
+    due = min(amount, study.pay.maximum) if study.pay.maximum is not None else amount
+    return round(due, study.pay.decimals or None)
 
 
 def agent_ids(study: Study) -> tuple[str, ...]:
@@ -245,24 +248,6 @@ def _impatient_partners(study: Study) -> Iterator[str]:
         )
 
 
-def seat_imbalance(study: Study, orders: Sequence[Assignment], names: Mapping[str, str] | None = None) -> Iterator[str]:
-    """Blocks in which a partner is met in a seat in more rounds than another; a cut-off square has two maps more.
-
-    Partners are called by their `names`, without any by their ids.
-    """
-    met = Counter(
-        (visit.block, visit.partner, turn.seat) for one in orders for visit in one.visits for turn in visit.turns
-    )
-    for block in study.blocks:
-        blue, red = ({name: met[block.id, name, seat] for name in block.partners} for seat in (0, 1))
-        if blue and max(blue.values()) - min(blue.values()) > 2 * block.rounds:
-            counts = ", ".join(f"{(names or {}).get(one, one)} {blue[one]} and {red[one]}" for one in block.partners)
-            yield (
-                f"block {block.id}: role and model are confounded: participants play in blue and in red with {counts} "
-                "rounds; a difference between these models may be a difference between the seats"
-            )
-
-
 def _role_confound(orders: tuple[Assignment, ...]) -> Iterator[str]:
     seats: dict[str, set[int]] = defaultdict(set)
     for order in orders:
@@ -291,6 +276,11 @@ def _order_confounds(study: Study) -> Iterator[str]:
     firsts = [set(block.partners) for block in study.blocks if block.partners]
     if len(firsts) > 1 and not set.intersection(*firsts):
         yield "some partners always come in an earlier block than others, so order and model are confounded"
+    for blocks in apart_by_maps(study):
+        yield (
+            f"blocks {' and '.join(blocks)}: some partners are met on other maps than others, so reports keep blocks "
+            "with different maps apart, and partners who are in none together are not compared"
+        )
 
 
 def _without_effect(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]:
@@ -341,7 +331,10 @@ def map_warnings(study: Study) -> Iterator[str]:
         files[study.load_map(name).name].append(name)
     for name, several in files.items():
         if several[1:]:
-            yield f"{' and '.join(several)} have one name, {name}, and are one map in the data; change it in the files"
+            yield (
+                f"{' and '.join(several)} have one name, {name}, and are one map in recordings and training sets; "
+                "change it in the files"
+            )
 
 
 def _ping_weaknesses(study: Study) -> Iterator[str]:

@@ -25,7 +25,7 @@ def next_step(
     def remains(step: Step) -> bool:
         if step.kind == "questionnaire" and _asks_about(step.key, played):
             return True
-        unmet = unplayable and step.kind == "questionnaire" and _asks_about(step.key, [key])
+        unmet = unplayable and step.kind == "questionnaire" and step.block and _asks_about(step.key, [key])
         return step.block not in over and not unmet
 
     keys = [step.key for step in order]

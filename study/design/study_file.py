@@ -73,7 +73,7 @@ def complete_text(path: Path) -> str:
     """
     text, parts, end = path.read_text(encoding="utf-8"), [], 0
     for start, stop, name in sorted(set(_file_places(text, yaml.compose(text, yaml.SafeLoader)))):
-        parts += [text[end:start], _quoted(read_input(path.parent / name).decode("utf-8"))]
+        parts += [text[end:start], _quoted(_text_beside(path.parent / name))]
         end = stop
     complete = "".join([*parts, text[end:]])
     if complete != text and not _is_of(complete, read_study(path), path.parent):
@@ -135,9 +135,14 @@ def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Pat
     if file.is_absolute() or ".." in file.parts:
         raise document.error(path, "the file must be next to the study: a relative name without ..")
     try:
-        return read_input(folder / file).decode("utf-8")
+        return _text_beside(folder / file)
     except (OSError, UnicodeDecodeError) as error:
         raise document.error(path, f"cannot read {file}: {error}") from None
+
+
+def _text_beside(file: Path) -> str:
+    """Without the mark before it that Notepad may write: behind one, a heading is none."""
+    return read_input(file).decode("utf-8-sig")
 
 
 # ---- faults of single fields ------------------------------------------------------------------------------------

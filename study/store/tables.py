@@ -134,7 +134,12 @@ rounds = Table(
         nullable=False,
         doc="id of the partner; in pairs empty, or `agent` where one took the place of a partner",
     ),
-    Column("map", Text, nullable=False, doc="name of the map"),
+    Column(
+        "map",
+        Text,
+        nullable=False,
+        doc="as study.yaml names it; recordings of a map file, and what is made of them, have the name in the file",
+    ),
     Column("variant_seed", BigInteger, doc="of a randomised map, empty for the map as designed"),
     Column(
         "position",

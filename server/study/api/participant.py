@@ -14,7 +14,7 @@ from movingout.server.api.errors import ApiError
 from movingout.server.connection.admission import address_group
 from movingout.server.study.api.event_stream import EventQueue, OpenStreams, event_stream, queued_events
 from movingout.server.study.api.participant_view import ParticipantViews, View
-from movingout.server.study.arrivals.arrival_link import ArrivalRefused, read_arrival
+from movingout.server.study.arrivals.arrival_link import Arrival, ArrivalRefused, read_arrival
 from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.participant_actions import ParticipantActions, StepRequest, StudyAnswerRequest
 from movingout.server.study.participant_session import ParticipantSession
@@ -80,7 +80,7 @@ class ParticipantApi:
         known = wanted.known[:AT_ONE_SCREEN]
         self._limit_unknown(address, *known, *([wanted.beside] if wanted.beside else []))
         try:
-            arrival = read_arrival(
+            arrival = await self._guest(wanted) or read_arrival(
                 wanted.parameters, running.needs_code, running.signer, needs_signature=running.needs_signature
             )
             group = address_group(address)
@@ -90,6 +90,13 @@ class ParticipantApi:
                 raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.") from None
             raise ApiError(403, error.code, str(error)) from None
         return {"token": done.token, **await self._shown(done.session), "replaces": done.replaces}
+
+    async def _guest(self, wanted: ArriveRequest) -> Arrival | None:
+        """The second person at one screen, who has no link, where only links and codes of the experimenter admit."""
+        invites = self._running.needs_signature and not self._running.needs_code
+        if not invites or not wanted.beside or wanted.parameters:
+            return None
+        return await self._session_service.arrival_beside(wanted.beside)
 
     async def view(self, request: Request, lang: str = "") -> dict[str, View]:
         session = await self._session(request)

@@ -12,6 +12,7 @@ from movingout.study.store.database import NUL
 
 PROLIFIC, MTURK, CODE, LINK, SIGNED = "prolific", "mturk", "code", "link", "signed"
 PLATFORMS = (PROLIFIC, MTURK)
+INVITED = (CODE, SIGNED)
 PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE"  # what MTurk sends in a preview
 UNFILLED = "{{%"  # a placeholder of Prolific in a link that was copied by hand: {{%PROLIFIC_PID%}}
 MAX_LENGTH = 200  # letters of a parameter
@@ -39,15 +40,18 @@ class ArrivalRefused(StudyError):
 def read_arrival(
     link: Mapping[str, str], needs_code: bool, signer: LinkSigner | None = None, needs_signature: bool = False
 ) -> Arrival:
-    """Raises ArrivalRefused for a link that no participant can have."""
+    """Raises ArrivalRefused for a link that no participant can have.
+
+    Where a signature is needed, a code does as well: only the experimenter can make either.
+    """
     given = {name: value.strip() for name, value in link.items()}
     if not all(map(_possible, given.values())):
         raise _incomplete()
     if given.get("assignmentId") == PREVIEW:
         raise ArrivalRefused("preview", "This is a preview. Please accept the task first, then open it again.")
-    if given.get("sig") or needs_signature:
+    if given.get("sig") or (needs_signature and not (needs_code or given.get("code"))):
         return _signed(given, signer)
-    source, external_id = _person(given, needs_code)
+    source, external_id = _person(given, needs_code or needs_signature)
     if source == LINK and any(given.get(name) for name in SIGNED_WITH):
         return _signed(
             given, signer

@@ -9,7 +9,7 @@ from weakref import WeakValueDictionary
 
 from movingout.server.connection.turns import Turns
 from movingout.server.security.tokens import hash_token, new_id, new_token
-from movingout.server.study.arrivals.arrival_link import CODE, Arrival, ArrivalRefused
+from movingout.server.study.arrivals.arrival_link import CODE, INVITED, LINK, Arrival, ArrivalRefused
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
@@ -73,6 +73,21 @@ class SessionService:
             token = _token(session.texts_since_ms)
             await self._open_session(tx, session, token)
             return Arrived(token, session, replaces)
+
+    async def arrival_beside(self, token: str) -> Arrival | None:
+        """The one guest of somebody who was invited and plays at one screen with them; None for whoever may have none.
+
+        A guest who asks again, because the answer was lost, is the same person.
+        """
+        first = await self.of_token(token)
+        if not isinstance(first, ParticipantSession) or first.finished or first.source not in INVITED:
+            return None
+        if self._running.study.group < 2 or first.record.unit is not None:
+            return None
+        id = hash_token(f"beside {first.pid}").hex()
+        known = await self._running.databases.run(self._identities.known, LINK, id)
+        guest = None if known is None else self._running.participants.get(known)
+        return None if guest is not None and guest.finished else Arrival(LINK, id, {})
 
     def remembers(self, token: str) -> bool:
         """Whether `of_token` knows a token without asking the database."""

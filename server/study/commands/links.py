@@ -15,6 +15,7 @@ from movingout.study.errors import StudyError
 
 MOST_LINKS = 100_000
 MOST_DAYS = 3660.0
+PAGE = "/study"  # of participants
 
 
 def configure(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -38,9 +39,7 @@ def configure(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
 def run(args: argparse.Namespace) -> int:
     """Print "id<tab>link" lines, or a document whose `until` are seconds since the epoch. Raises MovingOutError."""
     study = read_study(args.file)
-    address = urlsplit(args.address)
-    if address.scheme not in ("http", "https") or not address.netloc:
-        raise StudyError(f"--address is like https://study.example.org, not {args.address!r}")
+    page = _page_at(args.address)
     if not 0 <= args.number <= MOST_LINKS or not 0.0 < args.days <= MOST_DAYS:
         raise StudyError(f"--number is from 1 to {MOST_LINKS}, and --days more than 0 and at most {MOST_DAYS:g}")
     if args.first < 1:
@@ -50,11 +49,18 @@ def run(args: argparse.Namespace) -> int:
         raise StudyError("name the participants with --ids, or say how many there are with --number")
     signer = LinkSigner.in_folder(StudyFolder(study, args.data).own, study.id)
     until = int(time.time() + args.days * 86_400)
-    base = f"{address.scheme}://{address.netloc}{address.path.rstrip('/')}/study"
-    urls = {id: f"{base}?{signer.query(id, until)}" for id in ids}
+    urls = {id: f"{page}?{signer.query(id, until)}" for id in ids}
     if args.json:
         links = [{"id": id, "url": url, "until": until} for id, url in urls.items()]
         print(json.dumps({"study": study.id, "links": links}, indent=2))
     else:
         print("\n".join(f"{id}\t{url}" for id, url in urls.items()))
     return 0
+
+
+def _page_at(address: str) -> str:
+    """The page of the study at a server, which may be named by that page; a server does not lie under a path."""
+    parts = urlsplit(address)
+    if parts.scheme not in ("http", "https") or not parts.netloc or parts.path.rstrip("/") not in ("", PAGE):
+        raise StudyError(f"--address is like https://study.example.org, not {address!r}")
+    return f"{parts.scheme}://{parts.netloc}{PAGE}"

@@ -44,6 +44,7 @@ from movingout.study.store.frozen_study import frozen_study
 SWITCH_S = 0.0005  # the database thread yields to a tick within this time
 AT_ONE_ADDRESS = 1000  # a whole class may share one address
 FASTEST = 50.0
+QUOTED_MARK = '"\\U0000feff'  # before the text of a file that Notepad wrote, as earlier versions kept it
 
 
 def serve(args: argparse.Namespace) -> int:
@@ -126,9 +127,12 @@ def _begun_with(folder: StudyFolder) -> str | None:
 
 
 def text_to_freeze(file: Path, begun_with: str | None) -> str:
-    """With the texts that the study keeps in files; studies of earlier versions began without them."""
+    """With the texts that the study keeps in files; studies of earlier versions began without them, or with marks."""
     text = file.read_text(encoding="utf-8")
-    return text if text == begun_with else complete_text(file)
+    if text == begun_with:
+        return text
+    complete = complete_text(file)
+    return begun_with if begun_with and begun_with.replace(QUOTED_MARK, '"') == complete else complete
 
 
 def _settings(args: argparse.Namespace) -> Settings:

@@ -27,7 +27,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add("--database", type=filled, metavar="URL", help="postgresql://...; default: a file in DIR")
     add("--identities", type=filled, metavar="URL", help="the database of identities; default: a file in DIR")
     add("--codes", action="store_true", help="admit only participants with a code from the experimenter")
-    add("--signed", action="store_true", help="admit only participants with a link of `movingout study links`")
+    add("--signed", action="store_true", help="admit only who has a link of `movingout study links`, or a code")
     add(
         "--any-device", action="store_true",
         help="let people continue in another browser with a platform's link, which anybody who knows their id can make",

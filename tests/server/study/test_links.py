@@ -5,6 +5,7 @@ import json
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 from urllib.parse import parse_qsl
 
 import pytest
@@ -96,6 +97,24 @@ def test_a_signed_link_admits_and_nothing_else_does(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_where_links_are_signed_a_code_of_the_experimenters_admits_too(tmp_path: Path) -> None:
+    with served(tmp_path, signed=True) as study:
+        code = study.ask("open-next")["code"]
+        assert study.visitor(code=code, PROLIFIC_PID="x").kind == "consent"
+        assert refused(study.arrive(code="wrong")) == "code_unknown"
+        assert study.visitor(**link(study, "P01"), code="wrong").kind == "consent"
+
+
+def test_with_codes_and_signed_links_who_has_neither_is_asked_for_a_code(solo: Served) -> None:
+    both: dict[str, Any] = {"needs_code": True, "needs_signature": True, "signer": solo.running.signer}
+    assert read_arrival(link(solo, "P01"), **both).source == "signed"
+    assert read_arrival({"code": "ab-12"}, **both)[:2] == ("code", "AB12")
+    with pytest.raises(ArrivalRefused) as refusal:
+        read_arrival({"workerId": "W"}, **both)
+    assert refusal.value.code == "code"
+
+
+@pytest.mark.slow
 def test_an_expired_link_begins_nothing_and_leads_back(tmp_path: Path) -> None:
     with served(tmp_path, signed=True) as study:
         assert refused(study.arrive(**link(study, "late", until=1_000_000))) == "link_expired"
@@ -182,6 +201,25 @@ def test_links_come_as_one_document_on_demand(tmp_path: Path, capsys: pytest.Cap
         assert one["url"].startswith("https://x.example/study?") and given["until"] == str(one["until"])
         signer = LinkSigner.in_folder(tmp_path / "studies" / "solo", "solo")
         assert signer.checked(given, one["until"]) == (one["id"], False)
+
+
+@pytest.mark.parametrize("path", ["", "/", "/study", "/study/"])
+def test_links_lead_to_the_page_that_the_server_has(
+    tmp_path: Path, path: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SOLO)
+    address = ["--address", f"https://x.example{path}", "--data", str(tmp_path), "--ids", "Ann"]
+    assert main(["study", "links", str(file), *address]) == 0
+    assert capsys.readouterr().out.startswith("Ann\thttps://x.example/study?id=Ann&")
+
+
+def test_a_server_under_a_path_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SOLO)
+    for address in ("https://x.example/lab", "https://x.example/study/study"):
+        assert main(["study", "links", str(file), "--address", address, "--data", str(tmp_path), "--ids", "Ann"]) == 2
+        assert "--address is like" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("options", [["--ids", "a b"], ["--ids", "x" * 65], [], ["--number", "-1"], ["--ids", "a\n"]])

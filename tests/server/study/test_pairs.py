@@ -3,6 +3,7 @@
 import threading
 from dataclasses import replace
 from pathlib import Path
+from urllib.parse import parse_qsl
 
 import pytest
 
@@ -105,6 +106,21 @@ def test_two_at_one_screen_are_a_pair_whoever_else_waits(pair: Served) -> None:
     assert (first.kind, second.kind, stranger.look()["step"]["kind"]) == ("practice", "practice", "waiting")
     assert pair.row(first.pid)["partner_pid"] == second.pid
     stranger.stop(True)
+
+
+@pytest.mark.slow
+def test_who_was_invited_brings_one_person_who_needs_no_link(tmp_path: Path) -> None:
+    with served(tmp_path, PAIR, signed=True) as study:
+        first = study.visitor(**dict(parse_qsl(study.running.signer.query("P01", 4_000_000_000))))
+        study.visitor(beside=first.token).decline()
+        lost = study.visitor(beside=first.token).pid
+        second = study.visitor(beside=first.token)
+        assert second.pid == lost, "the answer was lost, and the page asked again"
+        assert [study.arrive(beside=token)[0] for token in (second.token, "wrong", "")] == [403] * 3
+        first.go_to("waiting")
+        second.go_to("practice")
+        assert study.row(first.pid)["partner_pid"] == second.pid
+        assert study.arrive(beside=first.token)[0] == 403, "they have begun"
 
 
 @pytest.mark.parametrize("leaves", ["declines", "stops", "goes away"])

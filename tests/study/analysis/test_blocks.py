@@ -138,10 +138,17 @@ def test_ratings_at_the_end_stand_apart_from_those_of_partners(tmp_path: Path) -
     ]
 
 
-def test_what_is_asked_after_rounds_and_after_partners_is_two_items(tmp_path: Path) -> None:
+def test_what_was_said_of_partners_is_compared_where_no_round_counts(apart: Results) -> None:
+    none_counts = replace(apart, rounds=())
+    assert rating_comparisons(none_counts, plain).rows == rating_comparisons(apart, plain).rows != ()
+    assert metric_comparisons(none_counts, plain).rows == ()
+
+
+def test_what_is_asked_after_rounds_and_partners_and_at_the_end_is_three_items(tmp_path: Path) -> None:
     both = {
         "    after_partner: [": f"    after_round: [{FORM}]\n    after_partner: [",
         "    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]",
+        'demographics: ""': f'at_end: [{FORM}]\ndemographics: ""',
     }
     small, text = template("agent_survey", **both)
     place, store, pids = fill(tmp_path, small, text, 2)
@@ -149,6 +156,9 @@ def test_what_is_asked_after_rounds_and_after_partners_is_two_items(tmp_path: Pa
     for pid in pids:
         store.answer(pid, f"{round_.key}/{FORM}", FORM, "scripted", "teamwork", 1, "", 2.0)
         store.answer(pid, f"play/1/{FORM}", FORM, "scripted", "teamwork", 7, "", 2.0)
-    cells = {row[0]: row[1] for row in ratings(collect(small, store, place.recordings), plain).rows}
-    assert cells["Teamwork (after_partner)"] == "7.000 ± 0.000"
+        store.answer(pid, f"end/{FORM}", FORM, "", "teamwork", 4, "", 2.0)
+    cells = {row[0]: row[1:] for row in ratings(collect(small, store, place.recordings), plain).rows}
+    assert cells["Teamwork (after_partner)"] == ("7.000 ± 0.000", "–")
     assert cells["Teamwork (after_round)"][0] < "7"
+    assert cells["Teamwork (after_round)"][1] == "–"
+    assert cells["Teamwork (at_end)"] == ("–", "4.000 ± 0.000")

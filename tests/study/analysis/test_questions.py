@@ -1,5 +1,6 @@
 """What the report sums up of questionnaires: no question is missing, and each says what its values mean."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from movingout.recordings.report.words import Words
 from movingout.study.analysis.page import page
 from movingout.study.analysis.results import Results, collect
-from movingout.study.analysis.tables import LANGUAGE_FILES, choices, ratings
+from movingout.study.analysis.tables import LANGUAGE_FILES, choices, performance, ratings
 from movingout.study.store import Store
 from tests.study.filled import fill, template
 
@@ -76,6 +77,16 @@ def test_an_item_with_ends_of_its_own_is_not_shown_under_agreement(results: Resu
     small, _ = template("agent_survey", **CHANGES, **{'"And the other?"': '"And the other?", ends: [low, high]'})
     alone = page(Results(small, (), results.rounds, {}, results.answers, ()), plain, "about")
     assert "1 low – 7 high" in alone and "strongly agree" not in alone
+
+
+def test_what_was_said_of_a_partner_stays_where_no_round_with_them_counts(results: Results) -> None:
+    kept = tuple(row for row in results.rounds if row["partner"] != "scripted")
+    assert len(kept) < len(results.rounds)
+    left = replace(results, rounds=kept)
+    for table in (ratings, choices):
+        assert table(left, plain).rows == table(results, plain).rows != ()
+    assert page(left, plain, "about").count("scripted: ") == page(results, plain, "about").count("scripted: ") > 0
+    assert "scripted" not in {row[0] for row in performance(left, plain).rows}
 
 
 def test_a_bar_has_the_share_of_each_answer_also_where_somebody_is_asked_more_than_once(tmp_path: Path) -> None:

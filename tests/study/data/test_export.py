@@ -101,7 +101,9 @@ def test_a_round_that_was_played_again_is_counted_as_such(tmp_path: Path, capsys
     common = [str(file), "--data", str(tmp_path / "data"), "-o", str(tmp_path / "out")]
     assert main(["study", "export", *common]) == 0
     assert "1 participant, 3 rounds (1 of them further attempts), 10 answers" in capsys.readouterr().out
-    assert "there may be more rows than planned rounds" in (tmp_path / "out" / "codebook.md").read_text()
+    book = (tmp_path / "out" / "codebook.md").read_text()
+    assert "there may be more rows than planned rounds" in book
+    assert "recordings of a map file, and what is made of them, have the name in the file" in book
 
 
 def test_what_people_typed_is_no_formula_in_a_spreadsheet(tmp_path: Path) -> None:

@@ -55,6 +55,13 @@ def test_a_round_that_cannot_be_played_takes_the_questions_about_it_along() -> N
     assert next_step(order, last, unplayable=True).key == "debrief", "nobody is asked about whom they never met"
 
 
+def test_what_is_asked_at_the_end_is_about_no_round_whatever_the_block_is_called() -> None:
+    text = template_text("agent_survey").replace("  - id: play\n", "  - id: end\n") + "at_end: [nasa-tlx]\n"
+    order = steps(parse_study(text), assign(parse_study(text), 0))
+    last = [step.key for step in order if step.kind == "round"][-1]
+    assert last.startswith("end/") and next_step(order, last, unplayable=True).key == "end/nasa-tlx"
+
+
 def test_a_block_is_over_when_it_has_lasted_as_long_as_it_may() -> None:
     assert blocks_over(STUDY, {BLOCK: LIMIT_MINUTES * 60 - 1}) == frozenset()
     assert blocks_over(STUDY, {BLOCK: LIMIT_MINUTES * 60}) == {BLOCK}

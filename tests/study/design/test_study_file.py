@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from movingout.maps import load_map, map_to_json
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
-from movingout.study.design.review import map_warnings, review
+from movingout.study.design.review import earned, map_warnings, review
 from movingout.study.design.study_file import complete_text, parse_study, read_study
 from movingout.study.design.templates import template_names, template_text
 from movingout.study.errors import StudyError, StudyFileError
@@ -171,6 +171,14 @@ def test_the_complete_text_of_a_study_needs_no_other_files(tmp_path: Path, writt
     assert complete_text(file) == SMALL
 
 
+def test_a_mark_of_notepad_before_a_text_is_no_part_of_it(tmp_path: Path) -> None:
+    (tmp_path / "consent.md").write_text("# Consent\n", encoding="utf-8-sig")
+    file = tmp_path / "study.yaml"
+    file.write_text(SMALL.replace("We record how you play.", "{file: consent.md}"), encoding="utf-8-sig")
+    assert read_study(file).consent.text.text() == "# Consent\n"
+    assert parse_study(complete_text(file)) == read_study(file)
+
+
 @pytest.mark.parametrize(
     ("written", "length"),
     [
@@ -319,7 +327,8 @@ def test_own_maps_that_cannot_be_played_or_have_one_name_are_warned_of(tmp_path:
         f"{tmp_path}/numbered.json",
     ]
     assert found[2:] == [
-        f"{paths['den']} and {paths['copy']} have one name, Den, and are one map in the data; change it in the files"
+        f"{paths['den']} and {paths['copy']} have one name, Den, and are one map in recordings and training sets; "
+        "change it in the files"
     ]
     assert set(found) <= set(review(study).warnings)
 
@@ -346,6 +355,12 @@ def test_sounds_are_off_unless_the_file_says_on() -> None:
     assert [parse_study(SMALL + f"sounds: {word}\n").sounds for word in ("on", "off", '"on"')] == ["on", "off", "on"]
     ((_, path, message),) = faults(SMALL + "sounds: loud\n")
     assert path == "sounds" and "'on' or 'off'" in message
+
+
+@pytest.mark.parametrize(("currency", "due"), [("JPY", "38"), ("USD", "37.92")])
+def test_nobody_is_due_parts_of_a_currency_without_cents(currency: str, due: str) -> None:
+    study = parse_study(f"{SMALL}pay: {{currency: {currency}, per_hour: 65, maximum: 900}}\n")
+    assert str(earned(study, 35)) == due
 
 
 def test_pay_without_a_maximum_is_warned_of() -> None:

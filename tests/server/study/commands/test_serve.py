@@ -97,3 +97,13 @@ def test_a_study_that_began_with_an_earlier_version_goes_on(tmp_path: Path) -> N
     (tmp_path / "consent.md").write_text("We record how you play.", encoding="utf-8")
     assert text_to_freeze(file, WITH_FILE) == WITH_FILE
     assert text_to_freeze(file, None) == complete_text(file) != WITH_FILE
+
+
+def test_a_study_that_began_with_the_mark_of_notepad_goes_on(tmp_path: Path) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(WITH_FILE, encoding="utf-8")
+    (tmp_path / "consent.md").write_text("# Consent", encoding="utf-8-sig")
+    begun_with = complete_text(file).replace('"# Consent', '"\\U0000feff# Consent')
+    assert text_to_freeze(file, begun_with) == begun_with != complete_text(file)
+    (tmp_path / "consent.md").write_text("# Other", encoding="utf-8-sig")
+    assert text_to_freeze(file, begun_with) == complete_text(file)
