@@ -1,5 +1,6 @@
 """Results that were played with another map file or other code of one's own are not taken for those of today."""
 
+import importlib
 import json
 import shutil
 import sys
@@ -14,6 +15,7 @@ from movingout.maps import load_map, map_to_json
 from movingout.matches import MatchError, open_run, play, run_grid
 from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import open_folder
+from movingout.world.own_metrics import OwnMetric
 from tests.matches.support import small_grid
 
 AGENT = """
@@ -55,6 +57,40 @@ def test_results_of_earlier_code_are_not_added_to(
     with pytest.raises(MatchError, match=r"started with other code of .*own_driver:Driver"):
         run_grid(grid, tmp_path / "out", workers=1)
     del sys.modules["own_driver"]
+
+
+METRIC = """
+from functools import partial
+
+def value(scale, the_map, states, actions): return scale * float(len(actions))
+
+class Computer:
+    def __call__(self, *played): return value({scale}, *played)
+
+COMPUTES = [lambda *played: value({scale}, *played), partial(value, {scale}), Computer(), Computer().__call__]
+"""
+
+
+@pytest.mark.parametrize("compute", range(4), ids=["function", "partial", "object", "method"])
+def test_results_of_earlier_code_of_a_metric_are_not_added_to(
+    compute: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The tables had the mean of metres and millimetres."""
+    source = tmp_path / f"own_computes_{compute}.py"
+    source.write_text(METRIC.format(scale=1))
+    monkeypatch.syspath_prepend(tmp_path)
+    computes = importlib.import_module(source.stem).COMPUTES
+    metric = OwnMetric(
+        key="length", symbol="L", title="Length", meaning="length", unit="", low=0.0, high=None,
+        higher_is_better=False, digits=0, compute=computes[compute],
+    )  # fmt: skip
+    monkeypatch.setattr("movingout.matches.results.provenance.own_metrics", lambda: (metric,))
+    grid = small_grid(maps=["HandOff"], seeds=1, ticks=2)
+    open_folder(tmp_path / "out", grid, provenance_of(grid))
+    open_folder(tmp_path / "out", grid, provenance_of(grid))
+    source.write_text(METRIC.format(scale=1000))
+    with pytest.raises(MatchError, match="started with other code of the metric length; choose another folder"):
+        open_folder(tmp_path / "out", grid, provenance_of(grid))
 
 
 WEIGHTED = """
