@@ -2,9 +2,10 @@
 
 import json
 import os
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, suppress
+from contextlib import closing, redirect_stdout, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -155,7 +156,8 @@ def play(
     `record`: a folder that gets a recording of each match. Recordings that it has already stay; a warning says so.
 
     An agent that raises an exception or exceeds its time limit ends its match with `ending` "failed" and a reason in
-    `failure`; a warning says so, and what is wrong with a map file. Raises MovingOutError, before anything is played, for an unknown agent or map.
+    `failure`; a warning says so. Another says what is wrong with a map file. Raises MovingOutError, before anything is
+    played, for an unknown agent or map.
     """
     check_numbers(episodes, seed, ticks, challenge)
     seed, ticks, challenge = int(seed), int(ticks), 2 if challenge == 2 else 1  # numpy's integers are no JSON
@@ -186,7 +188,8 @@ def _play_here(matches: Sequence[Match], objects: AgentObjects, record: Path | N
     if record is not None:
         make_folder(record)
     lockstep = Lockstep(record=record, batch_size=1, load=objects.load)
-    found = {result.match: result for result in lockstep.play(dict.fromkeys(matches))}
+    with redirect_stdout(sys.stderr):  # what agents print, as from worker processes
+        found = {result.match: result for result in lockstep.play(dict.fromkeys(matches))}
     return [found[match] for match in matches]
 
 

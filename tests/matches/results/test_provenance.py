@@ -28,19 +28,19 @@ class Driver:
 
 
 def _map_file(path: Path, robot_x: float) -> str:
-    document = map_to_json(load_map("HandOff")) | {"name": "Own"}
+    document = map_to_json(load_map("HandOff")) | {"name": "Own", "number": 0}
     document["robots"]["blue"]["x"] = robot_x
     path.write_text(json.dumps(document))
     return str(path)
 
 
 def test_results_on_an_earlier_version_of_a_map_file_are_not_added_to(tmp_path: Path) -> None:
-    name = _map_file(tmp_path / "own.json", 0.2)
+    name = _map_file(tmp_path / "own.json", 0.02)
     grid = small_grid(agents=["idle"], maps=[name, f"{name}:mirror"], seeds=1, ticks=2)
     run_grid(grid, tmp_path / "out", workers=1)
     (tmp_path / "own.json").write_text(json.dumps(json.loads((tmp_path / "own.json").read_text()), indent=3))
     run_grid(grid, tmp_path / "out", workers=1)  # written otherwise, but the same map
-    _map_file(tmp_path / "own.json", 0.3)
+    _map_file(tmp_path / "own.json", 0.05)
     with pytest.raises(MatchError, match=r"started with another version of the map \S*own.json, \S*own.json:mirror;"):
         run_grid(grid, tmp_path / "out", workers=1)
 
@@ -197,7 +197,7 @@ def test_everybody_on_a_list_must_be_there_before_a_grid_is_played(tmp_path: Pat
 
 @pytest.mark.slow
 def test_a_folder_of_before_there_were_hashes_of_code_and_maps_goes_on(tmp_path: Path) -> None:
-    grid = small_grid(agents=["idle"], maps=[_map_file(tmp_path / "own.json", 0.2)], seeds=1, ticks=2)
+    grid = small_grid(agents=["idle"], maps=[_map_file(tmp_path / "own.json", 0.02)], seeds=1, ticks=2)
     run_grid(grid, tmp_path / "out", workers=1)
     head = json.loads((tmp_path / "out/grid.json").read_text())
     (tmp_path / "out/grid.json").write_text(json.dumps({k: v for k, v in head.items() if k not in ("code", "maps")}))
@@ -220,6 +220,6 @@ def test_a_map_file_that_was_changed_is_played_as_it_is_now(tmp_path: Path) -> N
             return np.array([[0.0, 1.0, 0.0, 0.0]])
 
     starts: list[float] = []
-    for x in (0.2, 0.3):
+    for x in (0.02, 0.05):
         play(Still, "idle", _map_file(tmp_path / "own.json", x), ticks=1)
-    assert starts == [0.2, 0.3]
+    assert starts == [0.02, 0.05]
