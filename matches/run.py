@@ -2,10 +2,9 @@
 
 import json
 import os
-import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, redirect_stdout, suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -188,8 +187,7 @@ def _play_here(matches: Sequence[Match], objects: AgentObjects, record: Path | N
     if record is not None:
         make_folder(record)
     lockstep = Lockstep(record=record, batch_size=1, load=objects.load)
-    with redirect_stdout(sys.stderr):  # what agents print, as from worker processes
-        found = {result.match: result for result in lockstep.play(dict.fromkeys(matches))}
+    found = {result.match: result for result in lockstep.play(dict.fromkeys(matches))}
     return [found[match] for match in matches]
 
 
