@@ -78,6 +78,7 @@ def _document(out: Path, tally: ReportTally) -> dict[str, Any]:
         "broken_off": tally.unfinished,
         "uncounted": tally.uncounted,
         "copies": tally.copies,
+        "pooled": tally.pooled,
         "maps_of_one_name": tally.maps_of_one_name,
         "unreadable": [{"path": str(one.path), "problem": one.problem} for one in tally.unreadable],
         "groups": [_group(spec, group) for spec, groups in tally.by_map() for group in groups],

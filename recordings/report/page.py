@@ -23,6 +23,7 @@ from movingout.world.own_metrics import own_metrics
 
 MOST_LISTED = 300  # findings per case; the JSON output has all
 MOST_ABREAST = 4  # populations of a map in one row
+MOST_NAMED = 4  # agents that one name stands for
 STRIPS = 5  # episodes with the most waiting, per group
 CHARTED = ("success", *(metric.key for metric in (*METRICS, *own_metrics())), "seconds")
 
@@ -98,6 +99,15 @@ class ReportPage:
             listed = [say("report.one_name.file", map=f"{name}.{k}", file=file) for k, file in enumerate(firsts, 1)]
             both.append(say("report.one_name", number=len(firsts), map=name, files=listed))
         return both
+
+    @property
+    def on_agents(self) -> list[str]:
+        """Which names stand for several agents."""
+        said = []
+        for who, ids in self.tally.pooled.items():
+            shown = [*ids[:MOST_NAMED], *(["…"] if len(ids) > MOST_NAMED else [])]
+            said.append(self.words.say("report.pooled", who=self.name(who), number=len(ids), ids=shown))
+        return said
 
     @property
     def charts(self) -> list[MeasureChart]:

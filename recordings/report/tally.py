@@ -126,6 +126,9 @@ class ReportTally:
     first: str = ""  # start of the earliest and of the latest recording
     last: str = ""
     appearances: dict[str, int] = field(default_factory=dict)  # seats taken in finished episodes
+    agents: dict[str, set[str]] = field(
+        default_factory=dict
+    )  # in finished episodes: whom a member of a population names
     _affected: dict[tuple[str, Case], list[Valued]] = field(default_factory=dict)  # 1.0 or 0.0 for each of them
 
     @classmethod
@@ -195,6 +198,11 @@ class ReportTally:
         """The labels of all who took a seat."""
         return sorted(self.appearances)
 
+    @property
+    def pooled(self) -> dict[str, list[str]]:
+        """Those who stand for several agents, such as `onnx` for policies of several files, and the ids of these."""
+        return {who: sorted(ids) for who, ids in sorted(self.agents.items()) if len(ids) > 1}
+
     def rate(self, who: str, case: Case) -> Estimate | None:
         """The share of its appearances (an episode and a seat) with such a failure."""
         return estimate_of_copies(self._affected[who, case])
@@ -215,6 +223,7 @@ class ReportTally:
     def _count_failures(self, facts: EpisodeFacts) -> None:
         for seat, who in enumerate(facts.population):
             self.appearances[who] = self.appearances.get(who, 0) + 1
+            self.agents.setdefault(who, set()).update(filter(None, [facts.agents[seat]]))
             for case in CASES:
                 affected = any(failure.case == case and failure.seat == seat for failure in facts.failures)
                 appearance = f"{_played(facts)} {seat}", float(affected)

@@ -196,6 +196,15 @@ def test_maps_as_designed_and_varied_ones_have_rows_of_their_own() -> None:
     assert "rows of their own" not in html(*both[:1]) + html(*both[1:])
 
 
+def test_who_stands_for_several_agents_is_said() -> None:
+    """`onnx:path=a.onnx` and `onnx:path=b.onnx` were one row `onnx`, without a word."""
+    two = [facts(name, population=("people", "onnx"), agents=("", f"onnx:path={name}.onnx")) for name in "ab"]
+    assert ReportTally.of(two).pooled == {"onnx": ["onnx:path=a.onnx", "onnx:path=b.onnx"]}
+    assert "onnx stands for 2 agents: onnx:path=a.onnx, onnx:path=b.onnx. With --by seat" in html(*two)
+    assert "onnx steht für 2 Agenten: onnx:path=a.onnx," in html(*two, language="de")
+    assert "stands for" not in html(two[0], replace(two[0], id="c"))
+
+
 def test_different_maps_of_one_name_have_rows_of_their_own() -> None:
     """Those before and after a file was edited were one row, drawn on the first of them."""
     before = replace(load_map("FourCorners"), name="Own", title="Own", number=0)
@@ -270,6 +279,7 @@ def test_several_processes_find_what_one_finds(folder: Path, tmp_path: Path) -> 
 def test_a_recording_gives_its_facts(folder: Path) -> None:
     found = facts_of(folder / "a.mcap", "agent")
     assert isinstance(found, EpisodeFacts)
+    assert (found.agents, facts_of(folder / "a.mcap", "seat").agents) == (("", "scripted"), ("", ""))  # type: ignore[union-attr]
     assert (found.id, found.ticks, found.population, found.finished) == ("a", 40, ("people", "scripted"), True)
     assert found.presence.sum(axis=(1, 2)) == pytest.approx([4.0, 4.0])
 
