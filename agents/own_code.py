@@ -1,10 +1,12 @@
-"""The code of agents of one's own, by its hash: results of other code are not comparable."""
+"""The code of agents and metrics of one's own, by its hash: results of other code are not comparable."""
 
 import contextlib
+import functools
 import hashlib
 import inspect
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from movingout.agents.adapters.policy_file import POLICY_FILES
@@ -20,14 +22,26 @@ def code_fingerprint(agent_id: str) -> str:
     What that file imports does not count. Empty, too, where there is no source to read. Raises AgentError for an id
     that is unknown or a module that cannot be imported.
     """
-    factory = factory_of(agent_id)
+    factory = _code_of(factory_of(agent_id))
     if getattr(factory, "__module__", _OURS).partition(".")[0] == _OURS:
         return ""
+    return source_sha256(factory)
+
+
+def source_sha256(called: Callable[..., object]) -> str:
+    """The SHA-256 of the file that defines a class, a function or the class of an object; empty where there is none."""
     try:
-        source = inspect.getsourcefile(inspect.unwrap(factory))
+        source = inspect.getsourcefile(inspect.unwrap(_code_of(called)))
         return hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else ""
     except (TypeError, OSError):
         return ""
+
+
+def _code_of(called: Callable[..., object]) -> Callable[..., object]:
+    """The function or class itself: that of a partial, or the class of an object that can be called."""
+    if isinstance(called, functools.partial):
+        return _code_of(called.func)
+    return called if inspect.isclass(called) or inspect.isroutine(called) else type(called)
 
 
 def module_sha256(agent_id: str) -> str:

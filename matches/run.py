@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from movingout.agents.map_limits import check_map_seen
 from movingout.maps import load_map
+from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.selection import selected_maps
 from movingout.matches.errors import MatchError
@@ -54,6 +55,8 @@ OnUnrecorded = Callable[[int], None]
 """Called with the number of matches that are to be recorded and were played before without a recording."""
 OnOtherCode = Callable[[int], None]
 """Called with the number of matches that are kept and were played by other code of this project than is here."""
+OnCaution = Callable[[str], None]
+"""Called with each sentence about a map file that cannot be played as it should, before anything is played."""
 OnResult = Callable[[MatchResult], None]
 """Called with each result as it arrives."""
 WorkerPoolFactory = Callable[[int, float, Path | None], WorkerPool]
@@ -62,6 +65,11 @@ WorkerPoolFactory = Callable[[int, float, Path | None], WorkerPool]
 
 def no_op(*_: object) -> None:
     """Shows no progress and does nothing with a result."""
+
+
+def warn_caller(sentence: str) -> None:
+    """Warn who called the function that says the sentence."""
+    warnings.warn(sentence, stacklevel=3)
 
 
 def played_again(failed: int) -> str:
@@ -147,11 +155,14 @@ def play(
     `record`: a folder that gets a recording of each match. Recordings that it has already stay; a warning says so.
 
     An agent that raises an exception or exceeds its time limit ends its match with `ending` "failed" and a reason in
-    `failure`; a warning says so. Raises MovingOutError, before anything is played, for an unknown agent or map.
+    `failure`; a warning says so. Another says what is wrong with a map file. Raises MovingOutError, before anything is
+    played, for an unknown agent or map.
     """
     check_numbers(episodes, seed, ticks, challenge)
-    seed, ticks = int(seed), int(ticks)  # numpy's integers are no JSON
+    seed, ticks, challenge = int(seed), int(ticks), 2 if challenge == 2 else 1  # numpy's integers are no JSON
     maps, objects = selected_maps(map), AgentObjects(blue, red)
+    for sentence in map_cautions(maps):
+        warn_caller(sentence)
     one, other = objects.name(blue), objects.name(red)
     matches = [
         Match(name, agent_for_seed(one, each), agent_for_seed(other, each, one == other), each, challenge, ticks)
@@ -224,6 +235,7 @@ def run_grid(
     again: OnAgain = no_op,
     unrecorded: OnUnrecorded = no_op,
     other_code: OnOtherCode = no_op,
+    caution: OnCaution = warn_caller,
 ) -> GridRun:
     """Play the matches of a grid that the folder `out` does not hold yet; returns all results in it.
 
@@ -254,6 +266,8 @@ def run_grid(
         raise MatchError(f"shard {index}/{count}: the first number counts from 0 to {count - 1}")
     plan = planned_matches(grid, order_of(folder))
     matches = matches_of(plan)[index::count]
+    for sentence in map_cautions(match.map for match in matches_of(plan)):
+        caution(sentence)
     check_own_maps(matches_of(plan))
     check_variants(to_play(matches, read_results(folder)))
     make_folder(folder)

@@ -12,6 +12,7 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -19,6 +20,7 @@ import numpy.typing as npt
 
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
+from movingout.maps.errors import MapError
 from movingout.maps.extras import needs_extra
 from movingout.maps.randomize import SPLITS, Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
@@ -54,6 +56,7 @@ REWARDS: dict[RewardName, Callable[[MapSpec], Reward]] = {
     "official-dense": OfficialDenseReward,
 }
 _LARGEST_SEED = 2**31
+_SEEDS_TRIED = 20  # for a variant of one episode
 _NO_METRICS = dict.fromkeys((metric.key for metric in METRICS), math.nan)
 _REBUILT = ("_world", "_encode", "_metrics", "_reward", "_state", "_window")  # what a copy makes anew
 
@@ -62,7 +65,8 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
     """One map, or with `split` a new Challenge 2 variant of it in every episode.
 
     `map` is a map, a map's name or a map file's path; faults of a file are warned about. Equal seeds of `reset` give
-    equal episodes; without `split` every episode starts alike. The info of each agent always has "score" (official,
+    equal episodes; without `split` every episode starts alike. Seeds for which a tight map has no playable variant are
+    passed over, up to 19 in an episode. The info of each agent always has "score" (official,
     [0, 1]) and the metrics of `world.metrics.METRICS` by key, which are NaN until the episode's last tick, and
     afterwards where one has no value.
 
@@ -136,7 +140,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         if self._split is None:
             self._start(designed)
         else:
-            self._start(randomize(designed, int(self.np_random.integers(_LARGEST_SEED)), self._split))
+            self._start(self._variant(designed, self._split))
         self.agents = list(self.possible_agents)
         self._show()
         return self._observations(), self._infos()
@@ -247,6 +251,16 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
             for sentence in map_cautions([os.fspath(map)]):
                 warnings.warn(sentence, stacklevel=stacklevel)
         return spec
+
+    def _variant(self, designed: MapSpec, split: Split) -> MapSpec:
+        """That of the next seed that has a playable one: on a tight map, some have none. Raises MapError after 20."""
+        for _ in range(_SEEDS_TRIED - 1):
+            with suppress(MapError):
+                return self._next_variant(designed, split)
+        return self._next_variant(designed, split)
+
+    def _next_variant(self, designed: MapSpec, split: Split) -> MapSpec:
+        return randomize(designed, int(self.np_random.integers(_LARGEST_SEED)), split)
 
     def _start(self, map_spec: MapSpec) -> None:
         self._encode = layout_named(self._layout).make(map_spec).encode_both

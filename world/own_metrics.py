@@ -84,8 +84,14 @@ def own_metrics() -> tuple[OwnMetric, ...]:
 
 
 def own_values(map_spec: MapSpec, states: Sequence[WorldState], actions: Floats) -> dict[str, float | None]:
-    """The values of an episode by key; None, with a warning, where a computation failed or gave no finite number."""
-    return {metric.key: _value(metric, map_spec, states, actions) for metric in own_metrics()}
+    """The values of an episode by key; None, with a warning, where a computation failed or gave no finite number.
+
+    Each gets arrays of its own: what it writes into them is neither in an export nor seen by the next metric.
+    """
+    return {
+        metric.key: _value(metric, map_spec, [state.copy() for state in states], actions.copy())
+        for metric in own_metrics()
+    }
 
 
 def _value(metric: OwnMetric, map_spec: MapSpec, states: Sequence[WorldState], actions: Floats) -> float | None:

@@ -105,7 +105,7 @@ def group(name: str) -> tuple[FamilyMember, ...]:
     if name == ALL:
         return _in_turn(_training_families(""))
     if name.startswith(WITHOUT):
-        return _in_turn(_training_families(_known(name.removeprefix(WITHOUT)).name))
+        return _in_turn(_training_families(_training_family(name.removeprefix(WITHOUT)).name))
     if not name.startswith(FAMILY):
         return (FamilyMember(name, name),)
     family = family_of(name.removeprefix(FAMILY))
@@ -185,6 +185,14 @@ def _known(name: str) -> Family:
     if name not in known:
         raise AgentError(f"unknown family {name!r}; {known_names(name, [*known, *installed_families()])}")
     return known[name]
+
+
+def _training_family(name: str) -> Family:
+    """One to leave out of `families`. Raises AgentError for one that is not among them."""
+    if name in installed_families():
+        whose = package_of(installed(FAMILIES)[name])
+        raise AgentError(f"family {name} is of the package {whose} and no part of `{ALL}`; say `{ALL}`, which lacks it")
+    return _known(name)
 
 
 def family_of(name: str) -> Family:

@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.commands.parser import add_out
 from movingout.maps.suggestion import counted
 from movingout.matches.commands.progress import bar
@@ -65,13 +64,12 @@ def perform(args: argparse.Namespace) -> int:
         return _dry_run(grid, folder, workers_of(args), args.json)
     if caution := inexact_engine():
         print(f"movingout: {caution}", file=sys.stderr)
-    for caution in map_cautions(entry.match.map for entry in planned_matches(grid)):
-        print(f"movingout: {caution}", file=sys.stderr)
     try:
         with bar("matches") as progress:
             run = run_grid(
                 grid, folder, workers=workers_of(args), record=args.record, shard=shard, pool=pool,
                 progress=progress, again=_say_again, unrecorded=_say_unrecorded, other_code=_say_other_code,
+                caution=_say_caution,
             )  # fmt: skip
     except KeyboardInterrupt:
         print("movingout: stopped; finished matches are kept, run the same command again to continue", file=sys.stderr)
@@ -81,6 +79,10 @@ def perform(args: argparse.Namespace) -> int:
         write_page(run, args.language)
     _show(run, args, [note for note in notes if note])
     return 0
+
+
+def _say_caution(sentence: str) -> None:
+    print(f"movingout: {sentence}", file=sys.stderr)
 
 
 def _say_again(failed: int) -> None:

@@ -1,11 +1,11 @@
-"""What the results of a grid depend on beside its own text, by SHA-256: weights, own code, own maps, lists, groups."""
+"""What the results of a grid depend on beside its own text, by SHA-256: weights, code, maps, lists, groups, metrics."""
 
 import hashlib
 import json
 from dataclasses import dataclass, field
 
 from movingout.agents.checkpoint.checkpoint import fingerprint
-from movingout.agents.own_code import code_fingerprint
+from movingout.agents.own_code import code_fingerprint, source_sha256
 from movingout.agents.partners.families import group, is_group, is_own
 from movingout.agents.partners.identity import acting_id
 from movingout.maps import load_map, map_to_json
@@ -14,17 +14,19 @@ from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.selection import selected_maps
 from movingout.matches.experiment.grid import Grid
 from movingout.matches.experiment.plan import agent_names, planned_matches
+from movingout.world.own_metrics import own_metrics
 
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Hashes by the id of the agent or the name of the map; what comes with the project has none."""
+    """Hashes by the id of the agent, the map's name or the metric's key; what comes with the project has none."""
 
     checkpoints: dict[str, str]
     code: dict[str, str]  # of one's own agents: the file that defines them, not what it imports
     maps: dict[str, str]  # of one's own map files: what they say, not how it is written
     lists: dict[str, str] = field(default_factory=dict)  # of lists (@FILE) and families of packages: whom they name
     groups: dict[str, str] = field(default_factory=dict)  # of our populations and families: who of them is here
+    metrics: dict[str, str] = field(default_factory=dict)  # of installed packages: the file that computes them
 
 
 def provenance_of(grid: Grid) -> Provenance:
@@ -37,6 +39,7 @@ def provenance_of(grid: Grid) -> Provenance:
         checkpoints={agent_id: sha for agent_id in agents if (sha := fingerprint(agent_id))},
         code={agent_id: sha for agent_id in agents if (sha := code_fingerprint(agent_id))},
         maps={name: _map_fingerprint(name) for name in own_maps},
+        metrics={metric.key: sha for metric in own_metrics() if (sha := source_sha256(metric.compute))},
         **named_by(grid),
     )
 

@@ -1,6 +1,6 @@
 """A results folder: the grid, and one line per finished match, appended and never changed.
 
-grid.json              the grid, its hash, and of the first run the versions, checkpoints, own code, maps, lists, groups
+grid.json              the grid, its hash, and of the first run the versions, checkpoints, own code, maps, …
 results-0-of-1.jsonl   one file per shard; a torn last line (a killed driver, a full disk) is cut off by the next run
 """
 
@@ -33,6 +33,7 @@ _PROVENANCE = {
     "maps": "another version of the map",
     "lists": "another version of the list",
     "groups": "other members of",
+    "metrics": "other code of the metric",
 }
 _PUT_BACK = {"lists": "put that one back", "groups": "the trained agents of then are to be here, and no others"}
 

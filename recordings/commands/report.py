@@ -9,7 +9,8 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from movingout.maps.commands.parser import add_out
-from movingout.maps.spec import SEAT_COLOURS
+from movingout.maps.files.map_versions import one_name_sentence
+from movingout.maps.spec import SEAT_COLOURS, MapSpec
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import positive
 from movingout.recordings.commands.selection import left_out_words, selected
@@ -56,6 +57,8 @@ def report(args: argparse.Namespace) -> int:
         print(json.dumps(_document(args.out, tally), indent=2))
     else:
         print(_sentence(args.out, tally))
+        for name, firsts in tally.maps_of_one_name.items():
+            print(one_name_sentence(name, firsts))
     return 0
 
 
@@ -75,17 +78,20 @@ def _document(out: Path, tally: ReportTally) -> dict[str, Any]:
         "broken_off": tally.unfinished,
         "uncounted": tally.uncounted,
         "copies": tally.copies,
+        "pooled": tally.pooled,
+        "maps_of_one_name": tally.maps_of_one_name,
         "unreadable": [{"path": str(one.path), "problem": one.problem} for one in tally.unreadable],
-        "groups": [_group(group) for _, groups in tally.by_map() for group in groups],
+        "groups": [_group(spec, group) for spec, groups in tally.by_map() for group in groups],
         "failures": [_found(one) for one in tally.found],
     }
 
 
-def _group(group: Group) -> dict[str, Any]:
+def _group(spec: MapSpec, group: Group) -> dict[str, Any]:
     measures = {name: _estimate(group.estimate(name)) for name in MEASURES}
     blue, red = group.population
     return {
-        "map": group.map.name,
+        "map": spec.name,
+        "challenge": group.challenge,
         "blue": blue,
         "red": red,
         "episodes": group.n,

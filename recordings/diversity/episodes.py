@@ -3,7 +3,7 @@
 import os
 import tempfile
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from movingout.maps.library import is_reserved
+from movingout.maps.files.map_versions import numbered_map, numbered_maps, one_name_sentence
 from movingout.maps.spec import MapSpec
 from movingout.recordings.episode import FINISHED, SeatInfo, player_label
 from movingout.recordings.errors import RecordingError
@@ -196,47 +196,10 @@ def _by_style(episodes: Sequence[PathEpisode], styles: Styles) -> Callable[[Path
 
 
 def with_maps_apart(episodes: Sequence[PathEpisode]) -> tuple[list[PathEpisode], list[str]]:
-    """The same; where different maps of one's own have one name, they are called NAME.1, NAME.2, …, which is told.
-
-    A variant belongs to the only map with its walls and goals. A map that ships, or a generated one, is known by name.
-    """
-    designed: defaultdict[object, set[object]] = defaultdict(set)
-    for one in episodes:
-        if not one.map.variant:
-            designed[_ground(one.map)].add(_whole(one.map))
-    maps: defaultdict[str, dict[object, PathEpisode]] = defaultdict(dict)
-    for one in episodes:
-        maps[one.map.name].setdefault(_version(one.map, designed), one)
-    several = {name: list(there) for name, there in maps.items() if len(there) > 1}
-    found, sentences = list(episodes), []
-    for name, versions in several.items():
-        firsts = [Path(maps[name][version].file).name for version in versions]
-        named = ", ".join(f"{name}.{number} is that of {file}" for number, file in enumerate(firsts, 1))
-        sentences.append(f"{len(versions)} different maps are called {name}: {named}.")
-    for place, one in enumerate(episodes):
-        if versions_here := several.get(one.map.name):
-            number = versions_here.index(_version(one.map, designed)) + 1
-            found[place] = replace(one, map=replace(one.map, name=f"{one.map.name}.{number}"))
-    return found, sentences
-
-
-def _version(the_map: MapSpec, designed: Mapping[object, set[object]]) -> object:
-    """Equal for episodes on the same map, of those with one name."""
-    if is_reserved(the_map.name):
-        return the_map.name
-    if not the_map.variant:
-        return _whole(the_map)
-    known = designed.get(_ground(the_map), set())
-    return next(iter(known)) if len(known) == 1 else _ground(the_map)
-
-
-def _ground(the_map: MapSpec) -> object:
-    """What variants of a map have in common."""
-    return the_map.name, the_map.walls, the_map.goals
-
-
-def _whole(the_map: MapSpec) -> object:
-    return _ground(the_map), the_map.robots, the_map.items
+    """The same; where different maps of one's own have one name, they are called NAME.1, NAME.2, …, which is told."""
+    numbers, several = numbered_maps((one.map, Path(one.file).name) for one in episodes)
+    found = [replace(one, map=numbered_map(one.map, number)) for one, number in zip(episodes, numbers, strict=True)]
+    return found, [one_name_sentence(name, firsts) for name, firsts in several.items()]
 
 
 def by_map(episodes: Iterable[PathEpisode]) -> Iterator[tuple[MapSpec, list[PathEpisode]]]:

@@ -37,6 +37,10 @@ def _name(seat: SeatInfo) -> str:
     return seat.name or seat.kind
 
 
+def _agent(seat: SeatInfo) -> str:
+    return seat.name if seat.kind == "agent" else ""
+
+
 def _seats(label: Callable[[SeatInfo], str], header: EpisodeHeader) -> Pair:
     return label(header.seats[0]), label(header.seats[1])
 
@@ -71,6 +75,7 @@ class EpisodeFacts:
     presence: npt.NDArray[np.float32]  # (2, 48, 48) seconds of each seat in each cell
     tutorial: bool = False
     simulated: bool = False  # in a rehearsal of a study: its participants were programs
+    agents: Pair = ("", "")  # the ids of those who are agents, where populations are named without options
     played: str = ""  # equal for episodes that are equal action by action; empty where that is not known
 
     @property
@@ -96,6 +101,7 @@ def _facts(path: Path, episode: Episode, population: Callable[[EpisodeHeader], P
         population=population(header),
         tutorial=header.source == "tutorial",
         simulated=header.simulated,
+        agents=_seats(_agent, header) if population is _players else ("", ""),
         played=play_hash(episode),
         started=utc(header.started_ns),
         outcome=episode.outcome,

@@ -23,6 +23,7 @@ from movingout.world.own_metrics import own_metrics
 
 MOST_LISTED = 300  # findings per case; the JSON output has all
 MOST_ABREAST = 4  # populations of a map in one row
+MOST_NAMED = 4  # agents that one name stands for
 STRIPS = 5  # episodes with the most waiting, per group
 CHARTED = ("success", *(metric.key for metric in (*METRICS, *own_metrics())), "seconds")
 
@@ -90,6 +91,25 @@ class ReportPage:
         ]
 
     @property
+    def on_maps(self) -> list[str]:
+        """What is to be known of the maps: that both challenges are here, and which are different maps of one name."""
+        say, tally = self.words.say, self.tally
+        both = [say("report.challenges")] if len(tally.challenges) > 1 else []
+        for name, firsts in tally.maps_of_one_name.items():
+            listed = [say("report.one_name.file", map=f"{name}.{k}", file=file) for k, file in enumerate(firsts, 1)]
+            both.append(say("report.one_name", number=len(firsts), map=name, files=listed))
+        return both
+
+    @property
+    def on_agents(self) -> list[str]:
+        """Which names stand for several agents."""
+        said = []
+        for who, ids in self.tally.pooled.items():
+            shown = [*ids[:MOST_NAMED], *(["…"] if len(ids) > MOST_NAMED else [])]
+            said.append(self.words.say("report.pooled", who=self.name(who), number=len(ids), ids=shown))
+        return said
+
+    @property
     def charts(self) -> list[MeasureChart]:
         return [self._chart(name) for name in CHARTED]
 
@@ -108,8 +128,13 @@ class ReportPage:
             return str(group.n)
         return self.words.say("report.n.distinct", n=group.n, distinct=group.distinct)
 
-    def arena(self, group: Group) -> Markup:
-        title = self.words.say("report.where.map", map=self.words.map_title(group.map))
+    def title(self, spec: MapSpec) -> str:
+        """That of a map, and whether it is varied."""
+        title = self.words.map_title(spec)
+        return self.words.say("report.varied", map=title) if spec.variant else title
+
+    def arena(self, spec: MapSpec, group: Group) -> Markup:
+        title = self.words.say("report.where.map", map=self.title(spec))
         return svg.arena(group.map, group.presence, title, items=group.variants == {group.map.variant})
 
     def consistency(self, group: Group) -> Markup:
@@ -146,7 +171,7 @@ class ReportPage:
                     title = say("report.chart.dot", blue=blue, red=red, value=value, n=found.n)
                     half = factor * (found.stderr or 0.0)
                     row.append(svg.Dot(places[group.population], factor * found.mean, half, title))
-            rows.append((self.words.map_title(spec), row))
+            rows.append((self.title(spec), row))
         low, high = measure.scale or _range([dot for _, row in rows for dot in row])
         title = say("report.chart", measure=measure.name(self.words))
         return MeasureChart(measure, svg.dots(rows, low, high, title, self.words.decimal))

@@ -1,11 +1,12 @@
-"""Facts of many episodes, added up per map and population."""
+"""Facts of many episodes, added up per map, as designed or varied, and population."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
+from movingout.maps.files.map_versions import ground, numbered_map, numbered_maps, whole
 from movingout.maps.spec import MapSpec
 from movingout.recordings.occupancy import CELLS
 from movingout.recordings.report.facts import EpisodeFacts, Pair
@@ -37,10 +38,11 @@ class Strip(NamedTuple):
 
 @dataclass(eq=False)
 class Group:
-    """The episodes of one population on one map."""
+    """The episodes of one population on one map as designed, or on variants of it."""
 
-    map: MapSpec
+    map: MapSpec  # of the first episode
     population: Pair
+    file: str = ""  # that of the first episode
     values: dict[str, list[Valued]] = field(default_factory=lambda: {name: [] for name in MEASURES})
     presence: Floats = field(default_factory=lambda: np.zeros((2, CELLS, CELLS)))  # seconds
     consistency: Floats = field(default_factory=lambda: np.zeros((0, 2)))  # per second: sum, count
@@ -69,6 +71,10 @@ class Group:
     @property
     def n(self) -> int:
         return len(self.strips)
+
+    @property
+    def challenge(self) -> int:
+        return 2 if self.map.variant else 1
 
     @property
     def distinct(self) -> int:
@@ -109,7 +115,7 @@ class FailureFinding(NamedTuple):
 class ReportTally:
     """Everything that a report shows."""
 
-    groups: dict[tuple[str, Pair], Group] = field(default_factory=dict)
+    groups: dict[tuple[Hashable, Pair], Group] = field(default_factory=dict)
     found: list[FailureFinding] = field(default_factory=list)
     unreadable: list[Unreadable] = field(default_factory=list)
     tutorials: int = 0  # recordings of tutorials, of which nothing else is shown
@@ -120,6 +126,9 @@ class ReportTally:
     first: str = ""  # start of the earliest and of the latest recording
     last: str = ""
     appearances: dict[str, int] = field(default_factory=dict)  # seats taken in finished episodes
+    agents: dict[str, set[str]] = field(
+        default_factory=dict
+    )  # in finished episodes: whom a member of a population names
     _affected: dict[tuple[str, Case], list[Valued]] = field(default_factory=dict)  # 1.0 or 0.0 for each of them
 
     @classmethod
@@ -149,14 +158,33 @@ class ReportTally:
     def populations(self) -> list[Pair]:
         return sorted({population for _, population in self.groups})
 
+    @property
+    def challenges(self) -> set[int]:
+        """1 for maps as designed, 2 for varied ones."""
+        return {group.challenge for group in self.groups.values()}
+
+    @property
+    def maps_of_one_name(self) -> dict[str, list[str]]:
+        """Of each name that different maps have, the first files of each: `by_map` calls them NAME.1, NAME.2, …."""
+        return self._numbered()[1]
+
     def by_map(self) -> list[tuple[MapSpec, list[Group]]]:
-        """The groups of each map: the paper's twelve in their order, then others by name."""
-        specs = {group.map.name: group.map for group in self.groups.values()}
-        ordered = sorted(specs.values(), key=lambda spec: (spec.number == 0, spec.number, spec.name))
-        return [
-            (spec, [self.groups[spec.name, pair] for pair in self.populations if (spec.name, pair) in self.groups])
-            for spec in ordered
-        ]
+        """The groups of each map, as designed and then varied: the paper's twelve in their order, then others by name.
+
+        A map is that of a first episode; of different maps of one name it has the number in its name and title.
+        """
+        order = {pair: place for place, pair in enumerate(self.populations)}
+        found: dict[tuple[str, int], list[Group]] = {}
+        specs: dict[tuple[str, int], MapSpec] = {}
+        for group, number in zip(self.groups.values(), self._numbered()[0], strict=True):
+            spec = numbered_map(group.map, number)
+            specs.setdefault((spec.name, group.challenge), spec)
+            found.setdefault((spec.name, group.challenge), []).append(group)
+        keys = sorted(specs, key=lambda key: (specs[key].number == 0, specs[key].number, key))
+        return [(specs[key], sorted(found[key], key=lambda group: order[group.population])) for key in keys]
+
+    def _numbered(self) -> tuple[list[int], dict[str, list[str]]]:
+        return numbered_maps((group.map, group.file) for group in self.groups.values())
 
     def overall(self, measure: str) -> Estimate | None:
         return estimate_of_copies([one for group in self.groups.values() for one in group.values[measure]])
@@ -170,6 +198,11 @@ class ReportTally:
         """The labels of all who took a seat."""
         return sorted(self.appearances)
 
+    @property
+    def pooled(self) -> dict[str, list[str]]:
+        """Those who stand for several agents, such as `onnx` for policies of several files, and the ids of these."""
+        return {who: sorted(ids) for who, ids in sorted(self.agents.items()) if len(ids) > 1}
+
     def rate(self, who: str, case: Case) -> Estimate | None:
         """The share of its appearances (an episode and a seat) with such a failure."""
         return estimate_of_copies(self._affected[who, case])
@@ -182,13 +215,15 @@ class ReportTally:
         if not facts.finished:
             self.unfinished += 1
             return
-        key = facts.map.name, facts.population
-        self.groups.setdefault(key, Group(facts.map, facts.population)).add(facts)
+        played_on = ("varied", ground(facts.map)) if facts.map.variant else whole(facts.map)
+        group = Group(facts.map, facts.population, facts.path.name)
+        self.groups.setdefault((played_on, facts.population), group).add(facts)
         self._count_failures(facts)
 
     def _count_failures(self, facts: EpisodeFacts) -> None:
         for seat, who in enumerate(facts.population):
             self.appearances[who] = self.appearances.get(who, 0) + 1
+            self.agents.setdefault(who, set()).update(filter(None, [facts.agents[seat]]))
             for case in CASES:
                 affected = any(failure.case == case and failure.seat == seat for failure in facts.failures)
                 appearance = f"{_played(facts)} {seat}", float(affected)

@@ -114,6 +114,24 @@ class Crowding(IdleAgent):
         return [np.tile([0.0, -1.0, 0.0, 0.0], (10, 1)) for _ in agents]
 
 
+class Drawing(IdleAgent):
+    """Draws anew in every call, alone and together, and says so."""
+
+    deterministic = False
+    many: ClassVar[tuple[float, ...]] = (1.0, 1.0, 0.0, 0.0)
+
+    def act(self, observation: Observation) -> ActionChunk:
+        return np.array([[random.random(), 1.0, 0.0, 0.0]])
+
+    @classmethod
+    def act_many(cls, agents: Sequence[IdleAgent], observations: Sequence[Observation]) -> list[ActionChunk]:
+        return [random.random() * np.array([cls.many]) for _ in agents]
+
+
+class DrawingMuch(Drawing):
+    many = (1.0, np.nan, 0.0, 0.0)
+
+
 class Listed(IdleAgent):
     @property
     def batch_key(self) -> Hashable:
@@ -159,6 +177,7 @@ ONE = Forward()
         (Stuck, "execute_rows is 0; it is a whole number of rows from 1"),
         (Listed, r"batch_key raised AgentError: batch_key is no value that can be hashed \(unhashable type: 'list'\)"),
         (Crowding, "HandOff, blue: act_many answers otherwise than act"),
+        (DrawingMuch, "HandOff, blue: act_many: an action chunk must hold finite numbers"),
     ],
 )
 def test_a_broken_agent_is_told_what_is_wrong_and_what_would_be_right(
@@ -167,6 +186,10 @@ def test_a_broken_agent_is_told_what_is_wrong_and_what_would_be_right(
     with pytest.raises(ConformanceError, match=sentence) as raised:
         check_agent(factory, ticks=FEW_TICKS)
     assert isinstance(raised.value, AssertionError)
+
+
+def test_who_is_not_deterministic_need_not_answer_together_as_alone() -> None:
+    assert not check_agent(Drawing, "HandOff", ticks=2).deterministic
 
 
 @pytest.mark.parametrize(

@@ -83,8 +83,10 @@ def test_a_dictionary_is_no_grid(tmp_path: Path) -> None:
 
 
 def test_numbers_of_numpy_are_numbers() -> None:
-    [result] = play("idle", "idle", seed=np.int64(3), ticks=np.int64(2), episodes=np.int64(1), workers=1)  # type: ignore[arg-type]
-    assert (result.match.seed, result.ticks) == (3, 2)
+    """`challenge=np.int64(2)` ended in `TypeError: Object of type int64 is not JSON serializable`."""
+    one, two = map(np.int64, (1, 2))
+    [result] = play("idle", "idle", seed=two, ticks=two, episodes=one, challenge=two, workers=1)  # type: ignore[arg-type]
+    assert result.match == Match("HandOff", "idle", "idle", 2, 2, 2)
 
 
 @pytest.mark.slow
@@ -224,6 +226,27 @@ def test_a_map_without_a_variant_for_a_seed_stops_a_grid_before_it_is_played(
         assert main([*command, *more]) == 2
         assert "no playable evaluation variant of Pit for seed 0" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_map_file_with_faults_is_warned_about_as_commands_say_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """TCR below 1 was read as the failure of the agents."""
+    corner = [{"x0": -1.2, "y0": -1.19, "x1": -1.19, "y1": -1.2}]
+    name = str(tmp_path / "corner.json")
+    Path(name).write_text(json.dumps(map_to_json(load_map("Simple")) | {"name": "Corner", "goals": corner}))
+    grid = small_grid(agents=["idle"], partners=["idle"], maps=[name], seeds=1, ticks=2)
+    fault = "corner.json cannot be played as it should: "
+    for call in (
+        lambda: play("idle", "idle", name, ticks=2, workers=1),
+        lambda: run_grid(grid, tmp_path / "out", workers=1),
+    ):
+        with pytest.warns(UserWarning, match=fault) as warned:
+            call()
+        assert {Path(one.filename).name for one in warned} == {"test_run.py"}
+    (tmp_path / "grid.yaml").write_text(f"name: g\nagents: [idle]\nmaps: [{name}]\nseeds: 1\nticks: 2\n")
+    assert main(["match", "grid", str(tmp_path / "grid.yaml"), "--out", str(tmp_path / "g"), "--workers", "1"]) == 0
+    assert capsys.readouterr().err.count("cannot be played as it should") == 1
 
 
 def test_a_folder_of_another_grid_is_refused(tmp_path: Path) -> None:

@@ -17,7 +17,8 @@ pytest.importorskip("pettingzoo", reason="the extra `env` is not installed")
 
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
-from movingout.maps import MapError, Rect, load_map, map_to_json
+from movingout.maps import MapError, MapSpec, Rect, load_map, map_to_json
+from movingout.maps.randomize import Split, randomize
 from movingout.world import ActionError, World, WorldError
 from movingout.world.action import to_world
 from movingout.world.env import REWARDS, MovingOutEnv
@@ -76,6 +77,27 @@ def test_seeds_decide_the_variant_and_the_episodes_after_it_differ() -> None:
 
     assert starts(3) == starts(3)
     assert len({*starts(3), *starts(4)}) == 4
+
+
+def test_a_seed_without_a_playable_variant_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Training on a tight map ended at some episode, and a run that was continued came to the same one."""
+    calls: list[int] = []
+
+    def tight(designed: MapSpec, seed: int, split: Split) -> MapSpec:
+        calls.append(seed)
+        if len(calls) % 4:
+            raise MapError(f"no playable variant for seed {seed}")
+        return randomize(designed, seed, split)
+
+    monkeypatch.setattr("movingout.world.env.randomize", tight)
+    env = MovingOutEnv("HandOff", split="train")
+    variants = []
+    for _ in range(2):
+        env.reset(seed=3)
+        variants.append(env.current_map.variant)
+    assert len(calls) == 8
+    assert len(set(calls)) == 4
+    assert variants == [f"challenge2-train-{calls[3]}"] * 2
 
 
 def test_an_episode_is_truncated_at_its_limit_with_the_metrics() -> None:

@@ -2,14 +2,14 @@
 
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from movingout.maps import load_map
+from movingout.maps import MapSpec, load_map
 from movingout.matches.commands.match import _row_json
 from movingout.matches.match import Match, failed_result
 from movingout.matches.results.table import OFFICIAL_AC, WAITING, ResultRow
@@ -19,6 +19,7 @@ from movingout.world import World
 from movingout.world import own_metrics as module
 from movingout.world.metrics import METRICS
 from movingout.world.own_metrics import COLUMNS, Compute, OwnMetric, own_metrics, own_values
+from movingout.world.state import Floats, WorldState
 
 Install = Callable[[str, Compute], None]
 
@@ -52,6 +53,21 @@ def test_finite_values_and_none_stay(install: Install) -> None:
     states = [World(load_map("HandOff")).state()]
     for some, value in ((states, 0.0), ([], None)):
         assert own_values(load_map("HandOff"), some, np.zeros((0, 2, 3))) == {"walked": value}
+
+
+def test_a_metric_that_writes_into_its_arrays_changes_no_others(install: Install) -> None:
+    """Exports had the rows as a metric left them, and the next metric computed from them."""
+
+    def writes(the_map: MapSpec, states: Sequence[WorldState], actions: Floats) -> float:
+        states[0].item_poses[:] = actions[:] = 9.0
+        return 1.0
+
+    install("walked", writes)
+    state, actions = World(load_map("HandOff")).state(), np.zeros((1, 2, 3))
+    before = state.item_poses.copy()
+    assert own_values(load_map("HandOff"), [state, state], actions) == {"walked": 1.0}
+    assert np.array_equal(state.item_poses, before)
+    assert not actions.any()
 
 
 def test_a_package_that_ends_the_program_is_left_out_with_a_warning(

@@ -87,6 +87,27 @@ def test_the_document_has_no_rate_of_episodes_that_were_there_already(
     assert [(one["episodes"], one["already"], one["mean_tcr"]) for one in documents] == [(1, 0, 0.0), (0, 1, None)]
 
 
+def test_episodes_that_are_there_already_under_another_name_are_told_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With `--seed 1` half of the new data were copies, from which training learns twice."""
+    few = ["--people", "2", "--map", "HandOff", "--episodes", "4", "--ticks", "1", "--workers", "1"]
+    (tmp_path / "torn.mcap").write_bytes(b"nothing")
+    said = []
+    for seed in ("0", "0", "1", "4"):
+        assert main(["demos", "generate", *few, "-o", str(tmp_path), "--seed", seed]) == 0
+        said.append([line for line in capsys.readouterr().err.splitlines() if "repeat" in line])
+    assert said == [
+        [],
+        [],
+        [
+            f"movingout: 2 episodes have the map, seats and seed of others in {tmp_path} and will repeat them; "
+            "--seed 4 makes new ones"
+        ],
+        [],
+    ]
+
+
 @pytest.mark.parametrize("action", ["generate", "label"])
 @pytest.mark.parametrize("number", [["--seed", "-1"], ["--seed", str(2**53)], ["--ticks", "36001"]])
 def test_numbers_that_cannot_be_are_answered_in_a_sentence(

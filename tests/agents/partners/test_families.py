@@ -274,7 +274,7 @@ def test_a_package_that_ends_the_program_is_named(monkeypatch: pytest.MonkeyPatc
         ("family:empty", "NOBODY is no list of agent ids"),
         ("family:gone", "cannot load the family 'gone' of .*AttributeError"),
         ("family:mien", "did you mean mine"),
-        ("families:without-mine", "unknown family 'mine'"),
+        ("families:without-mine", "family mine is of the package .* and no part of `families`"),
     ],
 )
 def test_a_family_of_a_package_that_cannot_be_used_is_refused(name: str, sentence: str) -> None:

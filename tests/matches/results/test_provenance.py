@@ -1,5 +1,6 @@
 """Results that were played with another map file or other code of one's own are not taken for those of today."""
 
+import importlib
 import json
 import shutil
 import sys
@@ -14,6 +15,7 @@ from movingout.maps import load_map, map_to_json
 from movingout.matches import MatchError, open_run, play, run_grid
 from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import open_folder
+from movingout.world.own_metrics import OwnMetric
 from tests.matches.support import small_grid
 
 AGENT = """
@@ -26,19 +28,19 @@ class Driver:
 
 
 def _map_file(path: Path, robot_x: float) -> str:
-    document = map_to_json(load_map("HandOff")) | {"name": "Own"}
+    document = map_to_json(load_map("HandOff")) | {"name": "Own", "number": 0}
     document["robots"]["blue"]["x"] = robot_x
     path.write_text(json.dumps(document))
     return str(path)
 
 
 def test_results_on_an_earlier_version_of_a_map_file_are_not_added_to(tmp_path: Path) -> None:
-    name = _map_file(tmp_path / "own.json", 0.2)
+    name = _map_file(tmp_path / "own.json", 0.02)
     grid = small_grid(agents=["idle"], maps=[name, f"{name}:mirror"], seeds=1, ticks=2)
     run_grid(grid, tmp_path / "out", workers=1)
     (tmp_path / "own.json").write_text(json.dumps(json.loads((tmp_path / "own.json").read_text()), indent=3))
     run_grid(grid, tmp_path / "out", workers=1)  # written otherwise, but the same map
-    _map_file(tmp_path / "own.json", 0.3)
+    _map_file(tmp_path / "own.json", 0.05)
     with pytest.raises(MatchError, match=r"started with another version of the map \S*own.json, \S*own.json:mirror;"):
         run_grid(grid, tmp_path / "out", workers=1)
 
@@ -55,6 +57,40 @@ def test_results_of_earlier_code_are_not_added_to(
     with pytest.raises(MatchError, match=r"started with other code of .*own_driver:Driver"):
         run_grid(grid, tmp_path / "out", workers=1)
     del sys.modules["own_driver"]
+
+
+METRIC = """
+from functools import partial
+
+def value(scale, the_map, states, actions): return scale * float(len(actions))
+
+class Computer:
+    def __call__(self, *played): return value({scale}, *played)
+
+COMPUTES = [lambda *played: value({scale}, *played), partial(value, {scale}), Computer(), Computer().__call__]
+"""
+
+
+@pytest.mark.parametrize("compute", range(4), ids=["function", "partial", "object", "method"])
+def test_results_of_earlier_code_of_a_metric_are_not_added_to(
+    compute: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The tables had the mean of metres and millimetres."""
+    source = tmp_path / f"own_computes_{compute}.py"
+    source.write_text(METRIC.format(scale=1))
+    monkeypatch.syspath_prepend(tmp_path)
+    computes = importlib.import_module(source.stem).COMPUTES
+    metric = OwnMetric(
+        key="length", symbol="L", title="Length", meaning="length", unit="", low=0.0, high=None,
+        higher_is_better=False, digits=0, compute=computes[compute],
+    )  # fmt: skip
+    monkeypatch.setattr("movingout.matches.results.provenance.own_metrics", lambda: (metric,))
+    grid = small_grid(maps=["HandOff"], seeds=1, ticks=2)
+    open_folder(tmp_path / "out", grid, provenance_of(grid))
+    open_folder(tmp_path / "out", grid, provenance_of(grid))
+    source.write_text(METRIC.format(scale=1000))
+    with pytest.raises(MatchError, match="started with other code of the metric length; choose another folder"):
+        open_folder(tmp_path / "out", grid, provenance_of(grid))
 
 
 WEIGHTED = """
@@ -161,7 +197,7 @@ def test_everybody_on_a_list_must_be_there_before_a_grid_is_played(tmp_path: Pat
 
 @pytest.mark.slow
 def test_a_folder_of_before_there_were_hashes_of_code_and_maps_goes_on(tmp_path: Path) -> None:
-    grid = small_grid(agents=["idle"], maps=[_map_file(tmp_path / "own.json", 0.2)], seeds=1, ticks=2)
+    grid = small_grid(agents=["idle"], maps=[_map_file(tmp_path / "own.json", 0.02)], seeds=1, ticks=2)
     run_grid(grid, tmp_path / "out", workers=1)
     head = json.loads((tmp_path / "out/grid.json").read_text())
     (tmp_path / "out/grid.json").write_text(json.dumps({k: v for k, v in head.items() if k not in ("code", "maps")}))
@@ -184,6 +220,6 @@ def test_a_map_file_that_was_changed_is_played_as_it_is_now(tmp_path: Path) -> N
             return np.array([[0.0, 1.0, 0.0, 0.0]])
 
     starts: list[float] = []
-    for x in (0.2, 0.3):
+    for x in (0.02, 0.05):
         play(Still, "idle", _map_file(tmp_path / "own.json", x), ticks=1)
-    assert starts == [0.2, 0.3]
+    assert starts == [0.02, 0.05]

@@ -57,7 +57,7 @@ def html(*all_facts: EpisodeFacts | Unreadable, language: str = "en") -> str:
 def test_episodes_add_up_per_map_and_population() -> None:
     won = facts("two", outcome="delivered", metrics={**facts().metrics, "tcr": 0.75, "ac": 0.5})
     tally = ReportTally.of([facts(), won, facts("three", population=("idle", "idle"))])
-    group = tally.groups["FourCorners", ("people", "scripted")]
+    ((_, (_, group)),) = tally.by_map()
     assert (group.n, tally.episodes) == (2, 3)
     assert group.estimate("tcr") == pytest.approx((0.5, 0.25, 2))
     assert group.estimate("success") == pytest.approx((0.5, 0.5, 2))
@@ -82,7 +82,8 @@ def test_copies_of_an_episode_make_no_error_smaller() -> None:
     ]
     tally = ReportTally.of(copies)
     expected = pytest.approx((0.625, 0.375, 8))
-    assert tally.overall("tcr") == expected == tally.groups["FourCorners", ("people", "scripted")].estimate("tcr")
+    (group,) = tally.groups.values()
+    assert tally.overall("tcr") == expected == group.estimate("tcr")
     assert tally.rate("people", "no_grasp") == pytest.approx((0.5, 0.5, 8))
 
 
@@ -178,8 +179,47 @@ def test_the_page_has_the_colours_of_the_product() -> None:
 
 def test_variants_of_a_map_share_a_group_and_their_items_are_not_drawn() -> None:
     drawn = html(facts())
-    mixed = html(facts(), facts("two", map=replace(load_map("FourCorners"), variant="seed-3")))
-    assert 'class="item"' in drawn and 'class="item"' not in mixed
+    varied = [facts(seed, map=replace(load_map("FourCorners"), variant=seed)) for seed in ("seed-3", "seed-4")]
+    assert 'class="item"' in drawn and 'class="item"' not in html(*varied)
+    assert "Four Corners, varied</th>" in html(*varied)
+
+
+def test_maps_as_designed_and_varied_ones_have_rows_of_their_own() -> None:
+    """One mean was over Challenge 1 and Challenge 2, and nothing said so."""
+    both = [facts(), facts("two", map=replace(load_map("FourCorners"), variant="seed-3"))]
+    tally = ReportTally.of(both)
+    assert [(spec.name, group.challenge, group.n) for spec, (group,) in tally.by_map()] == [
+        ("FourCorners", 1, 1),
+        ("FourCorners", 2, 1),
+    ]
+    assert "(Challenge 2) have rows of their own" in html(*both)
+    assert "rows of their own" not in html(*both[:1]) + html(*both[1:])
+
+
+def test_who_stands_for_several_agents_is_said() -> None:
+    """`onnx:path=a.onnx` and `onnx:path=b.onnx` were one row `onnx`, without a word."""
+    two = [facts(name, population=("people", "onnx"), agents=("", f"onnx:path={name}.onnx")) for name in "ab"]
+    assert ReportTally.of(two).pooled == {"onnx": ["onnx:path=a.onnx", "onnx:path=b.onnx"]}
+    assert "onnx stands for 2 agents: onnx:path=a.onnx, onnx:path=b.onnx. With --by seat" in html(*two)
+    assert "onnx steht für 2 Agenten: onnx:path=a.onnx," in html(*two, language="de")
+    assert "stands for" not in html(two[0], replace(two[0], id="c"))
+
+
+def test_different_maps_of_one_name_have_rows_of_their_own() -> None:
+    """Those before and after a file was edited were one row, drawn on the first of them."""
+    before = replace(load_map("FourCorners"), name="Own", title="Own", number=0)
+    after = replace(before, goals=before.goals[1:])
+    variant = replace(after, variant="seed-3", items=after.items[:1])
+    episodes = [facts(name, map=spec) for name, spec in (("a", before), ("b", after), ("c", variant), ("d", before))]
+    tally = ReportTally.of(episodes)
+    assert [(spec.name, spec.variant, group.n) for spec, (group,) in tally.by_map()] == [
+        ("Own.1", "", 2),
+        ("Own.2", "", 1),
+        ("Own.2", "seed-3", 1),
+    ]
+    assert tally.maps_of_one_name == {"Own": ["a.mcap", "b.mcap"]}
+    assert "2 different maps are called Own: Own.1 is that of a.mcap, Own.2 is that of b.mcap." in html(*episodes)
+    assert "2 verschiedene Karten heißen Own: Own.1 ist die aus a.mcap," in html(*episodes, language="de")
 
 
 def test_a_german_report_is_german_throughout() -> None:
@@ -219,6 +259,7 @@ def test_a_report_is_written_and_broken_files_are_never_fatal(
     document = json.loads(capsys.readouterr().out)
     assert (document["episodes"], document["broken_off"], len(document["unreadable"])) == (2, 1, 1)
     (group,) = document["groups"]
+    assert (group["challenge"], document["maps_of_one_name"]) == (1, {})
     assert (group["map"], group["blue"], group["red"], group["episodes"]) == ("HandOff", "people", "scripted", 2)
     assert group["tcr"].keys() == {"mean", "stderr", "n"}
     page = out.read_text(encoding="utf-8")
@@ -238,6 +279,7 @@ def test_several_processes_find_what_one_finds(folder: Path, tmp_path: Path) -> 
 def test_a_recording_gives_its_facts(folder: Path) -> None:
     found = facts_of(folder / "a.mcap", "agent")
     assert isinstance(found, EpisodeFacts)
+    assert (found.agents, facts_of(folder / "a.mcap", "seat").agents) == (("", "scripted"), ("", ""))  # type: ignore[union-attr]
     assert (found.id, found.ticks, found.population, found.finished) == ("a", 40, ("people", "scripted"), True)
     assert found.presence.sum(axis=(1, 2)) == pytest.approx([4.0, 4.0])
 

@@ -1,0 +1,42 @@
+"""Episodes to play that a folder has already under another name, as with another `--seed`: training takes both."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from movingout.agents.data.demonstrations import EpisodeJob
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.maps.suggestion import counted
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.file_format.metadata import EPISODE, STUDY
+from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.storage.listing import read_metadata
+
+
+def repeats_sentence(todo: Sequence[EpisodeJob], folder: Path) -> str:
+    """How many of these episodes are like others in the folder, and which `--seed` makes none of those; else empty."""
+    missing = [job for job in todo if not (folder / f"{job.episode_id}{SUFFIX}").exists()]
+    there = set(_played(folder)) if missing else set()
+    repeated = sum(_play(job) in there for job in missing)
+    if not repeated:
+        return ""
+    has, others, them = ("have", "others", "them") if repeated != 1 else ("has", "another", "it")
+    free = 1 + max(int(seed) for *_, seed in there)
+    return (
+        f"{counted(repeated, 'episode')} {has} the map, seats and seed of {others} in {folder} and will repeat {them}; "
+        f"--seed {free} makes new ones"
+    )
+
+
+def _play(job: EpisodeJob) -> tuple[str, ...]:
+    return job.map.name, job.map.variant, *job.agent_ids, str(job.ticks), str(job.seed)
+
+
+def _played(folder: Path) -> Iterator[tuple[str, ...]]:
+    """The same of the recordings in a folder that are of agents and can be read."""
+    for path in sorted(folder.glob(f"*{SUFFIX}")):
+        with suppress(RecordingError, KeyError):
+            records = read_metadata(path)
+            said, ids = records[EPISODE], records[STUDY]
+            blue, red = (ids[colour] for colour in SEAT_COLOURS)
+            yield said["map"], said["map_variant"], blue, red, said["limit_ticks"], said["seed"]

@@ -1,0 +1,63 @@
+"""Different maps of one's own that have one name, as before and after a file was edited: NAME.1, NAME.2, ….
+
+A variant belongs to the only map with its walls and goals. A map that ships, or a generated one, is known by name.
+"""
+
+from collections import defaultdict
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from movingout.maps.library import is_reserved
+from movingout.maps.spec import MapSpec
+
+
+def ground(the_map: MapSpec) -> Hashable:
+    """What variants of a map have in common: its name, walls and goals; of a map that is known by name, that."""
+    return the_map.name if is_reserved(the_map.name) else (the_map.name, the_map.walls, the_map.goals)
+
+
+def whole(the_map: MapSpec) -> Hashable:
+    """Equal for equal maps as designed."""
+    return ground(the_map) if is_reserved(the_map.name) else (ground(the_map), the_map.robots, the_map.items)
+
+
+def numbered_maps(played: Iterable[tuple[MapSpec, str]]) -> tuple[list[int], dict[str, list[str]]]:
+    """The number of each map among those of its name, 0 where there is one; and by such names the first files of each.
+
+    `played`: maps, each with a file in which it is.
+    """
+    listed = list(played)
+    designed: defaultdict[Hashable, set[Hashable]] = defaultdict(set)
+    for the_map, _ in listed:
+        if not the_map.variant:
+            designed[ground(the_map)].add(whole(the_map))
+    firsts: defaultdict[str, dict[Hashable, str]] = defaultdict(dict)
+    for the_map, file in listed:
+        firsts[the_map.name].setdefault(_version(the_map, designed), file)
+    several = {name: list(versions) for name, versions in firsts.items() if len(versions) > 1}
+    numbers = [
+        several[the_map.name].index(_version(the_map, designed)) + 1 if the_map.name in several else 0
+        for the_map, _ in listed
+    ]
+    return numbers, {name: list(firsts[name].values()) for name in several}
+
+
+def numbered_map(the_map: MapSpec, number: int) -> MapSpec:
+    """The map as `NAME.2`, in its title as well; itself for 0."""
+    if not number:
+        return the_map
+    return replace(the_map, name=f"{the_map.name}.{number}", title=f"{the_map.title}.{number}")
+
+
+def one_name_sentence(name: str, firsts: Sequence[str]) -> str:
+    """`2 different maps are called Den: Den.1 is that of a.mcap, Den.2 is that of b.mcap.`"""
+    named = ", ".join(f"{name}.{number} is that of {file}" for number, file in enumerate(firsts, 1))
+    return f"{len(firsts)} different maps are called {name}: {named}."
+
+
+def _version(the_map: MapSpec, designed: Mapping[Hashable, set[Hashable]]) -> Hashable:
+    """Equal for episodes on the same map, of those with one name."""
+    if not the_map.variant:
+        return whole(the_map)
+    known = designed.get(ground(the_map), set())
+    return next(iter(known)) if len(known) == 1 else ground(the_map)
