@@ -176,7 +176,7 @@ export class Client {
     const [distance, cos, sin, grasp] = this.#rows.shift() ?? [0, Math.cos(still), Math.sin(still), 0];
     const tick = this.#newest?.tick ?? 0;
     if (grasp > 0.5) this.#grabs++;
-    const heading = Math.round((Math.atan2(sin, cos) * 32767) / Math.PI);
+    const heading = Math.round((Math.atan2(sin, cos) * 32768) / Math.PI); // 32768 wraps to -32768: half a turn
     const move = Math.round(Math.max(-1, Math.min(1, distance)) * 32767);
     const values = { type: INPUT, seat: this.seat, seq: ++this.#seq, ack_tick: tick, seen_tick: tick, move, heading };
     const frame = write(this.#frames.input, { ...values, grabs: this.#grabs % 256, device: PROGRAM });

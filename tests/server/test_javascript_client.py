@@ -2,12 +2,15 @@
 
 import asyncio
 import json
+import math
 import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from movingout.server.frames import Input
+from movingout.server.messages import ANGLE_SCALE
 from tests.server.live import Live
 from tests.server.program_room import REFUSAL, RESULT, program_room, room_state
 from tests.support import ROOT
@@ -82,6 +85,36 @@ client.close();
 """
 
 
+TURN = """
+for (const heading of [3.1, Math.PI, -Math.PI]) client.act([[0, Math.cos(heading), Math.sin(heading), 0]]);
+client.close();
+"""
+
+
+async def run_node(script: str, address: str) -> str:
+    """What a script writes that plays in a room."""
+    command = ["node", "--experimental-websocket", "--input-type=module", "--eval", script, "--", str(CLIENT)]
+    ran = await asyncio.create_subprocess_exec(*command, address, stdout=subprocess.PIPE)
+    try:
+        return (await asyncio.wait_for(ran.communicate(), 10))[0].decode()
+    finally:
+        if ran.returncode is None:
+            ran.kill()
+            await ran.wait()
+
+
+def test_a_heading_is_the_one_that_the_server_reads() -> None:
+    heard: list[str | bytes] = []
+
+    async def played() -> None:
+        async with program_room(room_state("series_over"), heard=heard) as address:
+            await run_node(SERIES.replace("client.close();", TURN), address)
+
+    asyncio.run(played())
+    read = [Input.decode(frame).heading for frame in heard if isinstance(frame, bytes)]
+    assert read == pytest.approx([3.1, -math.pi, -math.pi], abs=0.51 / ANGLE_SCALE)
+
+
 @pytest.mark.parametrize(
     ("said", "told"),
     [
@@ -94,15 +127,8 @@ client.close();
 )
 def test_a_program_does_not_wait_for_a_round_that_will_not_come(said: list[dict[str, Any]], told: str) -> None:
     async def played() -> str:
-        command = ["node", "--experimental-websocket", "--input-type=module", "--eval", SERIES, "--", str(CLIENT)]
         async with program_room(*said) as address:
-            ran = await asyncio.create_subprocess_exec(*command, address, stdout=subprocess.PIPE)
-            try:
-                return (await asyncio.wait_for(ran.communicate(), 10))[0].decode()
-            finally:
-                if ran.returncode is None:
-                    ran.kill()
-                    await ran.wait()
+            return await run_node(SERIES, address)
 
     assert asyncio.run(played()) == f"{told}\n"
 

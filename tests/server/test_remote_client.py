@@ -40,6 +40,14 @@ def test_the_client_writes_the_numbers_of_the_server() -> None:
     assert m.DEVICES[remote_seat.PROGRAM] == "program"
 
 
+@pytest.mark.parametrize("heading", [3.1, -3.1, 1.0, 0.0, np.pi, -np.pi])
+def test_a_heading_is_the_one_that_the_server_reads(heading: float) -> None:
+    seat = remote_seat.RemoteSeat(0, to_builtins(FRAME_FIELDS))
+    seat.play([[1.0, np.cos(heading), np.sin(heading), 0.0]])
+    read = Input.decode(seat.next_input()).heading
+    assert abs(np.remainder(read - heading + 1, 2 * np.pi) - 1) <= 0.51 / m.ANGLE_SCALE
+
+
 def test_a_client_that_is_not_connected_says_so() -> None:
     client = Client("http://127.0.0.1:8000", "x")
     assert (client.map, client.limit_ticks) == (None, 0)
