@@ -38,7 +38,7 @@ AXIS_SCALE = 32767.0
 SLACK_SCALE = 10.0  # input slack in 0.1 ms
 
 FLAG_NOT_RECORDING = 1
-FLAG_LATE = 2  # this tick was late or ticks were skipped before it
+FLAG_SKIPPED = 2  # ticks were skipped before this one
 
 DEVICES = ("keyboard", "gamepad", "touch", "program")
 EVENT_CODES = ("grab", "grab_failed", "release", "delivered", "undelivered", "deadline_missed", "agent_error")

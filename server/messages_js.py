@@ -24,7 +24,7 @@ NUMBER_NAMES = (
     "PROTOCOL", "TICK_MS", "POSES_PER_TICK", "LIMIT_TICKS", "PING_TICKS", "REACH", "REACH_TOLERANCE", "CORNER_FRACTION",
     "ARENA_HALF", "ROBOT_RADIUS", "WALL_MARGIN",
     "BUNDLE", "BEAT", "INPUT", "PING", "PONG", "POSITION_SCALE", "ANGLE_SCALE", "AXIS_SCALE", "SLACK_SCALE",
-    "FLAG_NOT_RECORDING", "FLAG_LATE",
+    "FLAG_NOT_RECORDING", "FLAG_SKIPPED",
 )  # fmt: skip
 CLOSE_NAMES = tuple(name for name in vars(m) if name.startswith("CLOSE_"))
 SCALE_NAMES = {getattr(m, name): name for name in NUMBER_NAMES if name.endswith("_SCALE")}

@@ -20,7 +20,7 @@ ErrorCode = Literal[
     # maps of one's own
     "map_faulty", "map_name", "map_busy", "map_slow", "map_unsolved", "map_variant",
     # seats
-    "room_full", "seat_taken", "watchers_full", "not_your_seat", "wrong_phase", "joined", "no_tutorial",
+    "room_full", "watchers_full", "not_your_seat", "wrong_phase", "joined", "no_tutorial",
     "pings_off", "ping_rate", "ping_item", "ready_rate", "pauses_used",
     # why a connection or a room is closed
     "replaced", "nobody_here", "room_idle", "room_failed", "closed_by_operator", "restarting", "moving", "room_waits",

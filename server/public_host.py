@@ -114,7 +114,7 @@ class PublicHost(ABC):
 
     @abstractmethod
     async def open_room(self, config: RoomConfig, seats: list[Seat]) -> str:
-        """Open a room and return its id. Raises MapError and AgentError."""
+        """Open a room and return its id. Raises MapError, AgentError, AgentsBusyError (try another time) and Away."""
 
     @abstractmethod
     async def ask(
@@ -124,11 +124,11 @@ class PublicHost(ABC):
         *args: Given.args,
         **kwargs: Given.kwargs,
     ) -> Found:
-        """What `work(room, ...)` returns, done where the room is; everything is picklable. Raises NoRoom."""
+        """What `work(room, ...)` returns, done where the room is; all is picklable. Raises NoRoom and Away."""
 
     @abstractmethod
     async def close_room(self, room_id: str, code: int, notice: Notice, outcome: Outcome = "stopped") -> PlayedRound:
-        """Close a room and forget it; how its round went. Raises NoRoom."""
+        """Close a room and forget it; how its round went. Raises NoRoom and Away."""
 
     async def close_rooms_owned_by(self, owner: str, code: int, notice: Notice) -> int:
         """Close all rooms of an owner (`admission.owner`); how many there were. None for the empty owner."""

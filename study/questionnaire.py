@@ -18,6 +18,7 @@ LIKERT_MAX: Final = 7  # strongly agree
 NO_ANSWER: Final = -1  # "I prefer not to answer", and the value of every text answer
 TEXT_LIMIT: Final = 4000  # characters
 
+USUAL_ENDS: Final = ("strongly disagree", "strongly agree")  # the page says them in its language: form.low, form.high
 TLX_MAX: Final = 20  # 21 gradations, 0 to 20, worth 5 points each of the usual 0 to 100
 
 Kind = Literal["likert7", "tlx", "choice", "text"]

@@ -49,10 +49,13 @@ export declare class Client {
      */
     static connect(server: string, room: string, { name, token, WebSocket }?: Options): Promise<Client>;
     /**
-     * Say ready, and give the newest state, ten a second, until the round ends; `result` tells how.
+     * Say ready, and give the newest state, ten a second, until the round ends; `result` tells how. Throws a RemoteError
+     * when the server refuses or closes the connection, or the series ends without a result.
      * @returns {AsyncGenerator<State>}
      */
     states(): AsyncGenerator<State>;
+    /** Whether the series has no further round. */
+    get over(): boolean;
     /**
      * Play rows from now on, one per tick; they replace the rest of the last chunk. A press that was sent is not taken back.
      * @param {Row[]} rows

@@ -15,6 +15,7 @@ const SIZES = { B: 1, b: 1, H: 2, h: 2, I: 4, d: 8 };
 /** @type {Record<string, ["getUint8", "setUint8"] | any>} */
 const ACCESS = { B: "Uint8", b: "Int8", H: "Uint16", h: "Int16", I: "Uint32", d: "Float64" };
 const [BUNDLE, INPUT, PROGRAM] = [1, 3, 3];
+const OVER = ["series_over", "closed"]; // phases without a further round
 
 /** The server refuses, or has closed the connection; the message is the server's. */
 export class RemoteError extends Error {
@@ -32,6 +33,9 @@ export class Client {
   /** @type {() => void} */ #wake = () => {};
   #fresh = false;
   #closed = "";
+  #phase = "";
+  #reason = "";
+  #refused = "";
   #epoch = 0;
   #seq = 0;
   #grabs = 0;
@@ -65,19 +69,31 @@ export class Client {
   }
 
   /**
-   * Say ready, and give the newest state, ten a second, until the round ends; `result` tells how.
+   * Say ready, and give the newest state, ten a second, until the round ends; `result` tells how. Throws a RemoteError
+   * when the server refuses or closes the connection, or the series ends without a result.
    * @returns {AsyncGenerator<State>}
    */
   async *states() {
-    [this.result, this.#newest, this.#rows, this.#fresh] = [null, null, [], false];
+    [this.result, this.#newest, this.#rows, this.#fresh, this.#refused] = [null, null, [], false, ""];
     this.#tell({ type: "ready", seat: this.seat });
-    for (;;) {
+    while (!this.#ended()) {
       if (!this.#fresh) await new Promise((resolve) => (this.#wake = () => resolve(undefined)));
       this.#fresh = false;
-      if (this.result) return;
-      if (this.#closed) throw new RemoteError(this.#closed);
-      if (this.#newest) yield this.#newest;
+      if (!this.result && !this.over && this.#newest) yield this.#newest;
     }
+  }
+
+  /** Whether the series has no further round. */
+  get over() {
+    return this.#closed !== "" || OVER.includes(this.#phase);
+  }
+
+  /** Whether the round is over and the room has said what follows. Throws when no result will come. */
+  #ended() {
+    if (this.result) return this.#phase !== "" || this.#closed !== "";
+    const why = this.#closed || this.#refused || (this.over && (this.#reason || "the series is over"));
+    if (why) throw new RemoteError(why);
+    return false;
   }
 
   /**
@@ -124,10 +140,16 @@ export class Client {
   #take(message) {
     if (message.type === "round") [this.map, this.#epoch] = [message.map, message.epoch];
     if (message.type === "bye") this.#closed = message.message;
-    if (message.type === "result") {
-      this.result = message;
+    if (message.type === "room") {
+      [this.#phase, this.#reason] = [message.phase, message.reason];
+      if (this.result || this.over) this.#notify();
+    }
+    if (message.type === "error" && this.#phase !== "playing") {
+      this.#refused = message.message; // in a round that runs, nobody needs to be ready
       this.#notify();
     }
+    // `room` follows a result, and says whether another round does.
+    if (message.type === "result") [this.result, this.#phase] = [message, ""];
   }
 
   /** @param {DataView} view */
@@ -154,7 +176,7 @@ export class Client {
     const [distance, cos, sin, grasp] = this.#rows.shift() ?? [0, Math.cos(still), Math.sin(still), 0];
     const tick = this.#newest?.tick ?? 0;
     if (grasp > 0.5) this.#grabs++;
-    const heading = Math.round((Math.atan2(sin, cos) * 32767) / Math.PI);
+    const heading = Math.round((Math.atan2(sin, cos) * 32768) / Math.PI); // 32768 wraps to -32768: half a turn
     const move = Math.round(Math.max(-1, Math.min(1, distance)) * 32767);
     const values = { type: INPUT, seat: this.seat, seq: ++this.#seq, ack_tick: tick, seen_tick: tick, move, heading };
     const frame = write(this.#frames.input, { ...values, grabs: this.#grabs % 256, device: PROGRAM });

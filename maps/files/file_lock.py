@@ -22,6 +22,15 @@ def lock_file(descriptor: int) -> bool:
         raise
 
 
+def wait_for_lock(descriptor: int) -> None:
+    """Lock an open file as soon as no other process or thread has it; it is given back by closing. Raises OSError."""
+    try:
+        lock_descriptor(descriptor, blocking=True)
+    except OSError as error:
+        if error.errno not in _NO_LOCKS:
+            raise
+
+
 def unlock_file(descriptor: int) -> None:
     """Give a lock back, also while copies of the descriptor are open. Raises OSError."""
     try:

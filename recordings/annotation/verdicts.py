@@ -3,18 +3,22 @@
 import json
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.files.file_lock import wait_for_lock
 from movingout.maps.files.output_file import draft_of
+from movingout.maps.files.ownership import make_file
 from movingout.recordings.annotation.finding import VERDICTS, SearchedRecording, Verdict, case_of
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.text_lines import append_line, read_lines
 
 VERDICTS_NAME = "annotations.jsonl"
+LOCK_NAME = ".annotations.lock"  # empty, and locked by who writes the other file, which a deletion replaces
 FORMAT = 1
 _ANNOTATOR = re.compile(r"\w[\w .'·-]*")
 _APOSTROPHES = str.maketrans(
@@ -55,7 +59,17 @@ def checked_annotator(name: str) -> str:
 
 def add_verdict(folder: Path, line: VerdictLine) -> None:
     """Append and fsync. Blocks for the disk: call it in a thread. Raises OSError."""
-    append_line(folder / VERDICTS_NAME, json.dumps({"format": FORMAT, **asdict(line)}, ensure_ascii=False))
+    with _alone(folder):
+        append_line(folder / VERDICTS_NAME, json.dumps({"format": FORMAT, **asdict(line)}, ensure_ascii=False))
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Nobody else writes verdicts: one that is added to a file while it is replaced would be lost. Raises OSError."""
+    make_file(folder / LOCK_NAME)
+    with (folder / LOCK_NAME).open("ab") as stream:
+        wait_for_lock(stream.fileno())
+        yield
 
 
 def new_line(finding: str, verdict: str, annotator: str, study: str = "", note: str = "") -> VerdictLine:
@@ -115,14 +129,22 @@ def annotations(folder: Path, more: Iterable[Path], recordings: Iterable[Searche
 
 
 def forget_recordings(folder: Path, recordings: set[str]) -> None:
-    """Remove what was said about recordings that are deleted. Raises OSError."""
-    lines = verdicts_of(folder)
-    kept = [line for line in lines if line.recording not in recordings]
-    if len(kept) == len(lines):
+    """Remove what was said about recordings that are deleted; other lines stay as they are. Raises OSError."""
+    file = folder / VERDICTS_NAME
+    if not file.exists():
         return
-    rows = [json.dumps({"format": FORMAT, **asdict(line)}, ensure_ascii=False) + "\n" for line in kept]
-    with draft_of(folder / VERDICTS_NAME) as draft:
-        draft.write_text("".join(rows), encoding="utf-8")
+    with _alone(folder):
+        lines = read_lines(file)
+        kept = [line for line in lines if not _is_about(line, recordings)]
+        if len(kept) < len(lines):
+            with draft_of(file) as draft:
+                draft.write_text("".join(f"{line}\n" for line in kept), encoding="utf-8", newline="\n")
+
+
+def _is_about(text: str, recordings: set[str]) -> bool:
+    """Whether a line is about one of them; one that is not understood, such as one cut short, when it names one."""
+    line = _line(text)
+    return any(name in text for name in recordings) if line is None else line.recording in recordings
 
 
 def _line(text: str) -> VerdictLine | None:

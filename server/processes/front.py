@@ -133,7 +133,7 @@ class Front(PublicHost):
         )
 
     async def open_room(self, config: RoomConfig, seats: list[Seat]) -> str:
-        """In the process with the fewest rooms; where its agents are all busy, in the next one."""
+        """In the process with the fewest rooms; where its agents are all busy, in the next. Raises as PublicHost."""
         busy: AgentsBusyError | ProcessGone | None = None
         for link in sorted(self.links, key=lambda each: (not each.is_ready, each.health.busy, len(each.rooms))):
             try:

@@ -197,7 +197,8 @@ class Room:
             self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
 
     def _try_start(self, now: float) -> None:
-        """Start the countdown when everybody is ready."""
+        """Start the countdown when everybody is ready, and no `hold` or `hold_next` stands against it."""
+        self.hold_next(self._held_next)
         if self.held or not possible(self.phase, PhaseEvent.ALL_READY) or not self.seating.clients:
             return
         if not all(seat.is_ready and not seat.gone for seat in self.seats):
@@ -250,7 +251,6 @@ class Room:
             seat.ready = False
         goes_on = self.series.more and outcome in FINISHED
         self._enter(PhaseEvent.ROUND_ENDED if goes_on else PhaseEvent.SERIES_ENDED, notice)
-        self.hold_next(self._held_next)
 
     def _end_round(self, outcome: Outcome) -> None:
         self.seating.tell(result := self.series.end(self.round, outcome))

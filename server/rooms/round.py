@@ -298,7 +298,7 @@ class LiveRound:
 
     def _bundle(self, poses: Floats, inputs: Sequence[TickInput], timing: TickTiming) -> bytes:
         blue, red = inputs
-        flags = (0 if self.is_recorded else m.FLAG_NOT_RECORDING) | (m.FLAG_LATE if timing.skipped else 0)
+        flags = (0 if self.is_recorded else m.FLAG_NOT_RECORDING) | (m.FLAG_SKIPPED if timing.skipped else 0)
         held_blue, held_red = self.state.held.tolist()
         events, self._pending = tuple(self._pending), []
         return Bundle(

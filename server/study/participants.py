@@ -12,10 +12,10 @@ from movingout.server.study.transaction import Transaction
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Outcome, Study
 from movingout.study.design.steps import steps
+from movingout.study.store.identity import UNMISTAKABLE
 from movingout.study.store.removal import drop_undecided
 from movingout.study.store.store import DoneUnit, Participant
 
-CODE_LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 CODE_LENGTH = 10
 UNDECIDED_S = 1800.0  # how long somebody who has not consented yet may be away
 CLOCK_MS = 5000  # by which the clock of another node, or one that was corrected, may be behind without a word
@@ -177,7 +177,7 @@ class Participants:
     def _code(self, outcome: Outcome) -> str:
         fixed = {} if self._study.codes == "unique" else self._study.codes
         code = fixed.get(outcome) or (fixed.get("withdrew") if outcome == "dropped-out" else None)
-        return code or "".join(secrets.choice(CODE_LETTERS) for _ in range(CODE_LENGTH))
+        return code or "".join(secrets.choice(UNMISTAKABLE) for _ in range(CODE_LENGTH))
 
     async def refresh(self, tx: Transaction, session: ParticipantSession) -> None:
         """Read their record from the database again."""

@@ -31,7 +31,9 @@ if TYPE_CHECKING:  # NumPy and the world, loaded by `__aenter__`: an import of t
 
 SUBPROTOCOL = "movingout.v1"
 BUNDLE = 1  # type of a frame
+OVER = ("series_over", "closed")  # phases without a further round
 _LEFT = "the server has closed the connection"
+_SERIES_OVER = "the series is over"
 
 
 class RemoteError(MovingOutError):
@@ -70,7 +72,7 @@ class Client:
         self.result: RoundResult | None = None  # of the last round
         self._player: RemoteSeat | None = None  # from `__aenter__` on
         self._arrived = asyncio.Event()
-        self._phase, self._closed, self._last_place = "", "", False
+        self._phase = self._reason = self._refused = self._closed = ""
 
     @property
     def map(self) -> MapSpec | None:
@@ -115,20 +117,24 @@ class Client:
     async def observations(self) -> AsyncIterator["Observation"]:
         """Say ready, and give the newest state of the coming round until it ends; `result` tells how.
 
-        Raises RemoteError when the server closes the connection.
+        Raises RemoteError when the server refuses or closes the connection, or the series ends without a result.
         """
-        self.result = None
+        self.result, self._refused = None, ""
         self._seated.wait_for_round()
         await self._tell("ready", seat=self.seat)
-        while True:
+        while not self._ended():
             await self._arrived.wait()
             self._arrived.clear()
-            if self.result is not None:
-                return
-            if self._closed:
-                raise RemoteError(self._closed)
-            if self._seated.newest is not None:
+            if self.result is None and not self.over and self._seated.newest is not None:
                 yield self._seated.newest
+
+    def _ended(self) -> bool:
+        """Whether the round is over and the room has said what follows. Raises RemoteError when no result will come."""
+        if self.result is not None:
+            return bool(self._phase or self._closed)
+        if why := self._closed or self._refused or (self.over and (self._reason or _SERIES_OVER)):
+            raise RemoteError(why)
+        return False
 
     def act(self, chunk: "npt.ArrayLike") -> None:
         """Play a chunk (H, 4) from now on, one row per tick: distance, cos and sin of the heading, grasp toggle.
@@ -162,7 +168,7 @@ class Client:
     @property
     def over(self) -> bool:
         """Whether the series has no further round."""
-        return bool(self._closed) or self._phase in ("series_over", "closed") or self._last_place
+        return bool(self._closed) or self._phase in OVER
 
     @property
     def _seated(self) -> "RemoteSeat":
@@ -194,13 +200,17 @@ class Client:
         match message["type"]:
             case "round":
                 self._seated.begin(message)
-                self._last_place = False
             case "room":
-                self._phase = message["phase"]
+                self._phase, self._reason = message["phase"], message["reason"]
+                if self.result is not None or self.over:
+                    self._arrived.set()
+            case "error" if self._phase != "playing":  # in a round that runs, nobody needs to be ready
+                self._refused = message["message"]
+                self._arrived.set()
             case "result":
+                self._phase = ""  # `room` follows, and says whether another round does
                 metrics = message.get("metrics", {})
                 self.result = RoundResult(message["outcome"], message["ticks"], metrics, message["recording"])
-                self._arrived.set()
             case "bye":
                 self._closed = message["message"]
 

@@ -105,4 +105,5 @@ def _state(fields: dict[str, Any], poses: Floats) -> WorldState:
 
 
 def _wrapped(heading: float) -> int:
-    return round(math.remainder(heading, 2 * math.pi) * LEVEL / math.pi)
+    """As a frame has it: an int16, whose ends meet at half a turn."""
+    return (round(math.remainder(heading, 2 * math.pi) * ANGLE) + 32768) % 65536 - 32768

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from movingout.study.design.definition import Study
 from movingout.study.design.translations import questionnaires_asked
-from movingout.study.questionnaire import QuestionnaireItem
+from movingout.study.questionnaire import USUAL_ENDS, QuestionnaireItem
 from movingout.study.store.store import Store
 from movingout.study.store.tables import exported
 
@@ -89,7 +89,5 @@ def _scale(item: QuestionnaireItem) -> str:
         return "; ".join(["-1: no answer", *options]) + expected
     if item.kind == "text":
         return "free text"
-    ends = f" ({item.ends[0]} to {item.ends[1]})" if any(item.ends) else ""
-    if item.kind == "likert7" and not ends:
-        ends = " (strongly disagree to strongly agree)"
-    return f"{item.allowed()[0]} to {item.allowed()[-1]}{ends}{expected}, -1 no answer"
+    low, high = item.ends if any(item.ends) else USUAL_ENDS
+    return f"{item.allowed()[0]} to {item.allowed()[-1]} ({low} to {high}){expected}, -1 no answer"

@@ -14,7 +14,7 @@ from movingout.study.store.database import Database
 from movingout.study.store.tables import identities
 
 IDENTITIES = "movingout_identities"  # the schema of identities, where they have no database of their own
-_ALPHABET = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # nothing that is misread
+UNMISTAKABLE = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # nothing that is misread
 _PID_LENGTH = 6
 
 
@@ -118,4 +118,4 @@ class IdentityStore:
 
 def new_pid() -> str:
     """A random pseudonym: P and six letters or digits."""
-    return "P" + "".join(secrets.choice(_ALPHABET) for _ in range(_PID_LENGTH))
+    return "P" + "".join(secrets.choice(UNMISTAKABLE) for _ in range(_PID_LENGTH))

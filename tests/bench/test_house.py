@@ -24,6 +24,7 @@ WRITTEN_ONCE = (
     "Send",
     "WALL_MARGIN",
     "GOAL_MARGIN",
+    "UNMISTAKABLE",
 )
 """Names that used to be defined again, with the same value, where they were needed next."""
 

@@ -1,12 +1,18 @@
 """The client for JavaScript plays a round from Node, and says a refusal in the server's words."""
 
+import asyncio
 import json
+import math
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from movingout.server.frames import Input
+from movingout.server.messages import ANGLE_SCALE
 from tests.server.live import Live
+from tests.server.program_room import REFUSAL, RESULT, program_room, room_state
 from tests.support import ROOT
 
 CLIENT = Path(__file__).parents[2] / "examples" / "javascript-client" / "client.js"
@@ -63,6 +69,68 @@ def test_the_declarations_for_typescript_are_those_of_the_module(tmp_path: Path)
     command = [str(ROOT / "node_modules/.bin/tsc"), *DECLARE.split(), "--outDir", str(tmp_path), str(CLIENT)]
     subprocess.run(command, check=True, timeout=120, cwd=CLIENT.parent)
     assert (tmp_path / "client.d.ts").read_text() == CLIENT.with_suffix(".d.ts").read_text()
+
+
+SERIES = """
+const { Client } = await import(process.argv[1]);
+const client = await Client.connect(process.argv[2], "x");
+let rounds = 0;
+try {
+  for (; !client.over; rounds++) for await (const state of client.states()) console.log("there is nothing to see");
+  console.log(`${rounds} rounds`);
+} catch (error) {
+  console.log(String(error));
+}
+client.close();
+"""
+
+
+TURN = """
+for (const heading of [3.1, Math.PI, -Math.PI]) client.act([[0, Math.cos(heading), Math.sin(heading), 0]]);
+client.close();
+"""
+
+
+async def run_node(script: str, address: str) -> str:
+    """What a script writes that plays in a room."""
+    command = ["node", "--experimental-websocket", "--input-type=module", "--eval", script, "--", str(CLIENT)]
+    ran = await asyncio.create_subprocess_exec(*command, address, stdout=subprocess.PIPE)
+    try:
+        return (await asyncio.wait_for(ran.communicate(), 10))[0].decode()
+    finally:
+        if ran.returncode is None:
+            ran.kill()
+            await ran.wait()
+
+
+def test_a_heading_is_the_one_that_the_server_reads() -> None:
+    heard: list[str | bytes] = []
+
+    async def played() -> None:
+        async with program_room(room_state("series_over"), heard=heard) as address:
+            await run_node(SERIES.replace("client.close();", TURN), address)
+
+    asyncio.run(played())
+    read = [Input.decode(frame).heading for frame in heard if isinstance(frame, bytes)]
+    assert read == pytest.approx([3.1, -math.pi, -math.pi], abs=0.51 / ANGLE_SCALE)
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        ([room_state("playing"), RESULT, room_state("series_over")], "1 rounds"),
+        ([room_state("series_over", "Red left the game.")], "RemoteError: Red left the game."),
+        ([room_state("series_over")], "RemoteError: the series is over"),
+        ([REFUSAL], "RemoteError: too many changes; wait a second"),
+        ([room_state("playing"), REFUSAL, RESULT, room_state("series_over")], "1 rounds"),
+    ],
+)
+def test_a_program_does_not_wait_for_a_round_that_will_not_come(said: list[dict[str, Any]], told: str) -> None:
+    async def played() -> str:
+        async with program_room(*said) as address:
+            return await run_node(SERIES, address)
+
+    assert asyncio.run(played()) == f"{told}\n"
 
 
 @pytest.mark.slow

@@ -15,8 +15,9 @@ from movingout.server.notices import NOTHING, AlertCode, ErrorCode, Notice, Reas
 from movingout.server.rooms.room_notices import resumed
 from movingout.study.design.definition import Outcome
 from tests.server.support import Table
+from tests.support import ROOT
 
-CATALOGUES = sorted((Path(__file__).parents[2] / "web" / "words").glob("*.json"))
+CATALOGUES = sorted((ROOT / "web" / "words").glob("*.json"))
 CODES = {
     "error": ErrorCode,
     "reason": ReasonCode,
@@ -37,6 +38,16 @@ def test_every_code_has_a_text_and_every_text_a_code(catalogue: Path) -> None:
     for kind, codes in CODES.items():
         told = {key.split(".")[1] for key in texts if key.startswith(f"{kind}.")}
         assert told - OF_PAGES.get(kind, set()) == set(get_args(codes)) - {"unreadable"}, kind
+
+
+def test_every_code_is_said_somewhere() -> None:
+    """A code that nothing says has a text in every language that nobody ever reads."""
+    sources = [path for folder in ("server", "study") for path in (ROOT / folder).rglob("*.py")]
+    said = "".join(path.read_text(encoding="utf-8") for path in sources if path != ROOT / "server" / "notices.py")
+    codes = {
+        code for kind in (ErrorCode, ReasonCode, RefusalCode, UnrecordedCode, AlertCode) for code in get_args(kind)
+    }
+    assert {code for code in codes if f'"{code}"' not in said} == set()
 
 
 @pytest.mark.parametrize("catalogue", CATALOGUES, ids=lambda path: path.stem)

@@ -22,6 +22,7 @@ from movingout.server import messages as m
 from movingout.server.frames import FRAME_FIELDS, Input
 from movingout.world.metrics import METRICS
 from tests.server.live import Live
+from tests.server.program_room import REFUSAL, RESULT, program_room, room_state
 from tests.server.support import make_bundle
 
 
@@ -37,6 +38,14 @@ def test_the_client_writes_the_numbers_of_the_server() -> None:
     scales = (remote_seat.POSITION, remote_seat.ANGLE, remote_seat.LEVEL)
     assert scales == (m.POSITION_SCALE, m.ANGLE_SCALE, m.AXIS_SCALE)
     assert m.DEVICES[remote_seat.PROGRAM] == "program"
+
+
+@pytest.mark.parametrize("heading", [3.1, -3.1, 1.0, 0.0, np.pi, -np.pi])
+def test_a_heading_is_the_one_that_the_server_reads(heading: float) -> None:
+    seat = remote_seat.RemoteSeat(0, to_builtins(FRAME_FIELDS))
+    seat.play([[1.0, np.cos(heading), np.sin(heading), 0.0]])
+    read = Input.decode(seat.next_input()).heading
+    assert abs(np.remainder(read - heading + 1, 2 * np.pi) - 1) <= 0.51 / m.ANGLE_SCALE
 
 
 def test_a_client_that_is_not_connected_says_so() -> None:
@@ -67,6 +76,41 @@ def test_a_message_that_cannot_be_read_ends_the_wait_of_a_program(said: str | by
         asyncio.run(asyncio.wait_for(played(), 20))
 
 
+async def series(*said: dict[str, Any]) -> int:
+    """How many rounds a program counts that plays until the series is over."""
+    rounds = 0
+    async with program_room(*said) as address, Client(address, "x") as client:
+        while not client.over:
+            async for _ in client.observations():
+                raise AssertionError("there is nothing to see")
+            rounds += 1
+    return rounds
+
+
+def test_a_program_knows_after_the_last_result_that_the_series_is_over() -> None:
+    """It asked for a further round when `room` came later than the result, and waited for ever."""
+    said = room_state("playing"), RESULT, room_state("series_over")
+    assert asyncio.run(asyncio.wait_for(series(*said), 5)) == 1
+
+
+@pytest.mark.parametrize(
+    ("said", "sentence"),
+    [
+        (room_state("series_over", "Red left the game."), "^Red left the game.$"),
+        (room_state("series_over"), "^the series is over$"),
+        (REFUSAL, "^too many changes; wait a second$"),
+    ],
+)
+def test_a_program_does_not_wait_for_a_round_that_will_not_come(said: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(RemoteError, match=sentence):
+        asyncio.run(asyncio.wait_for(series(said), 5))
+
+
+def test_a_program_that_comes_back_into_a_running_round_need_not_be_ready() -> None:
+    said = room_state("playing"), REFUSAL, RESULT, room_state("series_over")
+    assert asyncio.run(asyncio.wait_for(series(*said), 5)) == 1
+
+
 class InChunks:
     """Stands still for three ticks and presses in the fourth."""
 
@@ -94,6 +138,7 @@ def test_an_agent_is_asked_again_when_the_rows_of_its_chunk_are_played() -> None
             await socket.send(make_bundle(epoch=1, tick=tick, poses=poses).encode())
             pressed.append(Input.decode(await socket.recv()).grabs)  # type: ignore[arg-type]
         await socket.send(json.dumps({"type": "result", "outcome": "time", "ticks": 16, "recording": ""}))
+        await socket.send(json.dumps(room_state("series_over")))
         await socket.wait_closed()
 
     async def played(agent: InChunks) -> None:

@@ -4,6 +4,7 @@
  */
 
 import { el } from "../core/dom.js";
+import { roundTripTone } from "../core/round_trip.js";
 import { say, sayNumber } from "../text/catalogue.js";
 
 /** @typedef {"" | "ok" | "attention" | "bad"} Tone */
@@ -13,8 +14,6 @@ import { say, sayNumber } from "../text/catalogue.js";
 /** Where there is nothing to say. @type {Pill} */
 export const NO_PILL = Object.freeze({ words: "–", tone: "" });
 
-const FAIR_MS = 100; // round trips from which a link is no longer good, then bad
-const SLOW_MS = 250;
 const LATE_MS = 25; // p99 lateness of ticks, a quarter of one: earlier the pictures hide it (EXTRAPOLATE_MS is 60)
 const MISSED_SHARE = 0.001; // of the ticks; less than one in a round of 50 s goes unnoticed
 const DISK_MB = 1000; // less free than this is too little
@@ -46,8 +45,7 @@ export function showFacts(list, facts) {
 
 /** How long a message takes to a player and back. @param {number} rttMs @returns {Pill} */
 export function roundTripPill(rttMs) {
-  const tone = rttMs < FAIR_MS ? "ok" : rttMs < SLOW_MS ? "attention" : "bad";
-  return { words: milliseconds(rttMs, 0), tone };
+  return { words: milliseconds(rttMs, 0), tone: roundTripTone(rttMs) };
 }
 
 /** Whether ticks are so late that a person might notice. @param {number} ms */

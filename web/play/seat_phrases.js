@@ -1,5 +1,6 @@
 // Short phrases about seats and the connection, from the state of the room and the view. Pure.
 
+import { roundTripTone } from "../core/round_trip.js";
 import { clockText } from "../core/ticks.js";
 import { has, say } from "../text/catalogue.js";
 import { agentName, recordedPlayer, shapeObject } from "../text/names.js";
@@ -120,9 +121,9 @@ export function connectionWords(status, stalled, rttMs) {
   if (stalled) return { words: say("play.quality.stalled"), state: "bad" };
   if (rttMs < 0) return { words: say("play.quality.waiting"), state: "" };
   const shown = Math.max(1, Math.round(rttMs));
-  if (rttMs < 80) return { words: say("play.quality.good", { ms: shown }), state: "ok" };
-  if (rttMs < 200) return { words: say("play.quality.fair", { ms: shown }), state: "attention" };
-  return { words: say("play.quality.poor", { ms: shown }), state: "bad" };
+  const state = roundTripTone(rttMs);
+  const key = /** @type {const} */ ({ ok: "good", attention: "fair", bad: "poor" })[state];
+  return { words: say(`play.quality.${key}`, { ms: shown }), state };
 }
 
 /**

@@ -165,7 +165,7 @@ class StudyNodeHost(ClusterHost):
         return {node.name: each for node, each in zip(nodes, found, strict=True) if isinstance(each, NodeStatus)}
 
     async def open_room(self, config: RoomConfig, seats: list[Seat]) -> str:
-        """At the node with the fewest rooms; where its agents are all busy, at the next one."""
+        """At the node with the fewest rooms; where its agents are all busy, at the next one. Raises as PublicHost."""
         statuses, plans = await self._statuses(), [SeatPlan.of(seat) for seat in seats]
         why = "; ".join(f"{name}: {each.refusal}" for name, each in statuses.items() if each.refusal)
         problem: AgentsBusyError | Away = Away(f"no node takes a room at the moment ({why or 'none answers'})")

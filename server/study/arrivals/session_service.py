@@ -17,7 +17,7 @@ from movingout.study.design.localized_text import nearest
 
 SINCE = "."  # in a token, before the time from which on it shows texts
 MOST_SUPERSEDED = 50_000  # pages that are told that the study is open elsewhere; older ones have to arrive again
-CODE_LETTERS = 8  # 40 bits, which nobody guesses
+LINK_CODE_LENGTH = 8  # 40 bits, which nobody guesses
 Elsewhere = Literal["elsewhere"]
 
 
@@ -114,7 +114,7 @@ class SessionService:
 
     async def new_code(self) -> str:
         """A code that lets one participant in."""
-        code = new_id(CODE_LETTERS).upper()
+        code = new_id(LINK_CODE_LENGTH).upper()
         await self._running.databases.run(self._identities.pid, CODE, code)
         return code
 

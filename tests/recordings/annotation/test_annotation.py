@@ -3,13 +3,18 @@
 import json
 import os
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
+from movingout.maps.files.output_file import draft_of
 from movingout.matches.execution.lockstep import Lockstep
 from movingout.matches.match import Match
 from movingout.recordings import RecordingError
+from movingout.recordings.annotation import verdicts
 from movingout.recordings.annotation.agreement import agreements, by_case, cohens_kappa, settled
 from movingout.recordings.annotation.finding import Finding
 from movingout.recordings.annotation.search import SEARCH_NAME, search_failures
@@ -144,6 +149,33 @@ def test_what_was_said_about_deleted_recordings_goes_with_them(tmp_path: Path) -
     forget_recordings(tmp_path, {"episode"})
     assert verdicts_of(tmp_path) == [kept]
     forget_recordings(tmp_path / "nowhere", {"episode"})
+
+
+def test_a_verdict_that_comes_while_others_are_deleted_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was added to a file that the next moment was another one."""
+    new = VerdictLine("other:keeps:0:0:1", "confirmed", "Ada", "1")
+    click = Thread(target=add_verdict, args=(tmp_path, new))
+
+    @contextmanager
+    def during(path: Path) -> Iterator[Path]:
+        with draft_of(path) as draft:
+            click.start()
+            click.join(0.2)
+            yield draft
+
+    add_verdict(tmp_path, line(1, "confirmed"))
+    monkeypatch.setattr(verdicts, "draft_of", during)
+    forget_recordings(tmp_path, {"episode"})
+    click.join(5)
+    assert verdicts_of(tmp_path) == [new]
+
+
+def test_lines_of_a_later_version_stay_unless_they_name_a_deleted_recording(tmp_path: Path) -> None:
+    later = [f'{{"format": 2, "about": "{name}", "said": "\u2028"}}' for name in ("episode", "other")]
+    file = tmp_path / VERDICTS_NAME
+    file.write_text("\n".join([*later, '{"format": 1, "finding": "episode:kee']), encoding="utf-8")
+    forget_recordings(tmp_path, {"episode"})
+    assert file.read_text(encoding="utf-8") == later[1] + "\n"
 
 
 def test_a_file_of_another_annotator_is_joined_and_one_of_another_study_refused(folder: Path, tmp_path: Path) -> None:

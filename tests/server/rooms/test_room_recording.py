@@ -41,7 +41,7 @@ def test_pauses_drops_and_skipped_ticks_are_in_the_recording(tmp_path: Path) -> 
     table.ready(back)
     table.now += 0.5
     table.room.tick(table.now, table.now - 0.01, skipped=4)
-    assert back.bundles[-1].flags & m.FLAG_LATE
+    assert back.bundles[-1].flags & m.FLAG_SKIPPED
     assert table.room.missed_ticks == 4
     table.step(25)
     episode = read_episode(table.services.archived[0])

@@ -118,6 +118,50 @@ def test_nobody_but_who_held_the_clock_lets_it_go_on() -> None:
     assert table.phase == "playing" and table.room.round.state.tick > tick
 
 
+DRAIN = Notice("restart_soon", "The server restarts soon.")
+
+
+def test_a_drain_goes_on_when_the_pause_of_the_study_ends() -> None:
+    """The experimenter's "Resume" began a round that the restart would have cut off."""
+    table = study_table()
+    blue, red = seated(table)
+    table.room.hold(Notice("study_paused", "The experimenter has paused the study."), table.now)
+    table.room.hold_next(DRAIN)
+    table.ready(blue, red)
+    table.room.release(table.now)
+    table.seconds(10)
+    assert (table.phase, table.room.notice) == ("lobby", DRAIN)
+    told = blue.last(m.RoomState)
+    assert isinstance(told, m.RoomState) and told.reason_code == "restart_soon"
+
+
+def test_a_countdown_that_is_called_off_in_a_drain_does_not_begin_again() -> None:
+    table = study_table()
+    blue, red = seated(table)
+    for ear, seat in ((blue, 0), (red, 1)):
+        table.say(ear, m.Ready(seat))
+    table.room.hold_next(DRAIN)
+    assert table.phase == "countdown", "what has begun goes on"
+    table.say(blue, m.Ready(0, ready=False))
+    table.say(blue, m.Ready(0))
+    table.seconds(10)
+    assert (table.phase, table.room.notice) == ("lobby", DRAIN)
+
+
+def test_a_round_that_has_begun_is_played_to_its_end_in_a_drain_and_is_the_last() -> None:
+    table = Table("Simple", "HandOff", limit_ticks=12)
+    blue, red = table.play()
+    table.room.hold(Notice("study_paused", "The experimenter has paused the study."), table.now)
+    table.room.hold_next(DRAIN)
+    table.room.release(table.now)
+    table.ready(blue, red)
+    table.step(12)
+    assert table.phase == "round_over"
+    table.ready(blue, red)
+    table.seconds(10)
+    assert (table.phase, table.room.notice) == ("round_over", DRAIN)
+
+
 def test_a_round_that_is_held_before_its_first_tick_does_not_begin() -> None:
     table = study_table()
     blue, red = seated(table)

@@ -23,8 +23,8 @@ from movingout.server.study.arrivals.arrival_link import Arrival
 from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.participant_session import notify
 from movingout.server.study.participants import CODE_LENGTH, Participants
-from movingout.server.study.participants import CODE_LETTERS as CODE_ALPHABET
 from movingout.study.design.definition import NOTICED_S
+from movingout.study.store.identity import UNMISTAKABLE
 from movingout.study.store.store import MOST_CHANGES
 from movingout.study.store.tables import answers, participants
 from tests.server.live import ADMIN, WAIT_S, limits
@@ -230,7 +230,7 @@ def test_the_link_opened_again_in_the_same_browser_shows_the_text(solo: Served) 
 
 
 def test_codes_have_forty_bits_at_least(solo: Served) -> None:
-    assert len(set(CODE_ALPHABET)) ** CODE_LENGTH >= 2**40
+    assert len(set(UNMISTAKABLE)) ** CODE_LENGTH >= 2**40
     made = [str(solo.ask("open-next")["code"]) for _ in range(100)]
     assert all(len(code) == 8 for code in made) and len(set("".join(made))) == 32, "5 bits a letter"
 

@@ -16,12 +16,14 @@ from movingout.study.data.erasure import DAY_MS, due_now, erase, purge
 from movingout.study.data.export import Options, export_study
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
+from movingout.study.questionnaire import USUAL_ENDS
 from movingout.study.store import Unit
 from movingout.study.store.clock import now_ms
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import answers, audit, consents, notes, players, rounds, tombstones, units
 from tests.study.filled import fill, template
 from tests.study.support import Clock, open_store, rounds_of
+from tests.support import ROOT
 
 SHORT = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
 
@@ -144,6 +146,16 @@ def test_the_codebook_says_what_is_expected_of_a_choice(tmp_path: Path) -> None:
     study, text = template("agent_survey", **SHORT)
     study = parse_study(f"{text}\nquestionnaires:\n{line}at_end: [check]\n")
     assert "| seen | -1: no answer; 0: a; 1: b, attention: 1 | Choose b |" in codebook(study, open_store(tmp_path))
+
+
+def test_the_codebook_says_the_ends_that_a_line_without_its_own_shows(tmp_path: Path) -> None:
+    line = "  - id: load\n    items: [{id: effort, kind: tlx, text: Effort}]\n"
+    study, text = template("agent_survey", **SHORT)
+    study = parse_study(f"{text}\nquestionnaires:\n{line}at_end: [load]\n")
+    book = codebook(study, open_store(tmp_path))
+    assert "| effort | 0 to 20 (strongly disagree to strongly agree), -1 no answer | Effort |" in book
+    words = json.loads((ROOT / "web" / "words" / "en.json").read_text(encoding="utf-8"))
+    assert (words["form.low"], words["form.high"]) == USUAL_ENDS
 
 
 def test_a_question_with_a_bar_or_several_lines_stays_one_row_of_the_codebook(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@
 import { actionButton, heading, problemBox, runAction, showProblem } from "../../components/action.js";
 import { lastingStorage } from "../../core/browser_storage.js";
 import { badge, el } from "../../core/dom.js";
+import { roundTripTone } from "../../core/round_trip.js";
 import { Gamepads } from "../../input/gamepad.js";
 import { Keyboard } from "../../input/keyboard.js";
 import { buttonName, keyName, loadMapping, moveName } from "../../input/mapping.js";
@@ -23,7 +24,6 @@ import { TriedControls } from "./tried_controls.js";
 /** @typedef {import("../../input/seats.js").SeatReading} SeatReading */
 /** @typedef {import("../../input/seats.js").SeatCard} SeatCard */
 
-const FAIR_MS = 80; // as the game page has it
 const LIT_MS = 180; // how long a short press stays lit
 
 /** @param {Context} context @returns {Screen} */
@@ -183,7 +183,7 @@ class InputCheck {
     await runAction(this.again, this.#problem, async () => {
       this.#rtt = await measureRtt();
       const slow = this.#tooSlow();
-      const tone = slow ? "bad" : this.#rtt < FAIR_MS ? "ok" : "attention";
+      const tone = slow ? "bad" : roundTripTone(this.#rtt);
       const ms = Math.max(1, Math.round(this.#rtt));
       this.#pill.className = `pill pill-${tone}`;
       this.#pill.textContent = say(tone === "ok" ? "study.check.good" : "study.check.slow", { ms });
