@@ -37,7 +37,7 @@ READERS = {
     FinishedRounds: {
         "add", "save_soon", "saved", "count", "count_recovered", "count_stored", "count_deleted", "close_left",
     },
-    Departures: {"delete_data", "delete_again", "end"},
+    Departures: {"delete_data"},
 }  # fmt: skip
 """All public methods that may be called at any time; `heard` marks presence, `delete_data` begins in the background."""
 
