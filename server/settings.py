@@ -168,7 +168,9 @@ class Settings:
 
     host: str = option("127.0.0.1", "address to serve (%(default)s); 0.0.0.0 for all networks", parse=served_address)
     port: int = option(8000, "port to serve (%(default)s); 0 for any free one", parse=port)
-    partner: str = option(PARTNER, "the partner that the lobby proposes (%(default)s)", metavar="AGENT")
+    partner: str = option(
+        PARTNER, "the partner that the lobby proposes (%(default)s)", metavar="AGENT", parse=str.strip
+    )
     data: Path = option(  # noqa: RUF009 (it makes a field)
         DATA, "the data folder (%(default)s)", metavar="DIR", parse=folder
     )
