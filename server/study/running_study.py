@@ -7,6 +7,7 @@ import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
+from math import inf
 
 from movingout.server.public_host import PublicHost
 from movingout.server.study.alerts import Alerts
@@ -154,4 +155,5 @@ class RunningStudy:
             async with asyncio.timeout(NOTE_S), self.transaction() as tx:
                 await self.participants.note_absences(tx)
                 await self.participants.note_last_seen(tx)
+                await self.participants.scrub_identities(tx, inf)
         await asyncio.to_thread(self.databases.close)  # a query may have to be given up first

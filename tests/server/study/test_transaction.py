@@ -46,6 +46,7 @@ CHANGES: dict[str, Change] = {
     "Participants.restore": lambda study, tx, one, unit: study.participants.restore(tx, {}),
     "Participants.arrive": lambda study, tx, one, unit: study.participants.arrive(tx, "PNEW", "en", "link"),
     "Participants.decline": lambda study, tx, one, unit: study.participants.decline(tx, one),
+    "Participants.scrub_identities": lambda study, tx, one, unit: study.participants.scrub_identities(tx, inf),
     "Participants.move": lambda study, tx, one, unit: study.participants.move(tx, one, "debrief"),
     "Participants.finish": lambda study, tx, one, unit: study.participants.finish(tx, one, "done"),
     "Participants.refresh": lambda study, tx, one, unit: study.participants.refresh(tx, one),
