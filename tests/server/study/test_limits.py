@@ -42,6 +42,24 @@ def test_a_flood_of_arrivals_from_one_address_is_refused_and_keeps_nothing(
     assert len(solo.running.databases.store.rows(participants)) == before + 5
 
 
+def test_one_address_agrees_so_many_times_a_day_and_who_has_agreed_goes_on(
+    solo: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A row with a code stays of each, also of those who want no data kept."""
+    now = 0.0
+    few = AdmissionControl(limits(study_consents_per_day=2), lambda: now)
+    monkeypatch.setattr(solo.live.host, "admission", few)
+    visitors = [solo.visitor() for _ in range(3)]
+    for visitor in visitors[:2]:
+        visitor.agree()
+    status, answer = visitors[2].call("next", {"key": visitors[2].step["key"], "boxes": ["adult"]})
+    assert (status, answer["error"]["code"]) == (429, "too_many_arrivals")
+    visitors[0].fill_in()
+    assert not solo.running.participants[visitors[2].pid].has_consented
+    now = 43_200.0
+    visitors[2].agree()
+
+
 def test_a_flood_of_arrivals_is_not_in_front_of_everybody_else(solo: Served) -> None:
     """At most one of them is when somebody moves on, and one when somebody of another address arrives."""
     running, done = solo.running, list[str]()
