@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 
+from movingout.agents.around_others import acting_id
 from movingout.agents.catalogue import trained_cards
 from movingout.agents.errors import AgentError
-from movingout.agents.partners.identity import acting_id
 from movingout.maps import MapSpec
 from movingout.maps.library import is_reserved
 from movingout.world import WorldError

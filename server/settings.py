@@ -143,6 +143,7 @@ class Limits:
     recorded_per_address_per_day: float = 20e9  # bytes, about 170 hours of rooms
     answered_per_address_per_day: float = 1e9  # bytes of requests that answer questions; a class needs some 20 MB
     study_arrivals_per_minute: int = 1000  # by one address: a whole class opens its links at once
+    study_consents_per_day: int = 2000  # by one address: whoever has agreed stays in the database, also without data
     study_changes_per_s: float = 2.0  # steps done, languages, stops of one participant, in bursts of ten times as many
     study_answers_per_s: float = 5.0  # of one participant, in bursts of ten times as many: each is written to the disk
     study_unknown_tokens_per_s: float = 20.0  # by one address, in bursts of a hundred times as many: after a restart
@@ -168,7 +169,9 @@ class Settings:
 
     host: str = option("127.0.0.1", "address to serve (%(default)s); 0.0.0.0 for all networks", parse=served_address)
     port: int = option(8000, "port to serve (%(default)s); 0 for any free one", parse=port)
-    partner: str = option(PARTNER, "the partner that the lobby proposes (%(default)s)", metavar="AGENT")
+    partner: str = option(
+        PARTNER, "the partner that the lobby proposes (%(default)s)", metavar="AGENT", parse=str.strip
+    )
     data: Path = option(  # noqa: RUF009 (it makes a field)
         DATA, "the data folder (%(default)s)", metavar="DIR", parse=folder
     )

@@ -23,10 +23,11 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from movingout.agents.adapters.option_files import file_fingerprint
+from movingout.agents.around_others import acting_id
 from movingout.agents.checkpoint.card import ID_WORD, MAX_NAME, MAX_POPULATION, Card, FileEntry, FileName, Score
 from movingout.agents.checkpoint.onnx_interface import Shapes, onnx_interface
 from movingout.agents.checkpoint.onnx_validation import check_onnx
-from movingout.agents.errors import CheckpointError
+from movingout.agents.errors import AgentError, CheckpointError
 from movingout.maps.suggestion import probably_meant
 
 SHIPPED = Path(__file__).resolve().parents[1] / "checkpoints"
@@ -195,14 +196,17 @@ def _found(agent_id: str, *roots: Path) -> Checkpoint | None:
 
 
 def fingerprint(agent_id: str) -> str:
-    """The SHA-256 of an agent's card, and thereby of its weights, or of the files that its options name; else empty."""
+    """The SHA-256 of an agent's card, and thereby of its weights, or of the files that its options name; else empty.
+
+    Of an agent around another one, that of the agent inside: after another training it plays otherwise too.
+    """
     card = card_bytes(agent_id)
-    return hashlib.sha256(card).hexdigest() if card else file_fingerprint(agent_id)
+    return hashlib.sha256(card).hexdigest() if card else file_fingerprint(_acting_id(agent_id))
 
 
 def card_bytes(agent_id: str) -> bytes:
-    """The card of an agent as it is now; empty without a checkpoint, or when it can no longer be read."""
-    reference = agent_id.partition(":")[0]
+    """The card of the agent that decides, as it is now; empty without one, or when it can no longer be read."""
+    reference = _acting_id(agent_id).strip().partition(":")[0]
     if "@" not in reference:
         return b""
     try:
@@ -210,6 +214,13 @@ def card_bytes(agent_id: str) -> bytes:
         return (found.folder / CARD).read_bytes() if found else b""
     except (CheckpointError, OSError):
         return b""
+
+
+def _acting_id(agent_id: str) -> str:
+    try:
+        return acting_id(agent_id)
+    except AgentError:  # options that are none are refused where it is loaded
+        return agent_id
 
 
 def readable_checkpoints(*roots: Path) -> Iterator[Checkpoint]:

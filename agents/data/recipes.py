@@ -6,11 +6,11 @@ from pathlib import Path
 
 import orjson
 
+from movingout.agents.around_others import acting_id
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.data.corrections import load_correction, read_about
 from movingout.agents.data.dagger import EXPERT, LabellingJob
 from movingout.agents.errors import DataError
-from movingout.agents.partners.identity import acting_id
 from movingout.maps import MapSpec, map_from_json
 from movingout.maps.errors import MapError
 from movingout.maps.files.input_file import open_input

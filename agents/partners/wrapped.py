@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 
 from movingout.agents.agent_options import OptionValue
+from movingout.agents.around_others import unfolded
 from movingout.agents.base import Agent
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.built_in import AROUND_OTHERS, USUAL_INSIDE
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
-from movingout.agents.partners.identity import unfolded
 from movingout.agents.partners.late_hands import LateHands
 
 CLONE_JITTER = 0.05  # rad

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from contextlib import suppress
 
+from movingout.agents.around_others import acting_id
 from movingout.agents.checkpoint.checkpoint import card_of
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.families import to_try
-from movingout.agents.partners.identity import acting_id
 from movingout.maps import load_map
 from movingout.maps.randomize import pair_text, variant_pairs
 from movingout.matches.experiment.grid import Grid

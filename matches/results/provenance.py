@@ -4,10 +4,10 @@ import hashlib
 import json
 from dataclasses import dataclass, field
 
+from movingout.agents.around_others import acting_id
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import code_fingerprint, source_sha256
 from movingout.agents.partners.families import group, is_group, is_own
-from movingout.agents.partners.identity import acting_id
 from movingout.maps import load_map, map_to_json
 from movingout.maps.files.list_file import LIST
 from movingout.maps.library import is_generated_or_shipped
@@ -33,7 +33,7 @@ def provenance_of(grid: Grid) -> Provenance:
     """What a grid would be played with now. Raises MovingOutError for an agent or a map that cannot be loaded."""
     matches = [entry.match for entry in planned_matches(grid)]
     seated = {agent_id for match in matches for agent_id in match.seats}
-    agents = sorted(seated | {acting_id(agent_id) for agent_id in seated})
+    agents = sorted({acting_id(agent_id) for agent_id in seated})
     own_maps = [name for name in sorted({match.map for match in matches}) if not is_generated_or_shipped(name)]
     return Provenance(
         checkpoints={agent_id: sha for agent_id in agents if (sha := fingerprint(agent_id))},

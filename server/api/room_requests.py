@@ -41,6 +41,9 @@ class SeatRequest(msgspec.Struct, forbid_unknown_fields=True):
     agent: str = ""
     recording: str = ""  # of a ghost: the episode whose seat of this colour plays again
 
+    def __post_init__(self) -> None:
+        self.agent = self.agent.strip()  # an agent has one id: costs, spares and recordings go by it
+
 
 class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
     """The body of POST /api/rooms."""

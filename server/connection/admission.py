@@ -59,6 +59,7 @@ class AdmissionControl:
         self._replays: dict[str, TokenBucket] = {}
         self._drawings: dict[str, TokenBucket] = {}
         self._study_arrivals: dict[str, TokenBucket] = {}
+        self._study_consents: dict[str, TokenBucket] = {}
         self._study_changes: dict[str, TokenBucket] = {}  # by participant
         self._study_answers: dict[str, TokenBucket] = {}  # by participant
         self._unknown_tokens: dict[str, TokenBucket] = {}
@@ -259,6 +260,11 @@ class AdmissionControl:
         """Whether one more participant of a study may open a link here now."""
         per_minute = self._limits.study_arrivals_per_minute
         return self._take_in_minute(self._study_arrivals, address_group(address), per_minute)
+
+    def may_consent(self, address: str) -> bool:
+        """Whether one more participant of a study may begin here now: of each something stays for ever."""
+        per_day = self._limits.study_consents_per_day
+        return self._take(self._study_consents, address_group(address), per_day / DAY_S, per_day)
 
     def may_change(self, pid: str) -> bool:
         """Whether this participant of a study may ask for one more change now: each waits for all others'."""

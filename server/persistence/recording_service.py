@@ -144,9 +144,9 @@ class RecordingService:
         found: Result = await self._reading.run(work, path, urgent=urgent, address=address)
         return found
 
-    async def compute(self, work: Callable[[], Result]) -> Result:
-        """What `work` finds, in the other process. Raises RecordingError."""
-        found: Result = await self._reading.run(work)
+    async def compute(self, work: Callable[[], Result], urgent: bool = False) -> Result:
+        """What `work` finds, in the other process. Raises RecordingError; ReadersBusy, unless it is `urgent`."""
+        found: Result = await self._reading.run(work, urgent=urgent)
         return found
 
     async def ghost_seat(self, ghost: str, address: str = "") -> GhostSeat:

@@ -68,6 +68,7 @@ class StudyMonitor:
         if not running.progress.paused:
             await running.units.match(tx)
         await running.participants.drop_undecided(tx, now)
+        await running.participants.scrub_identities(tx, now)
         for fault in running.host.health().faults:
             running.alerts.add("server", "Something on the server does not work any more.", fault)
         full = running.host.full_disk()
@@ -122,12 +123,13 @@ class StudyMonitor:
     def _notice_absent(self, now: float) -> None:
         """Alert once to each participant who was here and has been away for a while; a pause is no absence.
 
-        Who has not consented takes part in nothing: many open a link and close it again.
+        Who is in no unit has begun nothing that anybody waits for: many open a link, agree and close it again, and
+        their alerts would push out those that matter.
         """
         for session in self._running.participants:
             if session.absence_told or session.finished or self._running.progress.is_paused(session):
                 continue
-            if session.has_consented and session.absent_s(now) > AWAY_S:
+            if session.record.unit is not None and session.absent_s(now) > AWAY_S:
                 session.absence_told = True
                 self._running.alerts.add("away", f"{session.pid} has been away for two minutes.", pid=session.pid)
 

@@ -1,5 +1,6 @@
 """The experimenter's notes, as the dashboard shows them."""
 
+from collections.abc import Collection
 from time import time
 from typing import Any
 
@@ -30,9 +31,9 @@ class ExperimenterNotes:
         await self._databases.run(self._databases.store.note, text if unit or not pid else f"{pid}: {text}", unit)
         self._insert(time(), text, self._members(unit) or pid)
 
-    def forget(self, pid: str) -> None:
-        """Show no note on this participant or their unit any more, as the database has none."""
-        self._notes = [one for one in self._notes if pid not in f"{one['pid']} {one['text']}"]
+    def forget(self, pids: Collection[str]) -> None:
+        """Show no note on these participants or their units any more, as the database has none."""
+        self._notes = [one for one in self._notes if not any(pid in f"{one['pid']} {one['text']}" for pid in pids)]
 
     def to_json(self) -> list[dict[str, Any]]:
         return self._notes

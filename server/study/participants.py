@@ -22,6 +22,7 @@ CLOCK_MS = 5000  # by which the clock of another node, or one that was corrected
 MOST_UNDECIDED = 2000  # of them are remembered after they have closed the page
 MOST_DECLINED = 1000  # whose pages still say goodbye
 MOST_AT_ONCE = 500  # deleted a second; more than can arrive
+SCRUB_S = 60.0  # between two times at which the identities of those who declined are overwritten
 
 
 class Participants:
@@ -33,6 +34,8 @@ class Participants:
         self._identities = databases.identities
         self._sessions: dict[str, ParticipantSession] = {}
         self._done_units: tuple[DoneUnit, ...] = ()
+        self._unscrubbed = True  # whether somebody declined since the identities were scrubbed, or before a kill
+        self._scrub_at = time.monotonic() + SCRUB_S
         self._declined = deque[ParticipantSession](maxlen=MOST_DECLINED)
         self._first_steps = steps(study, assign(study, 0))  # the same for every slot until the unit is formed
 
@@ -86,10 +89,19 @@ class Participants:
     async def decline(self, tx: Transaction, session: ParticipantSession) -> None:
         """No consent: delete everything about them; only the number of those who declined is kept."""
         await tx.run(self._store.decline, session.pid)
-        await tx.run(self._identities.forget, session.pid)
+        await tx.run(self._identities.drop, [session.pid])
+        self._unscrubbed = True
         session.declined = True
         self._declined.append(session)
         del self._sessions[session.pid]
+
+    async def scrub_identities(self, tx: Transaction, now: float) -> None:
+        """Overwrite the ids of those who declined, once in a while: anybody with the link can decline often."""
+        tx.check()
+        if self._unscrubbed and now >= self._scrub_at:
+            self._scrub_at = now + SCRUB_S
+            await tx.run(self._identities.database.scrub)
+            self._unscrubbed = False
 
     async def drop_undecided(self, tx: Transaction, now: float) -> None:
         """Forget who opened the link and left without an answer to the consent: a row stays only with a consent."""

@@ -7,12 +7,14 @@ import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
+from math import inf
 
 from movingout.server.public_host import PublicHost
 from movingout.server.study.alerts import Alerts
 from movingout.server.study.arrivals.arrival_link import PLATFORMS
 from movingout.server.study.arrivals.signed_links import LinkSigner
 from movingout.server.study.databases import StudyDatabases
+from movingout.server.study.deletions import Deletions
 from movingout.server.study.departures import Departures
 from movingout.server.study.notes import ExperimenterNotes
 from movingout.server.study.participant_session import ParticipantSession
@@ -75,15 +77,22 @@ class RunningStudy:
             on_recovered=self.progress.catch_up,
         )
         self.notes = ExperimenterNotes(self.databases, self.participants)
-        self.departures = Departures(
+        self.deletions = Deletions(
             folder.recordings,
             host=host,
             databases=self.databases,
             alerts=self.alerts,
             participants=self.participants,
             units=self.units,
-            rooms=self.rooms,
+            finished=self.rooms.finished,
             notes=self.notes,
+        )
+        self.departures = Departures(
+            databases=self.databases,
+            participants=self.participants,
+            units=self.units,
+            rooms=self.rooms,
+            deletions=self.deletions,
             is_paused=self.progress.is_paused,
         )
 
@@ -131,8 +140,7 @@ class RunningStudy:
                 await self.units.move_to_first_step(tx, unit)
                 if unit.lacks_member:
                     await self.departures.release_partners(tx, unit)
-        withdrawn = [one for one in self.participants if one.record.keep is False and one.finished]
-        self.departures.delete_again(withdrawn)
+        self.deletions.resume(one.pid for one in self.participants if one.record.keep is False and one.finished)
 
     def _tell_of_clock(self, back_s: float) -> None:
         if back_s:
@@ -142,9 +150,10 @@ class RunningStudy:
 
     async def stop(self) -> None:
         await self.rooms.finished.saved()
-        await self.departures.end()
+        await self.deletions.end()
         with suppress(StoreError, TimeoutError):  # or what was noted a minute ago counts
             async with asyncio.timeout(NOTE_S), self.transaction() as tx:
                 await self.participants.note_absences(tx)
                 await self.participants.note_last_seen(tx)
+                await self.participants.scrub_identities(tx, inf)
         await asyncio.to_thread(self.databases.close)  # a query may have to be given up first

@@ -1,6 +1,7 @@
 """Deletes a participant, on request or at the end of retention: recordings, identity, then the rows."""
 
-from collections.abc import Collection
+from collections import Counter
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -118,54 +119,81 @@ def _expired(one: Participant, keep: str, now: int) -> bool:
     return now - since > int(keep[:-1]) * _DAYS[keep[-1]] * DAY_MS
 
 
-def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
+def remove_recordings(folder: Path, pid: str, episodes: Collection[str]) -> int:
     """Delete the recordings of these rounds, and all others that name the participant (practice, unfinished games)."""
-    removed: set[Path] = set()
+    return remove_recordings_of(folder, {pid: episodes})[pid]
+
+
+def remove_recordings_of(folder: Path, whose: Mapping[str, Collection[str]]) -> dict[str, int]:
+    """The same for several participants with their rounds. A recording of two counts for one of them."""
+    removed: dict[Path, str] = {}
     for _ in range(LOOKS):
         if not folder.is_dir():
             break
-        paths, missed = _files_of(folder, pid, episodes)
-        _remove(folder, paths)
+        paths, missed = _files_of(folder, whose)
+        _remove(folder, set(paths))
         removed |= paths
         if not missed:
             break
-    return len({_episode(path) for path in removed})
+    counted = Counter({_episode(path): pid for path, pid in removed.items()}.values())
+    return {pid: counted[pid] for pid in whose}
 
 
-def is_being_recorded(folder: Path, pid: str, episodes: set[str]) -> bool:
-    """Whether somebody may still write a recording of these rounds, or one that names the participant."""
+def being_recorded(folder: Path, whose: Mapping[str, Collection[str]]) -> set[str]:
+    """Of whom, by pseudonym, somebody may still write a recording: of these rounds, or one that names them."""
     try:
-        names = [path for path in folder.iterdir() if path.name.endswith((JOURNAL_SUFFIX, PART_SUFFIX))]
+        paths = [path for path in folder.iterdir() if path.name.endswith((JOURNAL_SUFFIX, PART_SUFFIX))]
     except OSError:
-        return False
-    return any(_episode(path) in episodes or pid.encode() in _bytes(path, HEAD_BYTES) for path in names)
-
-
-def named_in_recordings(folder: Path, pids: Collection[str]) -> set[str]:
-    """Those of them whom a recording names, also one that has become damaged. Raises StudyError."""
-    if not pids or not folder.is_dir():
         return set()
+    wanted = _Wanted(whose)
+    return {pid for path in paths for pid in wanted.in_bytes(_episode(path), _bytes(path, HEAD_BYTES))}
+
+
+class _Wanted:
+    """Whose recordings are looked for, by pseudonym and by round."""
+
+    def __init__(self, whose: Mapping[str, Collection[str]]) -> None:
+        self._pids = [*whose]
+        self._by_word: dict[str, str] = {}
+        for pid, episodes in whose.items():
+            self._by_word.setdefault(pid, pid)
+            for episode in episodes:
+                self._by_word.setdefault(episode, pid)
+
+    def in_summary(self, one: Summary) -> str | None:
+        """Whose recording this is; None of nobody of them."""
+        seats = (seat.partition(" ")[2] for seat in (one.blue, one.red))
+        words = (one.id, *seats, *one.study.values())
+        return next((self._by_word[word] for word in words if word in self._by_word), None)
+
+    def in_bytes(self, episode: str, content: bytes) -> set[str]:
+        """Of whom a file is that is called after `episode`, or whom it names."""
+        named = {pid for pid in self._pids if pid.encode() in content}
+        return named | ({self._by_word[episode]} if episode in self._by_word else set())
+
+
+def _files_of(folder: Path, whose: Mapping[str, Collection[str]]) -> tuple[dict[Path, str], bool]:
+    """What is to be deleted, with one whose it is, and whether a file got another name meanwhile.
+
+    A server may be finishing recordings.
+    """
+    wanted = _Wanted(whose)
     found, rest = _listed(folder)
-    named = {pid for pid in pids for one in found if _names(pid, one)}
+    paths = {one.path: pid for one in found if (pid := wanted.in_summary(one))}
     for path in rest:
-        content = _bytes(path)
-        named |= {pid for pid in pids if pid.encode() in content}
-    return named
-
-
-def _files_of(folder: Path, pid: str, episodes: set[str]) -> tuple[set[Path], bool]:
-    """What is to be deleted, and whether a file got another name meanwhile: a server may be finishing recordings."""
-    found, rest = _listed(folder)
-    paths = {one.path for one in found if one.id in episodes or _names(pid, one)}
-    paths |= {path for path in rest if _episode(path) in episodes or pid.encode() in _bytes(path)}
+        if pids := wanted.in_bytes(_episode(path), _content(path)):
+            paths[path] = min(pids)
     return paths, not all(path.exists() for path in (*rest, *paths))
 
 
 def _listed(folder: Path) -> tuple[list[Summary], set[Path]]:
-    """The readable recordings, and the other files: damaged ones, and parts of some that are being written."""
+    """The readable recordings, and the other files: journals, damaged ones, and parts of some that are being written.
+
+    Journals of rounds that are played now are long, and not read as a whole.
+    """
     kept = (INDEX_NAME, SEARCH_NAME, VERDICTS_NAME)
     try:
-        found, _ = list_recordings(folder)
+        found, _ = list_recordings(folder, running=False)
         readable = {one.path for one in found}
         rest = {path for path in folder.iterdir() if path.name not in kept and path not in readable and path.is_file()}
     except RecordingError as error:
@@ -173,6 +201,11 @@ def _listed(folder: Path) -> tuple[list[Summary], set[Path]]:
     except OSError as error:
         raise StudyError(f"cannot list {folder}: {error.strerror or error}") from None
     return found, rest
+
+
+def _content(path: Path) -> bytes:
+    """Where a file may say whom it is of: all of it, of a journal its beginning."""
+    return _bytes(path, HEAD_BYTES if path.name.endswith(JOURNAL_SUFFIX) else -1)
 
 
 def _bytes(path: Path, most: int = -1) -> bytes:
@@ -217,8 +250,3 @@ def remove_rooms(folder: StudyFolder, pid: str) -> None:
                     answers.unlink()
     except OSError as error:
         raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None
-
-
-def _names(pid: str, recording: Summary) -> bool:
-    seats = (seat.partition(" ")[2] for seat in (recording.blue, recording.red))
-    return pid in (*seats, *recording.study.values())

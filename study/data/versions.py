@@ -6,9 +6,9 @@ from hashlib import sha256
 from pathlib import Path
 
 import movingout
+from movingout.agents.around_others import acting_id
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.own_code import module_sha256
-from movingout.agents.partners.identity import acting_id
 from movingout.maps import MapSpec, map_to_json
 from movingout.recordings.versions import code_sha256, versions
 from movingout.study.design.definition import Study

@@ -103,7 +103,10 @@ class Database:
             raise StoreFenced(_FENCED)
 
     def scrub(self) -> None:
-        """Overwrite what was deleted, also in the write-ahead log."""
+        """Overwrite what was deleted, also in the write-ahead log. Raises StoreFenced while another node serves."""
+        if self._fence:
+            with self.write():
+                pass
         with _sentences(self.address):
             if self._engine.dialect.name == "sqlite":
                 with self._engine.execution_options(begin="").connect() as connection:

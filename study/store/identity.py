@@ -101,7 +101,7 @@ class IdentityStore:
             connection.execute(change.values(parameters=json.dumps(dict(parameters))))
 
     def drop(self, pids: Sequence[str]) -> None:
-        """Delete people who never consented, without the cost of overwriting the whole file each time."""
+        """Delete people who did not consent; `Database.scrub` overwrites them, which is dear, for many at once."""
         with self.database.write() as connection:
             connection.execute(delete(identities).where(identities.c.pid.in_(pids)))
 

@@ -1,13 +1,16 @@
 """Deletes the rows of a participant; a tombstone says how many there were."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Table, delete, insert, or_, select, update
+from sqlalchemy import ColumnElement, Connection, Table, delete, exists, insert, or_, select, update
 
 from movingout.study.errors import StudyError
 from movingout.study.store.audit import record, subject_of
 from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, consents, notes, participants, players, rounds, tombstones, units
+
+MOST_AT_ONCE = 5000  # participants whom one query names
 
 
 def episodes_of(store: Store, pid: str) -> tuple[str, ...]:
@@ -35,29 +38,62 @@ def remove_participant(store: Store, pid: str, recordings: int) -> int:
     return rows
 
 
-def has_data(store: Store, pid: str) -> bool:
-    """Whether there are still answers or rounds of a participant, or notes about them."""
-    unit = store.participant(pid).unit
-    mine = select(answers.c.id).where(answers.c.pid == pid)
-    played = select(rounds.c.id).where(rounds.c.unit == unit)
-    noted = select(notes.c.id).where(_about(pid, unit))
+def rounds_by_participant(store: Store, pids: Sequence[str]) -> dict[str, list[dict[str, Any]]]:
+    """The rounds of those among these participants who have a unit, which may be none: nobody plays without."""
+    found: dict[str, list[dict[str, Any]]] = {}
     with store.database.read() as connection:
-        return any(connection.execute(query).first() is not None for query in (mine, played, noted))
+        for some in _parts(pids):
+            with_unit = select(participants.c.pid).where(participants.c.pid.in_(some), participants.c.unit.is_not(None))
+            found |= {str(pid): [] for pid in connection.execute(with_unit).scalars()}
+            played = select(participants.c.pid.label("_pid"), *rounds.c).join_from(
+                participants, rounds, participants.c.unit == rounds.c.unit
+            )
+            for row in connection.execute(played.where(participants.c.pid.in_(some))).mappings():
+                found[row["_pid"]].append(dict(row))
+    return found
 
 
-def withdraw_data(store: Store, pid: str, recordings: int) -> int:
-    """Delete the data of a participant who asked for it; returns the number of rows.
+def with_data(store: Store, pids: Sequence[str]) -> set[str]:
+    """Those of them of whom there are still answers, rounds, a slot or notes about them."""
+    found: set[str] = set()
+    mine = exists().where(answers.c.pid == participants.c.pid)
+    played = exists().where(rounds.c.unit == participants.c.unit)
+    noted = exists().where(notes.c.unit == participants.c.unit)
+    holding = exists().where(units.c.id == participants.c.unit, units.c.state != "dropped")
+    with store.database.read() as connection:
+        for some in _parts(pids):
+            query = select(participants.c.pid).where(participants.c.pid.in_(some), or_(mine, played, noted, holding))
+            found |= {str(pid) for pid in connection.execute(query).scalars()}
+        texts = "\n".join(connection.execute(select(notes.c.text)).scalars())
+    return found | {pid for pid in pids if pid in texts}
 
-    Their consent and code stay, because they are paid for their time. Does nothing where no data are left.
+
+def withdraw_data(store: Store, recordings: Mapping[str, int]) -> int:
+    """Delete the data of participants who asked for it; returns the number of rows. `Database.scrub` overwrites them.
+
+    `recordings` says by pseudonym how many were deleted before. Consents and codes stay, because they are paid for
+    their time. Does nothing where no data are left.
     """
-    unit = store.participant(pid).unit
+    left = with_data(store, [*recordings])
+    pids = [pid for pid, number in recordings.items() if number or pid in left]
+    return _withdraw(store, {pid: recordings[pid] for pid in pids}) if pids else 0
+
+
+def _withdraw(store: Store, recordings: Mapping[str, int]) -> int:
+    whole = 0
     with store.database.write() as connection:
-        rows = _remove_data(connection, pid, unit)
-        if rows or recordings:
-            record(connection, store.now(), "participant", "withdraw", pid, rows=rows, recordings=recordings)
-    if rows:
-        store.database.scrub()
-    return rows
+        for pid, number in recordings.items():
+            unit = connection.execute(select(participants.c.unit).where(participants.c.pid == pid)).scalar()
+            rows = _remove_data(connection, pid, unit)
+            if rows or number:
+                record(connection, store.now(), "participant", "withdraw", pid, rows=rows, recordings=number)
+            whole += rows
+    return whole
+
+
+def _parts(pids: Sequence[str]) -> Iterator[Sequence[str]]:
+    """So many at a time as a query may name."""
+    return (pids[start : start + MOST_AT_ONCE] for start in range(0, len(pids), MOST_AT_ONCE))
 
 
 def is_erased(store: Store, pid: str) -> bool:

@@ -3,6 +3,8 @@
 import hashlib
 import json
 
+import pytest
+
 from movingout.agents.checkpoint.checkpoint import CARD, SHIPPED, fingerprint, read_checkpoint
 from movingout.agents.recording_metadata import cards, seat_info
 from movingout.recordings import SeatInfo
@@ -26,3 +28,17 @@ def test_cards_are_attached_by_the_colour_of_the_seat() -> None:
     assert json.loads(card)["id"] == "dp@all"
     assert card == (SHIPPED / "dp-all" / CARD).read_bytes()
     assert hashlib.sha256(card).hexdigest() == fingerprint("dp@all")
+
+
+@pytest.mark.parametrize(
+    "agent_id",
+    ["late:agent=dp@all,delay=2", "clone", "late:agent=late:agent=dp@all;lag=2", "dp@all\n", " dp@all:lag=2"],
+)
+def test_an_agent_around_another_one_is_as_old_as_the_weights_inside_and_spaces_change_nothing(agent_id: str) -> None:
+    assert fingerprint(agent_id) == fingerprint("dp@all") != ""
+    assert cards((SeatInfo("agent", agent_id), SeatInfo("human", "P-1"))).keys() == {"card-blue.json"}
+
+
+@pytest.mark.parametrize("agent_id", ["late", "late:delay", "clone:policy=lost@nowhere", "greedy"])
+def test_an_agent_around_one_without_weights_has_no_hash(agent_id: str) -> None:
+    assert fingerprint(agent_id) == ""

@@ -75,8 +75,7 @@ class ParticipantApi:
         gate, running = self._running.host.admission, self._running
         wanted, address = await body_of(request, ArriveRequest), address_of(request)
         if not gate.may_arrive(address):
-            text = "Many people are opening this study from your network; wait a minute, then try again."
-            raise ApiError(429, "too_many_arrivals", text)
+            raise _too_many()
         known = wanted.known[:AT_ONE_SCREEN]
         self._limit_unknown(address, *known, *([wanted.beside] if wanted.beside else []))
         try:
@@ -109,6 +108,8 @@ class ParticipantApi:
         session, done = await self._session(request), await body_of(request, StepRequest)
         if session is not None:
             self._limit_changes(session)
+            if not session.has_consented and not self._running.host.admission.may_consent(address_of(request)):
+                raise _too_many()
             await self._actions.complete_step(session, done)
         return await self._shown(session)
 
@@ -183,6 +184,11 @@ class ParticipantApi:
             return {"view": self._views.elsewhere()}
         await self._actions.skip_unplayable(session)
         return {"view": await self._views.view(session)}
+
+
+def _too_many() -> ApiError:
+    text = "Many people are opening this study from your network; wait a minute, then try again."
+    return ApiError(429, "too_many_arrivals", text)
 
 
 def _too_often() -> ApiError:

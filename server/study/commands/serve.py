@@ -148,6 +148,7 @@ def _settings(args: argparse.Namespace) -> Settings:
         accepts_per_address_per_s=AT_ONE_ADDRESS * max(1.0, speed),
         requests_per_address_per_s=AT_ONE_ADDRESS * max(1.0, speed),
         study_arrivals_per_minute=round(AT_ONE_ADDRESS * max(1.0, speed)),
+        study_consents_per_day=round(Limits().study_consents_per_day * max(1.0, speed)),
         study_changes_per_s=Limits().study_changes_per_s * max(1.0, speed),
         study_answers_per_s=Limits().study_answers_per_s * max(1.0, speed),
         messages_per_s=Limits().messages_per_s * max(1.0, speed),

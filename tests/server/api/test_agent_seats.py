@@ -32,6 +32,15 @@ def test_on_a_server_for_this_machine_alone_one_may_watch_agents(live: Live) -> 
     assert ask(live, scripted, scripted)[0] == 200
 
 
+@pytest.mark.parametrize("agent", ["scripted\n", " scripted", "scripted\u3000"])
+def test_an_agent_whose_id_has_spaces_around_it_is_the_same_agent(live: Live, agent: str) -> None:
+    """It was recorded as another one, and its costs and faults were not counted with those of the agent."""
+    status, answer = live.call("/api/rooms", {"maps": ["Simple"], "seats": [HERE, {"kind": "agent", "agent": agent}]})
+    assert status == 200
+    room = next(one for one in live.rooms if one.id == answer["room"])
+    assert [seat.agent_id for seat in room.seats] == ["", "scripted"]
+
+
 def test_behind_a_forgotten_proxy_whoever_comes_may_be_a_stranger(tmp_path: Path) -> None:
     with serve(tmp_path, limits(), allowed_hosts=("game.example.org",)) as live:
         assert ask(live, BASS, BASS) == (403, "agents_only")

@@ -107,7 +107,7 @@ def test_a_pause_between_rounds_is_seen_and_is_no_time_at_the_step(solo: Served)
 
 
 def test_the_end_of_a_pause_makes_nobody_present_and_begins_their_absence_anew(solo: Served) -> None:
-    visitor = solo.visitor().go_to("form")
+    visitor = solo.visitor().go_to("practice")
 
     def told() -> bool:
         solo.look()
@@ -123,7 +123,7 @@ def test_the_end_of_a_pause_makes_nobody_present_and_begins_their_absence_anew(s
 
 
 def test_whoever_was_here_and_is_away_for_two_minutes_is_told_of_once(solo: Served) -> None:
-    visitor = solo.visitor().go_to("form")
+    visitor = solo.visitor().go_to("practice")
     session = solo.running.participants[visitor.pid]
 
     def told() -> list[str]:
@@ -140,8 +140,10 @@ def test_whoever_was_here_and_is_away_for_two_minutes_is_told_of_once(solo: Serv
     assert told().count(visitor.pid) == 1
 
 
-def test_who_opens_the_link_and_leaves_without_a_consent_is_no_alert(solo: Served) -> None:
-    visitor = solo.visitor()
+@pytest.mark.parametrize("reached", ["consent", "input-check"])
+def test_who_opens_the_link_and_leaves_before_the_game_is_no_alert(solo: Served, reached: str) -> None:
+    """Alerts of many strangers would push others off the page."""
+    visitor = solo.visitor().go_to(reached)
     solo.later(121)
     solo.look()
     assert visitor.pid not in [one["values"].get("pid") for one in solo.running.alerts.to_json()]

@@ -42,6 +42,24 @@ def test_a_flood_of_arrivals_from_one_address_is_refused_and_keeps_nothing(
     assert len(solo.running.databases.store.rows(participants)) == before + 5
 
 
+def test_one_address_agrees_so_many_times_a_day_and_who_has_agreed_goes_on(
+    solo: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A row with a code stays of each, also of those who want no data kept."""
+    now = 0.0
+    few = AdmissionControl(limits(study_consents_per_day=2), lambda: now)
+    monkeypatch.setattr(solo.live.host, "admission", few)
+    visitors = [solo.visitor() for _ in range(3)]
+    for visitor in visitors[:2]:
+        visitor.agree()
+    status, answer = visitors[2].call("next", {"key": visitors[2].step["key"], "boxes": ["adult"]})
+    assert (status, answer["error"]["code"]) == (429, "too_many_arrivals")
+    visitors[0].fill_in()
+    assert not solo.running.participants[visitors[2].pid].has_consented
+    now = 43_200.0
+    visitors[2].agree()
+
+
 def test_a_flood_of_arrivals_is_not_in_front_of_everybody_else(solo: Served) -> None:
     """At most one of them is when somebody moves on, and one when somebody of another address arrives."""
     running, done = solo.running, list[str]()
@@ -319,3 +337,33 @@ def test_the_live_stream_begins_with_everybody_and_goes_on_with_changes(solo: Se
             changed = json.loads(line[6:])["participants"] if line.startswith(b"data: ") else []
             if any(row["pid"] == visitor.pid and row["outcome"] for row in changed):
                 break
+
+
+def test_who_declines_costs_no_overwriting_of_the_whole_database_while_others_wait(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with served(tmp_path) as study:
+        participants, identities = study.running.participants, study.running.databases.identities
+        scrubs: list[str] = []
+        monkeypatch.setattr(identities.database, "scrub", lambda: scrubs.append("identities"))
+        study.live.run(lambda: setattr(participants, "_unscrubbed", False))
+        visitors = [study.visitor(PROLIFIC_PID=f"5f3c{number}") for number in range(5)]
+        for visitor in visitors:
+            visitor.decline()
+        study.look()
+        assert (scrubs, identities.everybody()) == ([], {})
+        participants._scrub_at = 0.0
+        study.look()
+        study.look()
+        assert scrubs == ["identities"], "once for all of them"
+        study.visitor(PROLIFIC_PID="5f3c9").decline()
+    assert len(scrubs) == 2, "the last one at the end"
+
+
+def test_ids_of_who_declined_are_overwritten_after_a_kill_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with served(tmp_path) as study:
+        scrubs: list[str] = []
+        monkeypatch.setattr(study.running.databases.identities.database, "scrub", lambda: scrubs.append("identities"))
+        study.running.participants._scrub_at = 0.0
+        study.look()
+        assert scrubs == ["identities"]

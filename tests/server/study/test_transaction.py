@@ -37,7 +37,7 @@ READERS = {
     FinishedRounds: {
         "add", "save_soon", "saved", "count", "count_recovered", "count_stored", "count_deleted", "close_left",
     },
-    Departures: {"delete_data", "delete_again", "end"},
+    Departures: {"delete_data"},
 }  # fmt: skip
 """All public methods that may be called at any time; `heard` marks presence, `delete_data` begins in the background."""
 
@@ -46,6 +46,7 @@ CHANGES: dict[str, Change] = {
     "Participants.restore": lambda study, tx, one, unit: study.participants.restore(tx, {}),
     "Participants.arrive": lambda study, tx, one, unit: study.participants.arrive(tx, "PNEW", "en", "link"),
     "Participants.decline": lambda study, tx, one, unit: study.participants.decline(tx, one),
+    "Participants.scrub_identities": lambda study, tx, one, unit: study.participants.scrub_identities(tx, inf),
     "Participants.move": lambda study, tx, one, unit: study.participants.move(tx, one, "debrief"),
     "Participants.finish": lambda study, tx, one, unit: study.participants.finish(tx, one, "done"),
     "Participants.refresh": lambda study, tx, one, unit: study.participants.refresh(tx, one),

@@ -12,12 +12,12 @@ from movingout.server.cli import main
 from movingout.study.data import erasure
 from movingout.study.data.erasure import (
     DAY_MS,
+    being_recorded,
     due_now,
     erase,
-    is_being_recorded,
-    named_in_recordings,
     purge,
     remove_recordings,
+    remove_recordings_of,
     remove_rooms,
 )
 from movingout.study.data.study_folder import StudyFolder
@@ -69,18 +69,43 @@ def test_somebody_elses_part_that_is_finished_meanwhile_stops_no_deletion(
 
 def test_a_round_is_being_recorded_until_its_file_is_finished(tmp_path: Path) -> None:
     mine = journal(tmp_path, "mine")
-    assert is_being_recorded(tmp_path, PID, set()) and is_being_recorded(tmp_path, "PNOBODY", {"mine"})
-    assert not is_being_recorded(tmp_path, "PNOBODY", {"another"})
+    assert being_recorded(tmp_path, {PID: set(), "PNOBODY": {"another"}}) == {PID}
+    assert being_recorded(tmp_path, {"PNOBODY": {"mine"}}) == {"PNOBODY"}
     finalise(mine)
-    assert not is_being_recorded(tmp_path, PID, {"mine"})
+    assert being_recorded(tmp_path, {PID: {"mine"}}) == set()
 
 
-def test_who_is_named_in_recordings_is_found_also_in_damaged_ones(tmp_path: Path) -> None:
+def test_recordings_of_several_go_in_one_look_also_damaged_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     finalise(journal(tmp_path, "mine"))
+    finalise(journal(tmp_path, "others", "PELSE1"))
     whole = finalise(journal(tmp_path, "broken", "P3XYZ9"))
     whole.write_bytes(whole.read_bytes()[:-60])
-    assert named_in_recordings(tmp_path, [PID, "P3XYZ9", "PNOBODY"]) == {PID, "P3XYZ9"}
-    assert named_in_recordings(tmp_path / "nowhere", [PID]) == set()
+    looks: list[Path] = []
+    really = erasure._listed
+    monkeypatch.setattr(erasure, "_listed", lambda folder: looks.append(folder) or really(folder))  # type: ignore[func-returns-value]
+    whose = {PID: set[str](), "P3XYZ9": {"broken"}, "PNOBODY": {"another"}}
+    assert remove_recordings_of(tmp_path, whose) == {PID: 1, "P3XYZ9": 1, "PNOBODY": 0}
+    assert [path.name for path in tmp_path.glob("*.mcap*")] == ["others.mcap"] and len(looks) == 1
+    assert remove_recordings_of(tmp_path / "nowhere", {PID: ()}) == {PID: 0}
+
+
+def test_a_long_journal_is_not_read_as_a_whole_to_see_who_plays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a round that is played meanwhile: each look cost megabytes of memory."""
+    other, mine = journal(tmp_path, "other", "P3XYZ9"), journal(tmp_path, "mine")
+    read: list[int] = []
+    really = erasure._bytes
+
+    def counted(path: Path, most: int = -1) -> bytes:
+        read.append(most)
+        return really(path, most)
+
+    monkeypatch.setattr(erasure, "_bytes", counted)
+    assert remove_recordings(tmp_path, PID, ()) == 1
+    assert (other.exists(), mine.exists(), {*read}) == (True, False, {erasure.HEAD_BYTES})
 
 
 def test_a_file_whose_name_is_not_utf8_stops_no_deletion_and_is_deleted_if_it_names_them(tmp_path: Path) -> None:

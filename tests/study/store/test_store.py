@@ -21,7 +21,7 @@ from movingout.study.store import IdentityStore, Store, Unit
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database, alembic_config
 from movingout.study.store.frozen_study import frozen_study
-from movingout.study.store.removal import has_data, withdraw_data
+from movingout.study.store.removal import rounds_by_participant, with_data, withdraw_data
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import (
     answers,
@@ -320,13 +320,17 @@ def test_what_a_participant_did_goes_at_their_wish_and_the_code_stays(place: Pat
     for pid in ("P1", "P2"):
         store.answer(pid, "form", "demographics", "", "age", 2, "", 900.0, 100.0)
     store.finish("P1", "withdrew", "CODE-1")
-    assert has_data(store, "P1") and withdraw_data(store, "P1", 1) == 3
-    assert not has_data(store, "P1")
+    assert with_data(store, ["P1", "PNOBODY"]) == {"P1"}
+    assert {
+        pid: [row["episode"] for row in rows] for pid, rows in rounds_by_participant(store, ["P1", "P2"]).items()
+    } == {"P1": ["e1"]}
+    assert withdraw_data(store, {"P1": 1, "PNOBODY": 0}) == 3
+    assert with_data(store, ["P1"]) == set()
     assert (store.rows(rounds), [row["pid"] for row in store.rows(answers)]) == ([], ["P2"])
     assert store.participant("P1").code == "CODE-1" and len(store.rows(consents)) == 2
-    assert withdraw_data(store, "P1", 0) == 0, "asking again changes nothing"
+    assert withdraw_data(store, {"P1": 0}) == 0, "asking again changes nothing"
     store.note("Came back for her umbrella.", unit.id)
-    assert has_data(store, "P1"), "a note of later is about them"
+    assert with_data(store, ["P1"]) == {"P1"}, "a note of later is about them"
     assert [row["action"] for row in store.rows(audit)].count("withdraw") == 1
 
 

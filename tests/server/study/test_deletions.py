@@ -2,6 +2,7 @@
 
 import shutil
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -9,9 +10,12 @@ import pytest
 from movingout.recordings import finalise
 from movingout.recordings.episode import SeatInfo
 from movingout.recordings.storage.index import list_recordings
-from movingout.server.study import departures
-from movingout.study.data.erasure import remove_recordings
+from movingout.server.persistence.recording_service import RecordingService
+from movingout.server.study import deletions
 from movingout.study.errors import StudyError
+from movingout.study.store.database import Database
+from movingout.study.store.removal import withdraw_data
+from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, notes
 from tests.recordings.support import record
 from tests.server.cluster.processes import wait_until
@@ -46,7 +50,7 @@ def test_a_recording_that_another_node_finishes_is_waited_for(tmp_path: Path) ->
 def test_a_recording_that_comes_after_the_deletion_is_deleted_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(departures, "LOOK_AGAIN_S", (1.0, 1.0, 1.0, 1.0))
+    monkeypatch.setattr(deletions, "LOOK_AGAIN_S", (1.0, 1.0, 1.0, 1.0))
     recordings = tmp_path / "recordings"
     with served(tmp_path) as study:
         visitor = study.visitor().go_to("questionnaire")
@@ -73,19 +77,20 @@ def test_the_next_start_deletes_what_came_while_nobody_looked(tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_a_deletion_that_failed_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(departures, "LOOK_AGAIN_S", (0.3,))
+    monkeypatch.setattr(deletions, "LOOK_AGAIN_S", (0.3,))
     faults = [StudyError("the disk hung"), TypeError("a fault of any kind ended the deletion silently")]
+    really = withdraw_data
 
-    def failing(folder: Path, pid: str, episodes: set[str]) -> int:
+    def failing(store: Store, recordings: Mapping[str, int]) -> int:
         if faults:
             raise faults.pop()
-        return remove_recordings(folder, pid, episodes)
+        return really(store, recordings)
 
-    monkeypatch.setattr(departures, "remove_recordings", failing)
+    monkeypatch.setattr(deletions, "withdraw_data", failing)
     with served(tmp_path) as study:
         study.visitor().go_to("questionnaire").stop(False)
-        wait_until(lambda: not names_in(tmp_path / "recordings"), "nothing is left")
-        assert study.alerts().count("deletion") == 1
+        wait_until(lambda: not study.running.databases.store.rows(answers), "nothing is left")
+        assert study.alerts().count("deletion") == 1 and not names_in(tmp_path / "recordings")
 
 
 def test_notes_on_somebody_go_with_their_data_also_where_they_are_shown(solo: Served) -> None:
@@ -98,3 +103,48 @@ def test_notes_on_somebody_go_with_their_data_also_where_they_are_shown(solo: Se
     texts = [note["text"] for note in solo.state()["notes"]]
     assert "It rained." in texts and "Felt sick." not in texts
     assert "Felt sick." not in str(solo.running.databases.store.rows(notes))
+
+
+def test_who_leaves_before_the_game_costs_no_look_at_the_recordings(
+    solo: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Anybody with the link can do that a thousand times a minute."""
+    looks = count_calls(monkeypatch, RecordingService, "compute")
+    scrubs = count_calls(monkeypatch, Database, "scrub")
+    visitors = [solo.visitor() for _ in range(8)]
+    for visitor in visitors:
+        visitor.agree()
+        visitor.answer_all()
+        visitor.stop(False)
+    left = {visitor.pid for visitor in visitors}
+    store = solo.running.databases.store
+    wait_until(lambda: not left & {row["pid"] for row in store.rows(answers)}, "the deletion")
+    assert not looks and scrubs.count(store.database) <= 1
+
+
+def test_the_database_overwrites_what_was_deleted_once_a_minute_and_at_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scrubs = count_calls(monkeypatch, Database, "scrub")
+    with served(tmp_path) as study:
+        store = study.running.databases.store
+        for _ in range(3):
+            visitor = study.visitor()
+            visitor.agree()
+            visitor.answer_all()
+            visitor.stop(False)
+            wait_until(lambda: not store.rows(answers), "the deletion")
+        assert scrubs.count(store.database) <= 1
+    assert scrubs.count(store.database) == 2, "what was deleted since, at the latest now"
+
+
+def count_calls(monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> list[object]:
+    calls: list[object] = []
+    really = getattr(owner, name)
+
+    def counted(self: object, *args: object, **kwargs: object) -> object:
+        calls.append(self)
+        return really(self, *args, **kwargs)
+
+    monkeypatch.setattr(owner, name, counted)
+    return calls
