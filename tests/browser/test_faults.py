@@ -1,10 +1,11 @@
 """What people see when the network or the server fails, and that they get their game back."""
 
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, WebSocketRoute, expect
+from playwright.sync_api import Browser, Page, ViewportSize, WebSocketRoute, expect
 
 from tests.browser.pages import complaining_page, violations
 from tests.browser.support import (
@@ -20,6 +21,7 @@ from tests.browser.support import (
 )
 
 OpenPage = Callable[..., Page]
+NARROW: ViewportSize = {"width": 375, "height": 553}
 
 
 @pytest.mark.slow
@@ -127,3 +129,42 @@ def test_a_refused_practice_is_said_beside_its_button_and_what_was_said_before_i
             page.locator(button).click()
             expect(page.locator(box)).to_be_in_viewport(ratio=1)
             expect(page.locator(".notice-bad:visible")).to_have_count(1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", ["de-DE", "en-GB"])
+def test_while_a_server_lets_its_rounds_end_who_is_ready_reads_why_nothing_begins(
+    browser: Browser, tmp_path: Path, pictures: Path, language: str
+) -> None:
+    why = {"de-DE": "Der Server startet gleich neu", "en-GB": "The server restarts in a moment"}[language]
+    server = Server(f"http://127.0.0.1:{free_port()}", tmp_path / "data", tmp_path / "server.log")
+    process = start_process(server)
+    try:
+        playing, lobby = server.make_room("Simple", red="idle", limit_ticks=900), server.make_room("Simple", red="idle")
+        result = server.make_room("Simple", red="idle", maps=("Simple", "HandOff"), limit_ticks=15)
+        pages = []
+        for room in (playing, lobby, result):
+            page = browser.new_context(base_url=server.url, viewport=NARROW, locale=language).new_page()
+            page.context.add_init_script(seat_tokens_script(room))
+            page.goto(room["join_path"])
+            pages.append(page)
+        for page in (pages[0], pages[2]):
+            page.locator("#ready .button-primary").click()
+        wait_for(pages[0], "game.phase === 'playing'")
+        wait_for(pages[2], "game.phase === 'round_over'")
+        process.send_signal(signal.SIGUSR1)
+        pages[1].locator("#ready .button-primary").click()
+        expect(pages[1].locator("#ready")).to_contain_text(why)
+        pages[2].locator(".result-ways button").first.click()
+        expect(pages[2].locator(".result-company")).to_contain_text(why)
+        expect(pages[2].locator(".result-company")).to_be_in_viewport()
+        assert pages[2].get_by_role("heading", level=1).is_visible(), "the result stays"
+        for name, page in zip(("lobby", "result"), pages[1:], strict=True):
+            for width, height in ((375, 553), (568, 320)):
+                page.set_viewport_size({"width": width, "height": height})
+                page.screenshot(path=pictures / f"restart_soon-{name}-{language}-{width}.png")
+        for page in pages:
+            page.context.close()
+    finally:
+        process.kill()
+        process.wait(timeout=20)

@@ -66,10 +66,22 @@ function isPerson({ kind }) {
 }
 
 /**
- * Which of the other people are here and ready before or after a round: "Partner: ready".
- * @param {Pick<import("../messages.js").RoomState, "phase" | "seats"> | null} room @param {readonly number[]} own
+ * Why no further round begins, although everybody may be ready; empty where one does.
+ * @param {Partial<import("../messages.js").RoomState> | null} room
+ */
+export function heldText(room) {
+  return room?.reason_code === "restart_soon" ? say("reason.restart_soon") : "";
+}
+
+/**
+ * Which of the other people are here and ready before or after a round: "Partner: ready"; or why they wait in vain.
+ * @param {Pick<import("../messages.js").RoomState, "phase" | "seats"> &
+ *   Partial<import("../messages.js").RoomState> | null} room
+ * @param {readonly number[]} own
  */
 export function companyText(room, own) {
+  const held = heldText(room);
+  if (held) return held;
   const phase = room?.phase ?? "lobby";
   return (room?.seats ?? [])
     .filter((seat, index) => !own.includes(index) && isPerson(seat) && waitingWords(seat, phase) !== "")

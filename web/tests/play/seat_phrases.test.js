@@ -5,6 +5,7 @@ import { contrast, readable } from "../../core/colours.js";
 import { outline, radiusOf } from "../../shapes.js";
 import {
   companyText,
+  heldText,
   connectionWords,
   lostText,
   pauseLimitText,
@@ -105,6 +106,17 @@ test("of the other people is said whether they are here and ready, of computer p
   assert.equal(room({ kind: "agent", name: "scripted", ready: true }), "");
   assert.equal(companyText({ phase: "lobby", seats: [seat(), seat()] }, [0, 1]), "", "both at this screen");
   assert.equal(companyText({ phase: "series_over", seats: [seat(), seat()] }, [0]), "", "reads the result");
+});
+
+test("of a server that restarts is said that nothing begins, whoever is ready", () => {
+  const room = {
+    phase: /** @type {const} */ ("round_over"),
+    reason_code: /** @type {const} */ ("restart_soon"),
+    seats: /** @type {[any, any]} */ ([seat(), seat({ ready: true })]),
+  };
+  const told = "The server restarts in a moment; the next round begins after that.";
+  assert.deepEqual([heldText(room), companyText(room, [0])], [told, told]);
+  assert.deepEqual([heldText({ ...room, reason_code: "left" }), heldText(null)], ["", ""]);
 });
 
 test("who is not ready yet, in a sentence or as a name, or will not be", () => {
