@@ -216,6 +216,24 @@ test("who paused alone is told that it was they, everybody else who it was", () 
   assert.equal(reasonText(room(["blue"])), "Blue paused the game.", "whoever watches");
 });
 
+test("whose line was down is told so, and the partner who did not come back", () => {
+  const told = (/** @type {"not_back" | "unsteady"} */ code, /** @type {number[]} */ own, players = ["blue"]) =>
+    reasonText(
+      {
+        reason: "",
+        reason_code: code,
+        reason_values: { players },
+        seats: /** @type {[any, any]} */ ([seat(), seat({ colour: "red" })]),
+      },
+      own,
+    );
+  assert.equal(told("not_back", [0]), "You were away for too long.");
+  assert.equal(told("not_back", [1]), "Blue did not come back.");
+  assert.equal(told("not_back", [0], ["blue", "red"]), "Blue and Red did not come back.");
+  assert.equal(told("unsteady", [0]), "You lost the connection too often.");
+  assert.equal(told("unsteady", [1]), "Blue lost the connection too often.");
+});
+
 test("a lost connection: nothing at first, then why, where the server said so", () => {
   const why = "Too many people are already watching.";
   assert.equal(lostText("reconnecting", 100, why), "");
