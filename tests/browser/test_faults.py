@@ -55,6 +55,41 @@ def test_a_line_that_goes_dumb_stops_the_picture_with_a_sign_and_catches_up(
 
 
 @pytest.mark.slow
+def test_without_a_line_a_phone_offers_no_controls_and_has_them_again_afterwards(
+    server: Server, open_page: OpenPage, pictures: Path
+) -> None:
+    room = server.practice()
+    page = open_page("/healthz", viewport=NARROW, has_touch=True, is_mobile=True, locale="de-DE")
+    page.context.add_init_script(seat_tokens_script(room))
+    lines: list[WebSocketRoute] = []
+    is_down = False
+
+    def between(line: WebSocketRoute) -> None:
+        lines.append(line)
+        if is_down:
+            line.close(code=1012)
+        else:
+            line.connect_to_server()
+
+    page.route_web_socket("**/ws/*", between)
+    page.goto(room["join_path"])
+    page.locator("#ready .button-primary").tap()
+    wait_for(page, "game.phase === 'playing'")
+    expect(page.locator("#touch-grab")).to_be_visible()
+    is_down = True
+    lines[-1].close(code=1012)
+    expect(page.locator("#overlay")).to_contain_text("Verbindung verloren. Neuer Versuch …")
+    expect(page.locator("#touch")).to_be_hidden()
+    expect(page.locator("#stop")).to_be_disabled()
+    page.screenshot(path=pictures / "lost-de-375.png")
+    page.set_viewport_size({"width": 568, "height": 320})
+    page.screenshot(path=pictures / "lost-de-568.png")
+    is_down = False
+    expect(page.locator("#touch-grab")).to_be_visible()
+    expect(page.locator("#stop")).to_be_enabled()
+
+
+@pytest.mark.slow
 def test_after_a_kill_and_a_restart_both_are_back_in_their_seats(browser: Browser, tmp_path: Path) -> None:
     server = Server(f"http://127.0.0.1:{free_port()}", tmp_path / "data", tmp_path / "server.log")
     process = start_process(server)
