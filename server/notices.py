@@ -46,11 +46,13 @@ AlertCode = Literal[
     "other_device", "server", "unvaried", "clock",
 ]  # fmt: skip
 
+NoticeCode = ErrorCode | ReasonCode | RefusalCode | UnrecordedCode | Literal[""]
+
 
 class Notice(msgspec.Struct, frozen=True):
     """One sentence to people. In `values`, `players` is a list of names, or of colours where nobody has a name."""
 
-    code: ErrorCode | ReasonCode | RefusalCode | UnrecordedCode | Literal[""] = ""
+    code: NoticeCode = ""
     message: str = ""  # in English
     values: dict[str, Any] = {}
 

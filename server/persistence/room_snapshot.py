@@ -36,6 +36,8 @@ def room_file(room: Room, saved: float) -> RoomFile:
         seats=[_seat_file(seat) for seat in room.seats],
         phase=room.phase,
         reason=room.notice.message,
+        reason_code=room.notice.code,
+        reason_values=room.notice.values,
         index=room.series.index,
         epoch=room.series.epoch,
         episode=room.round.episode_id if in_round else "",
@@ -69,7 +71,7 @@ def room_again(file: RoomFile, interrupted: InterruptedRound | None, services: S
         epoch=file.epoch,
         results=tuple(file.results),
         phase="lobby" if broken_off else file.phase,
-        notice=RESTARTED if broken_off else Notice(message=file.reason),
+        notice=RESTARTED if broken_off else Notice(file.reason_code, file.reason, file.reason_values),
         joined=file.joined,
     )
     try:

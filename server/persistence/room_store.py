@@ -12,10 +12,12 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from threading import Lock
+from typing import Any
 
 import msgspec
 
 from movingout.server import messages as m
+from movingout.server.notices import NoticeCode
 from movingout.server.rooms.services import RoomConfig
 
 log = logging.getLogger(__name__)
@@ -55,6 +57,8 @@ class RoomFile(msgspec.Struct, forbid_unknown_fields=True):
     results: list[m.Result]
     next_episode: str = ""  # of the round that has not begun
     joined: bool = True  # whether anybody ever came
+    reason_code: NoticeCode = ""  # of `reason`, which is in English; none in files of before
+    reason_values: dict[str, Any] = {}
 
 
 class RoomStore:

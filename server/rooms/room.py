@@ -50,8 +50,7 @@ class Room:
         self._held_next = NOTHING  # why no further round begins
         self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id, not config.study)
         self._services = services
-        self._due = now  # of the newest tick
-        self._announced = self._empty_since = self._over_since = self.unchanged_since = now
+        self._due = self._announced = self._empty_since = self._over_since = self.unchanged_since = now
         self.series = RoundSeries(config, seats, services, progress, room_id)
         self.round = self.series.prepare()
 
@@ -333,7 +332,7 @@ class Room:
         """Let no further round begin; one that has begun goes on."""
         self._held_next = notice
         if notice and not self.held and self.phase != "closed" and self.phase not in IN_ROUND:
-            self.held = self.notice = notice
+            self.held = notice
             self.seating.tell(self.state())
 
     def release(self, now: float) -> None:
@@ -381,10 +380,11 @@ class Room:
     # ---- what clients see -----------------------------------------------------------------------------------
 
     def state(self) -> m.RoomState:
+        notice = notices.told(self.phase, self.notice, self._held_next, self.seats)
         return m.RoomState(
             phase=self.phase, until_ms=self.until * 1e3, seats=[seat.view() for seat in self.seats],
-            spectators=self.seating.spectators, recording=self.recording, reason_code=self.notice.code,
-            reason=notices.reason(self.notice, bool(self.config.study)), reason_values=self.notice.values,
+            spectators=self.seating.spectators, recording=self.recording, reason_code=notice.code,
+            reason=notices.reason(notice, bool(self.config.study)), reason_values=notice.values,
         )  # fmt: skip
 
     @property

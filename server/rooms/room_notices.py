@@ -5,6 +5,7 @@ import logging
 from collections.abc import Sequence
 
 from movingout.recordings import RecordingError
+from movingout.server.messages import Phase
 from movingout.server.notices import NOTHING, Notice, ReasonCode
 from movingout.server.rooms.seat import Seat
 from movingout.world.constants import TICK_SECONDS
@@ -35,6 +36,13 @@ def agent_notice(seats: Sequence[Seat], with_cautions: bool) -> Notice:
         log.warning("%s", message)
         return Notice("agent_failed", message, {"players": _names(failed)})
     return Notice("agent_unseen", message, {"players": _names(unseen)}) if unseen else NOTHING
+
+
+def told(phase: Phase, notice: Notice, held_next: Notice, seats: Sequence[Seat]) -> Notice:
+    """Why the room is in its phase, or why no further round begins, where one would follow or is asked for."""
+    follows = phase in ("lobby", "round_over")
+    asked = phase == "series_over" and any(seat.wants_again for seat in seats)
+    return held_next if held_next and (follows or asked) else notice
 
 
 def reason(notice: Notice, study: bool) -> str:

@@ -134,7 +134,11 @@ class StudyMonitor:
                 self._running.alerts.add("away", f"{session.pid} has been away for two minutes.", pid=session.pid)
 
     def _notice_slow_partner(self, unit: StudyUnit, now: float) -> None:
-        if unit.ready and now - unit.ready_at > SLOW_PARTNER_S and not unit.problem:
+        """Alert once while somebody waits for a partner who is there but not ready; of who is away tell others."""
+        if not unit.ready or unit.slow_told or unit.problem or not all(one.present(now) for one in unit.members):
+            return
+        if now - max(unit.ready_at, *(one.present_since for one in unit.members)) > SLOW_PARTNER_S:
+            unit.slow_told = True
             pid = ", ".join(sorted(unit.ready))
             self._running.alerts.add("slow", f"{pid} is waiting: the partner is there but not ready.", pid=pid)
 

@@ -53,6 +53,7 @@ class StudyUnit:
     size: int  # how many began, also those who were removed from the data since
     ready: set[str] = field(default_factory=set)  # pids of those who want the round of their step to begin
     ready_at: float = 0.0  # when the first of them was, in seconds of the monotonic clock
+    slow_told: bool = False  # whether the experimenter knows that they wait for a partner who is here
     running_round: RunningRound | None = None
     finished_round: FinishedRound | None = None
     paused: bool = False
@@ -96,7 +97,8 @@ class StudyUnit:
 
     def set_ready(self, session: ParticipantSession, now: float) -> None:
         """The participant wants the round of their step to begin."""
-        self.ready_at = self.ready_at if self.ready else now
+        if not self.ready:
+            self.ready_at, self.slow_told = now, False
         self.ready.add(session.pid)
 
     def all_ready(self, step: Step) -> bool:

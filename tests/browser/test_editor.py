@@ -349,3 +349,25 @@ def test_the_lobby_leads_to_the_editor_and_back(open_page: OpenPage) -> None:
     ready(page)
     page.get_by_role("link", name="All maps").click()
     expect(page.locator("#play")).to_be_enabled()
+
+
+@pytest.mark.slow
+def test_two_tabs_go_on_with_what_was_drawn_in_the_other(open_page: OpenPage, pictures: Path) -> None:
+    first = open_page("/editor", viewport=SMALL_PHONE, locale="de-DE")
+    second = first.context.new_page()
+    second.goto("/editor")
+    for page in (first, second):
+        page.wait_for_function("() => window.__editor?.checks().known")
+    first.locator("#title").focus()
+    second.locator("#title").fill("Zwei")
+    second.evaluate("window.__editor.drawing.change({...window.__editor.drawing.map, goals: []})")
+    expect(first.locator("#title")).to_have_value("Zwei")
+    expect(first.locator("#message")).to_contain_text("in einem anderen Tab")
+    first.locator("#message").scroll_into_view_if_needed()
+    first.screenshot(path=pictures / "editor-another-tab-de.png")
+    first.locator("#title").press_sequentially("!")
+    expect(second.locator("#title")).to_have_value("Zwei!")
+    assert drawn(first) == drawn(second) and drawn(first)["goals"] == []
+    first.locator("#undo").click()
+    first.locator("#undo").click()
+    assert drawn(first)["title"] != "Zwei" and drawn(first)["goals"] != []

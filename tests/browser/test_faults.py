@@ -1,10 +1,11 @@
 """What people see when the network or the server fails, and that they get their game back."""
 
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, WebSocketRoute, expect
+from playwright.sync_api import Browser, Page, ViewportSize, WebSocketRoute, expect
 
 from tests.browser.pages import complaining_page, violations
 from tests.browser.support import (
@@ -20,6 +21,7 @@ from tests.browser.support import (
 )
 
 OpenPage = Callable[..., Page]
+NARROW: ViewportSize = {"width": 375, "height": 553}
 
 
 @pytest.mark.slow
@@ -50,6 +52,41 @@ def test_a_line_that_goes_dumb_stops_the_picture_with_a_sign_and_catches_up(
     wait_for(page, f"!game.stalled && game.entities().robots[0].y > {stood + 0.05}")
     expect(page.locator("#stalled")).to_be_hidden()
     page.keyboard.up("KeyW")
+
+
+@pytest.mark.slow
+def test_without_a_line_a_phone_offers_no_controls_and_has_them_again_afterwards(
+    server: Server, open_page: OpenPage, pictures: Path
+) -> None:
+    room = server.practice()
+    page = open_page("/healthz", viewport=NARROW, has_touch=True, is_mobile=True, locale="de-DE")
+    page.context.add_init_script(seat_tokens_script(room))
+    lines: list[WebSocketRoute] = []
+    is_down = False
+
+    def between(line: WebSocketRoute) -> None:
+        lines.append(line)
+        if is_down:
+            line.close(code=1012)
+        else:
+            line.connect_to_server()
+
+    page.route_web_socket("**/ws/*", between)
+    page.goto(room["join_path"])
+    page.locator("#ready .button-primary").tap()
+    wait_for(page, "game.phase === 'playing'")
+    expect(page.locator("#touch-grab")).to_be_visible()
+    is_down = True
+    lines[-1].close(code=1012)
+    expect(page.locator("#overlay")).to_contain_text("Verbindung verloren. Neuer Versuch …")
+    expect(page.locator("#touch")).to_be_hidden()
+    expect(page.locator("#stop")).to_be_disabled()
+    page.screenshot(path=pictures / "lost-de-375.png")
+    page.set_viewport_size({"width": 568, "height": 320})
+    page.screenshot(path=pictures / "lost-de-568.png")
+    is_down = False
+    expect(page.locator("#touch-grab")).to_be_visible()
+    expect(page.locator("#stop")).to_be_enabled()
 
 
 @pytest.mark.slow
@@ -127,3 +164,42 @@ def test_a_refused_practice_is_said_beside_its_button_and_what_was_said_before_i
             page.locator(button).click()
             expect(page.locator(box)).to_be_in_viewport(ratio=1)
             expect(page.locator(".notice-bad:visible")).to_have_count(1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", ["de-DE", "en-GB"])
+def test_while_a_server_lets_its_rounds_end_who_is_ready_reads_why_nothing_begins(
+    browser: Browser, tmp_path: Path, pictures: Path, language: str
+) -> None:
+    why = {"de-DE": "Der Server startet gleich neu", "en-GB": "The server restarts in a moment"}[language]
+    server = Server(f"http://127.0.0.1:{free_port()}", tmp_path / "data", tmp_path / "server.log")
+    process = start_process(server)
+    try:
+        playing, lobby = server.make_room("Simple", red="idle", limit_ticks=900), server.make_room("Simple", red="idle")
+        result = server.make_room("Simple", red="idle", maps=("Simple", "HandOff"), limit_ticks=15)
+        pages = []
+        for room in (playing, lobby, result):
+            page = browser.new_context(base_url=server.url, viewport=NARROW, locale=language).new_page()
+            page.context.add_init_script(seat_tokens_script(room))
+            page.goto(room["join_path"])
+            pages.append(page)
+        for page in (pages[0], pages[2]):
+            page.locator("#ready .button-primary").click()
+        wait_for(pages[0], "game.phase === 'playing'")
+        wait_for(pages[2], "game.phase === 'round_over'")
+        process.send_signal(signal.SIGUSR1)
+        pages[1].locator("#ready .button-primary").click()
+        expect(pages[1].locator("#ready")).to_contain_text(why)
+        pages[2].locator(".result-ways button").first.click()
+        expect(pages[2].locator(".result-company")).to_contain_text(why)
+        expect(pages[2].locator(".result-company")).to_be_in_viewport()
+        assert pages[2].get_by_role("heading", level=1).is_visible(), "the result stays"
+        for name, page in zip(("lobby", "result"), pages[1:], strict=True):
+            for width, height in ((375, 553), (568, 320)):
+                page.set_viewport_size({"width": width, "height": height})
+                page.screenshot(path=pictures / f"restart_soon-{name}-{language}-{width}.png")
+        for page in pages:
+            page.context.close()
+    finally:
+        process.kill()
+        process.wait(timeout=20)

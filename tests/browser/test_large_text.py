@@ -15,6 +15,7 @@ from tests.browser.support import Server, wait_for
 from tests.recordings.support import record
 
 OpenPage = Callable[..., Page]
+CUT = "all => all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent)"
 
 TWICE = """() => {
   const all = [...document.querySelectorAll("body, body *")];
@@ -100,6 +101,19 @@ def test_where_controls_are_tried_the_name_of_the_device_covers_no_word(open_pag
     assert boxes[0] and boxes[1] and boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"]
 
 
+@pytest.mark.parametrize("has_touch", [True, False])
+def test_in_low_windows_letters_of_the_usual_size_leave_the_words_of_the_score_whole(
+    server: Server, open_page: OpenPage, has_touch: bool
+) -> None:
+    room = server.practice()
+    page = open_page(f"/play/{room['room']}?lang=de", room, has_touch=has_touch, is_mobile=has_touch)
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    for width, height in ((568, 320), (553, 375), (500, 300), (480, 320), (640, 450), (720, 520)):
+        page.set_viewport_size({"width": width, "height": height})
+        expect(page.locator("#done")).to_have_text("0 / 3")
+        assert page.locator(".meter .label").evaluate_all(CUT) == [], (width, height)
+
+
 def test_in_a_round_figures_and_buttons_stay_in_their_places(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(f"/play/{room['room']}?lang=de", room, **PHONE)
@@ -108,8 +122,7 @@ def test_in_a_round_figures_and_buttons_stay_in_their_places(server: Server, ope
     wait_for(page, "game.phase === 'playing'")
     for width in (360, 375, 390):  # letters of the usual size: every word is whole
         page.set_viewport_size({"width": width, "height": 640})
-        cut = "all => all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent)"
-        assert page.locator(".meter .label").evaluate_all(cut) == [], width
+        assert page.locator(".meter .label").evaluate_all(CUT) == [], width
     page.set_viewport_size(PHONE["viewport"])
     assert faults(page) == []
     for part in ("#time", "#done", "#touch-grab", "#touch-backward"):

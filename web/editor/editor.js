@@ -37,6 +37,7 @@ const settings = { tool: "select", shape: "star", size: "small", snap: true };
 let trial = null;
 /** @type {GameMap | null} */
 let checked = null; // the map that was last sent to be checked
+let adopting = false; // the map that comes now is kept already
 /** @type {GameMap[]} */
 let starts = [];
 
@@ -72,11 +73,27 @@ function changed(map) {
   endTrial();
   message.replaceChildren();
   setButtons();
+  if (!adopting) keep(map);
+}
+
+/** @param {GameMap} map */
+function keep(map) {
   try {
     localStorage.setItem(MEMORY, JSON.stringify(map));
   } catch {
     // nothing to keep it in
   }
+}
+
+/** Goes on with what another tab has drawn, which keeps it: the next change here would overwrite it. */
+function adopt() {
+  adopting = true;
+  const adopted = drawing.adopt(remembered());
+  adopting = false;
+  if (!adopted) return;
+  titleField.value = drawing.map.title; // also of a field that has the keyboard
+  aboutField.value = drawing.map.description;
+  message.replaceChildren(notice("", say("editor.adopted")));
 }
 
 function setButtons() {
@@ -264,6 +281,8 @@ function listen() {
     settings.snap = snap.checked;
     draw();
   });
+  window.addEventListener("storage", ({ key }) => key === MEMORY && adopt());
+  window.addEventListener("pageshow", ({ persisted }) => persisted && adopt());
   listenForFiles();
   listenForItem();
   new ResizeObserver(draw).observe(arena);

@@ -37,6 +37,18 @@ export class Drawing {
     this.#set(map);
   }
 
+  /**
+   * The map as it was drawn in another tab, be it in many steps, is one step here.
+   * @param {GameMap | null} map
+   * @returns {boolean} whether it was taken: not where it is the same, or where a part is being dragged here
+   */
+  adopt(map) {
+    if (map === null || this.before !== null || JSON.stringify(map) === JSON.stringify(this.map)) return false;
+    this.selected = null;
+    this.change(map, "another tab");
+    return true;
+  }
+
   /** A change that goes on, as while dragging; `settle` makes it one step. @param {GameMap} map */
   preview(map) {
     this.before ??= this.map;

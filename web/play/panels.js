@@ -7,7 +7,7 @@ import { grabName } from "./hud.js";
 import { invitation } from "./invitation.js";
 import { say } from "../text/catalogue.js";
 import { colourName, colourWord, mapDescription } from "../text/names.js";
-import { isOver, pauseLimitText, reasonText, waitingForText } from "./seat_phrases.js";
+import { heldText, isOver, pauseLimitText, reasonText, waitingForText } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../input/seats.js").SeatCard} SeatCard */
@@ -123,6 +123,7 @@ export class Panels {
       ? JSON.stringify([
           room.phase,
           game.result === null,
+          heldText(room),
           room.seats.map((seat) => [seat.name, seat.open, seat.present, seat.ready]),
           own,
           cards,
@@ -156,15 +157,17 @@ export class Panels {
     const waiting = seats
       .filter((seat, index) => !seat.ready && !game.own.includes(index))
       .map((seat) => el("p", { class: "muted small" }, waitingForText(seat, game.own.length === 0, phase)));
-    if (game.own.length === 0) return [el("h2", {}, say("play.ready.soon")), ...waiting];
-    if (!this.actions.asksReady) return [el("h2", {}, say("study.play.starts")), ...waiting];
+    const held = heldText(game.room);
+    const why = held ? el("p", { class: "small", role: "status" }, held) : "";
+    if (game.own.length === 0) return [el("h2", {}, say("play.ready.soon")), why, ...waiting];
+    if (!this.actions.asksReady) return [el("h2", {}, say("study.play.starts")), why, ...waiting];
     const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards));
     const mineReady = game.own.every((seat) => seats[seat]?.ready);
     const hint = game.round ? el("p", { class: "small" }, mapDescription(game.round.map)) : "";
     // Between rounds there is no other button to leave by, and the partner may never come back.
     const leave = isOver(phase) ? el("a", { class: "button", href: "/" }, say("play.over.lobby")) : "";
     const others = mineReady ? [...waiting, leave] : this.#whoWaits(game, seats);
-    return [el("h2", {}, say("play.ready.title")), hint, ...rows, ...others];
+    return [el("h2", {}, say("play.ready.title")), why || hint, ...rows, ...others];
   }
 
   /**

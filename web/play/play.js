@@ -249,29 +249,23 @@ class Play {
   #writeWords(scene, nowMs) {
     this.#hudAtMs = nowMs;
     const cards = this.#seats.cards();
+    const lost = lostText(this.#status, nowMs - this.#statusSinceMs, this.#lossText);
     this.#hud.update(this.#game, scene, this.#status, nowMs);
     this.#hud.showControls(cards, this.#mapping, {
       change: () => this.#openSettings(),
       swap: studyMark === null ? () => this.#seats.swap() : null,
       pings: this.#pings.possible,
     });
-    this.#panels.update(
-      this.#game,
-      nowMs,
-      {
-        busy: this.#after.showsResult,
-        lost: lostText(this.#status, nowMs - this.#statusSinceMs, this.#lossText),
-        deaf: this.#isDeaf(nowMs),
-        hint: this.#lostPads.hint(this.#game.own),
-      },
-      cards,
-      this.#mapping,
-    );
+    const news = { busy: this.#after.showsResult, lost, deaf: this.#isDeaf(nowMs) };
+    const hint = this.#lostPads.hint(this.#game.own);
+    this.#panels.update(this.#game, nowMs, { ...news, hint }, cards, this.#mapping);
     this.#tutorial.write(this.#game, cards, this.#mapping);
     this.#decisions.write(this.#game.phase === "paused");
     const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#arenaIsGone;
     this.#root.toggleAttribute("data-touch", touch);
-    byId("touch", HTMLElement).hidden = !touch || !["countdown", "playing"].includes(this.#game.phase);
+    const { phase } = this.#game;
+    byId("touch", HTMLElement).hidden = !touch || lost !== "" || !["countdown", "playing"].includes(phase);
+    byId("stop", HTMLButtonElement).disabled = mode === "play" && lost !== "" && phase === "playing";
   }
 
   /** Reacts to a change of phase. @param {number} nowMs */

@@ -13,6 +13,8 @@ import { agentName, recordedPlayer, shapeObject } from "../text/names.js";
 
 const PATIENCE_MS = 1000; // a shorter interruption is not mentioned
 const LONG_S = 90; // more than that is told in minutes
+/** What is said in another way to whom it is about. @type {Record<string, string>} */
+const BY_YOU = { paused: "play.pausedByYou", not_back: "play.awayTooLong", unsteady: "play.lostTooOften" };
 
 /**
  * What to call a seat.
@@ -67,10 +69,22 @@ function isPerson({ kind }) {
 }
 
 /**
- * Which of the other people are here and ready before or after a round: "Partner: ready".
- * @param {Pick<import("../messages.js").RoomState, "phase" | "seats"> | null} room @param {readonly number[]} own
+ * Why no further round begins, although everybody may be ready; empty where one does.
+ * @param {Partial<import("../messages.js").RoomState> | null} room
+ */
+export function heldText(room) {
+  return room?.reason_code === "restart_soon" ? say("reason.restart_soon") : "";
+}
+
+/**
+ * Which of the other people are here and ready before or after a round: "Partner: ready"; or why they wait in vain.
+ * @param {Pick<import("../messages.js").RoomState, "phase" | "seats"> &
+ *   Partial<import("../messages.js").RoomState> | null} room
+ * @param {readonly number[]} own
  */
 export function companyText(room, own) {
+  const held = heldText(room);
+  if (held) return held;
   const phase = room?.phase ?? "lobby";
   return (room?.seats ?? [])
     .filter((seat, index) => !own.includes(index) && isPerson(seat) && waitingWords(seat, phase) !== "")
@@ -130,15 +144,15 @@ export function connectionWords(status, stalled, rttMs) {
  * Why the game waits or is over.
  * @param {Pick<import("../messages.js").RoomState, "reason" | "reason_code" | "reason_values"> &
  *   Partial<Pick<import("../messages.js").RoomState, "seats">> | null} room
- * @param {readonly number[]} own seats of this page: its only player is told that it was they who paused
+ * @param {readonly number[]} own seats of this page: its only player is told that it was they
  */
 export function reasonText(room, own = []) {
   if (room === null) return "";
   const { reason, reason_code: code, reason_values: values } = room;
   const mine = own.length === 1 ? room.seats?.[own[0]] : undefined;
   const players = Array.isArray(values.players) ? values.players : [];
-  if (mine && code === "paused" && players.length === 1 && players[0] === (mine.name || mine.colour))
-    return say("play.pausedByYou");
+  if (mine && code in BY_YOU && players.length === 1 && players[0] === (mine.name || mine.colour))
+    return say(BY_YOU[code]);
   return has(`reason.${code}`) ? say(`reason.${code}`, withNames(values)) : reason;
 }
 

@@ -10,7 +10,7 @@ import { say, sayError } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
 import { countRound } from "./best_rounds.js";
 import { goOn, sameSeats } from "./next_game.js";
-import { companyText, isOver, reasonText, seatName } from "./seat_phrases.js";
+import { companyText, heldText, isOver, reasonText, seatName } from "./seat_phrases.js";
 import { shareButtons } from "./share_round.js";
 import { isDrawnIn, keepPlayed, seedOf } from "../wire/played_map.js";
 
@@ -109,11 +109,12 @@ export class Series {
     const start = { text: say("play.over.lobby"), href: "/" };
     const seats = sameSeats(game.room?.seats ?? [], game.own);
     const over = game.phase === "series_over";
-    const again = { text: say("play.result.again"), onclick: () => this.#again() };
+    const again = { text: say("play.result.again"), onclick: () => this.#playOn(game, this.actions.again) };
     const anew = { text: say("play.result.again"), onclick: () => void this.#goOn(game, "same") };
     const next = { text: say("play.result.next"), onclick: () => void this.#goOn(game, "next") };
     if (game.own.length === 0) return [start];
-    if (!over) return [{ text: say("play.result.next"), onclick: () => this.#next() }, again, start];
+    if (!over)
+      return [{ text: say("play.result.next"), onclick: () => this.#playOn(game, this.actions.next) }, again, start];
     if (game.round?.practice) return [start, again];
     const repeat = COMPLETE.includes(outcome) ? again : seats ? anew : null;
     const other = { text: say("play.result.partner"), ...toChoose(game.round) };
@@ -164,14 +165,13 @@ export class Series {
     this.#arena.hidden = false;
   }
 
-  #next() {
-    this.#hideResult();
-    this.actions.next();
-  }
-
-  #again() {
-    this.#hideResult();
-    this.actions.again();
+  /**
+   * A further round in this room; where none can begin yet, the result stays until it does.
+   * @param {Game} game @param {() => void} action
+   */
+  #playOn(game, action) {
+    if (!heldText(game.room)) this.#hideResult();
+    action();
   }
 
   /**

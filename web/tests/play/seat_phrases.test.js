@@ -5,6 +5,7 @@ import { contrast, readable } from "../../core/colours.js";
 import { outline, radiusOf } from "../../shapes.js";
 import {
   companyText,
+  heldText,
   connectionWords,
   lostText,
   pauseLimitText,
@@ -107,6 +108,17 @@ test("of the other people is said whether they are here and ready, of computer p
   assert.equal(companyText({ phase: "series_over", seats: [seat(), seat()] }, [0]), "", "reads the result");
 });
 
+test("of a server that restarts is said that nothing begins, whoever is ready", () => {
+  const room = {
+    phase: /** @type {const} */ ("round_over"),
+    reason_code: /** @type {const} */ ("restart_soon"),
+    seats: /** @type {[any, any]} */ ([seat(), seat({ ready: true })]),
+  };
+  const told = "The server restarts in a moment; the next round begins after that.";
+  assert.deepEqual([heldText(room), companyText(room, [0])], [told, told]);
+  assert.deepEqual([heldText({ ...room, reason_code: "left" }), heldText(null)], ["", ""]);
+});
+
 test("who is not ready yet, in a sentence or as a name, or will not be", () => {
   const text = (/** @type {Partial<import("../../messages.js").SeatState>} */ other, watching = false) =>
     waitingForText(seat(other), watching, "lobby");
@@ -202,6 +214,24 @@ test("who paused alone is told that it was they, everybody else who it was", () 
   assert.equal(reasonText(room(["blue"]), [1]), "Blue paused the game.");
   assert.equal(reasonText(room(["blue"]), [0, 1]), "Blue paused the game.", "two at one screen");
   assert.equal(reasonText(room(["blue"])), "Blue paused the game.", "whoever watches");
+});
+
+test("whose line was down is told so, and the partner who did not come back", () => {
+  const told = (/** @type {"not_back" | "unsteady"} */ code, /** @type {number[]} */ own, players = ["blue"]) =>
+    reasonText(
+      {
+        reason: "",
+        reason_code: code,
+        reason_values: { players },
+        seats: /** @type {[any, any]} */ ([seat(), seat({ colour: "red" })]),
+      },
+      own,
+    );
+  assert.equal(told("not_back", [0]), "You were away for too long.");
+  assert.equal(told("not_back", [1]), "Blue did not come back.");
+  assert.equal(told("not_back", [0], ["blue", "red"]), "Blue and Red did not come back.");
+  assert.equal(told("unsteady", [0]), "You lost the connection too often.");
+  assert.equal(told("unsteady", [1]), "Blue lost the connection too often.");
 });
 
 test("a lost connection: nothing at first, then why, where the server said so", () => {
