@@ -130,7 +130,7 @@ def test_a_drain_goes_on_when_the_pause_of_the_study_ends() -> None:
     table.ready(blue, red)
     table.room.release(table.now)
     table.seconds(10)
-    assert (table.phase, table.room.notice) == ("lobby", DRAIN)
+    assert (table.phase, table.room.state().reason_code) == ("lobby", DRAIN.code)
     told = blue.last(m.RoomState)
     assert isinstance(told, m.RoomState) and told.reason_code == "restart_soon"
 
@@ -145,7 +145,7 @@ def test_a_countdown_that_is_called_off_in_a_drain_does_not_begin_again() -> Non
     table.say(blue, m.Ready(0, ready=False))
     table.say(blue, m.Ready(0))
     table.seconds(10)
-    assert (table.phase, table.room.notice) == ("lobby", DRAIN)
+    assert (table.phase, table.room.state().reason_code) == ("lobby", DRAIN.code)
 
 
 def test_a_round_that_has_begun_is_played_to_its_end_in_a_drain_and_is_the_last() -> None:
@@ -159,7 +159,7 @@ def test_a_round_that_has_begun_is_played_to_its_end_in_a_drain_and_is_the_last(
     assert table.phase == "round_over"
     table.ready(blue, red)
     table.seconds(10)
-    assert (table.phase, table.room.notice) == ("round_over", DRAIN)
+    assert (table.phase, table.room.state().reason_code) == ("round_over", DRAIN.code)
 
 
 def test_a_round_that_is_held_before_its_first_tick_does_not_begin() -> None:
