@@ -44,7 +44,7 @@ def read_recorded_seat(text: str) -> RecordedSeat:
 
 
 def split_ghost(text: str) -> tuple[Path, int]:
-    """File and seat of `FILE#red`."""
+    """File and seat of `FILE#red`. Raises RecordingError."""
     file, _, colour = text.rpartition("#")
     if not file or colour not in SEAT_COLOURS:
         raise RecordingError(f"a recorded seat is written FILE#blue or FILE#red, not {text!r}")

@@ -118,9 +118,11 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         self._start(self.map)
 
     def observation_space(self, agent: str) -> spaces.Box:
+        """Raises WorldError for an agent that is none."""
         return self.observation_spaces[_known_agent(agent)]
 
     def action_space(self, agent: str) -> spaces.Box:
+        """Raises WorldError for an agent that is none."""
         return self.action_spaces[_known_agent(agent)]
 
     def reset(

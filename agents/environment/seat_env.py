@@ -104,7 +104,10 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         return observations[self._colour], self._info(infos, last=False)
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Advance by one tick. Raises ActionError for an action of a wrong shape, AgentError for the partner's."""
+        """Advance by one tick. Raises ActionError for an action of a wrong shape, AgentError for the partner's.
+
+        Raises WorldError before `reset`.
+        """
         env = self._env
         env.check_running()
         if self._partner is None:

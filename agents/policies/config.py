@@ -100,6 +100,7 @@ class PolicyConfig(Optimisation):
         return changed
 
     def check(self) -> None:
+        """Raises DataError, also for values that do not go together."""
         super().check()
         if self.event_weight > 1 and self.grasp != "hold":
             raise DataError("--event-weight needs hold levels; train with --grasp hold")
@@ -123,6 +124,7 @@ class RegressionConfig(PolicyConfig):
     )
 
     def check(self) -> None:
+        """Raises DataError, also for values that do not go together."""
         super().check()
         if LAYOUTS[self.layout].picture:
             raise DataError(f"--layout {self.layout} is for `train dp`: no other policy reads pictures")

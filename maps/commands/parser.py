@@ -1,4 +1,7 @@
-"""The parser of all commands: every `--help` has a description and an example; what is wrong is said in a sentence."""
+"""The parser of all commands: every `--help` has a description and an example; what is wrong is said in a sentence.
+
+Readers of options raise ArgumentTypeError.
+"""
 
 import argparse
 import re

@@ -150,6 +150,7 @@ class Shard:
     """The file that one driver appends to. It is locked while open, where the file system has locks."""
 
     def __init__(self, folder: Path, index: int = 0, count: int = 1) -> None:
+        """Raises MatchError where it cannot be written, or another process writes it."""
         self.path = folder / f"results-{index}-of-{count}.jsonl"
         try:
             self._file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)

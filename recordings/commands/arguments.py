@@ -1,4 +1,4 @@
-"""What the sub-commands of `movingout recordings` have in common."""
+"""What the sub-commands of `movingout recordings` have in common. Readers of options raise ArgumentTypeError."""
 
 import argparse
 import json

@@ -89,6 +89,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
+    """Raises RecordingError."""
     if args.out is not None and args.out.exists():
         raise RecordingError(f"{args.out} exists already and is not overwritten; choose another name")
     options = DiversityOptions(args.points, args.grid, args.bandwidth, args.rbf_width)

@@ -52,6 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
+    """Raises RecordingError."""
     if args.out is not None:
         check_name(args.out)
     search = search_failures(args.folder)

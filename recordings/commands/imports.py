@@ -66,7 +66,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
-    """Exit code 1 when a trajectory was refused."""
+    """Exit code 1 when a trajectory was refused. Raises RecordingError."""
     folder = args.out or args.data / "recordings"
     _make(folder)
     found, others = read_all(args.paths)

@@ -49,7 +49,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
-    """Write the list and say what is in it."""
+    """Write the list and say what is in it. Raises RecordingError."""
     if args.groups < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
         raise RecordingError("--groups is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
     check_name(args.out)

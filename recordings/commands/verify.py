@@ -26,6 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
+    """Raises RecordingError where there is nothing to verify."""
     paths = expanded(args.paths)
     if not paths and not (args.new and all(map(never_verified, args.paths))):
         raise RecordingError("no recordings to verify there; name .mcap files or a folder with some")

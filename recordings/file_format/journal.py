@@ -153,7 +153,7 @@ class Journal:
 
     @classmethod
     def create(cls, path: Path) -> "Journal":
-        """A new, empty journal; never overwrites."""
+        """A new, empty journal; never overwrites. Raises RecordingError."""
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
@@ -164,7 +164,10 @@ class Journal:
 
     @classmethod
     def reopen(cls, path: Path) -> tuple["Journal", bytes, JournalScan]:
-        """An existing journal, cut after its last whole group, with its bytes."""
+        """An existing journal, cut after its last whole group, with its bytes.
+
+        Raises RecordingError, BusyError where another process writes it.
+        """
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)
         except OSError as error:
@@ -182,7 +185,10 @@ class Journal:
         return cls(path, descriptor, found.end, found.crc), data[: found.end], found
 
     def append(self, records: bytes, tick: int, log_ns: int) -> None:
-        """Add one group: it survives the death of this process once this returns."""
+        """Add one group: it survives the death of this process once this returns.
+
+        Raises RecordingError, also for a disk that is too slow.
+        """
         crc = zlib.crc32(records, self._crc)
         commit = _commit(tick, log_ns, self._offset + len(records), crc)
         group = records + commit
@@ -203,7 +209,10 @@ class Journal:
             )
 
     def sync(self) -> None:
-        """Make what was appended survive a power failure. Takes milliseconds: call it in a thread."""
+        """Make what was appended survive a power failure. Takes milliseconds: call it in a thread.
+
+        Raises RecordingError.
+        """
         with self._closing:
             if self._descriptor < 0:
                 return
@@ -234,7 +243,10 @@ def _lock(descriptor: int, path: Path) -> None:
 
 @contextlib.contextmanager
 def owned(path: Path) -> Iterator[bytes]:
-    """The bytes of a journal that no process writes; it stays locked within the block."""
+    """The bytes of a journal that no process writes; it stays locked within the block.
+
+    Raises RecordingError, BusyError where one writes it.
+    """
     try:
         stream = open_input(path)
     except OSError as error:

@@ -68,7 +68,7 @@ def records_of(data: bytes, checked: bool = False) -> Iterator[Record]:
     """The records of a file or journal up to its data end; a journal ends where its bytes end.
 
     `checked` is for finished files whose checksum is wrong: reading ends at the first chunk or attachment whose own
-    checksum is wrong too, and messages outside of chunks are ignored.
+    checksum is wrong too, and messages outside of chunks are ignored. Raises as `metadata_in` does.
     """
     yield from _walk(data, len(MAGIC), checked, _Budget(len(data)))
 
@@ -126,7 +126,7 @@ def metadata_in(stream: BinaryIO) -> dict[str, dict[str, str]]:
 def attachment_in(stream: BinaryIO, name: str, limit: int) -> bytes | None:
     """An attachment of a finished file, found by its index; None where there is none of at most `limit` bytes.
 
-    Raises as `metadata_in` does.
+    Raises ValueError or an error of struct or mcap, as `metadata_in`.
     """
     for entry in _index(stream, _ATTACHMENT_INDEX, AttachmentIndex):
         if entry.name == name and entry.length <= limit:

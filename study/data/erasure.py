@@ -47,7 +47,8 @@ class DueForErasure:
 def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
     """Delete a participant, named by pseudonym, completion code or the id that a platform knows them by.
 
-    If this is interrupted, run it again, at best with the pseudonym: the row in the store is deleted last.
+    If this is interrupted, run it again, at best with the pseudonym: the row in the store is deleted last. Raises
+    StudyError.
     """
     return _erase(folder, store, _named(folder, store, name))
 
@@ -119,7 +120,10 @@ def _expired(one: Participant, keep: str, now: int) -> bool:
 
 
 def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
-    """Delete the recordings of these rounds, and all others that name the participant (practice, unfinished games)."""
+    """Delete the recordings of these rounds, and all others that name the participant (practice, unfinished games).
+
+    Raises StudyError.
+    """
     removed: set[Path] = set()
     for _ in range(LOOKS):
         if not folder.is_dir():
@@ -133,7 +137,10 @@ def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
 
 
 def is_being_recorded(folder: Path, pid: str, episodes: set[str]) -> bool:
-    """Whether somebody may still write a recording of these rounds, or one that names the participant."""
+    """Whether somebody may still write a recording of these rounds, or one that names the participant.
+
+    Raises StudyError.
+    """
     try:
         names = [path for path in folder.iterdir() if path.name.endswith((JOURNAL_SUFFIX, PART_SUFFIX))]
     except OSError:
@@ -207,7 +214,10 @@ def _remove(folder: Path, paths: set[Path]) -> None:
 
 
 def remove_rooms(folder: StudyFolder, pid: str) -> None:
-    """Delete the saved rooms of a stopped server that name the participant, and what was answered in them."""
+    """Delete the saved rooms of a stopped server that name the participant, and what was answered in them.
+
+    Raises StudyError.
+    """
     try:
         # those of a cluster are in a folder per shard; *.tmp are left after a crash, others were not understood
         for path in [one for ending in ("json", "tmp", "not-understood") for one in folder.rooms.rglob(f"*.{ending}")]:

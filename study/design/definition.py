@@ -357,7 +357,7 @@ class Study(StudyModel):
 
 
 def known_map(name: str, info: ValidationInfo) -> str:
-    """The name, when there is such a map."""
+    """The name, when there is such a map. Raises ValueError where there is none."""
     files: MapFiles = info.context or MapFiles()
     try:
         files.load(name)
