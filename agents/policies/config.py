@@ -106,7 +106,7 @@ class PolicyConfig(Optimisation):
             raise DataError("--event-weight needs hold levels; train with --grasp hold")
         if self.pose_noise and LAYOUTS[self.layout].picture:
             raise DataError(f"--pose-noise is for layouts of numbers; leave it out with {self.layout}")
-        if self.pose_noise and LAYOUTS[self.layout].own_frame:
+        if self.pose_noise and LAYOUTS[self.layout].partner_pose is None:
             raise DataError(f"--pose-noise is for layouts with places of the arena; leave it out with {self.layout}")
 
 
