@@ -112,7 +112,7 @@ class ParticipantActions:
         if step.questionnaire:
             given = await tx.run(self._store.answers, session.pid, step.key)
             items = self._study.questionnaire(step.questionnaire).items
-            if any(item.kind != "text" and item.id not in given for item in items):
+            if any(not item.is_text and item.id not in given for item in items):
                 raise StepRefused("unanswered", "Some questions have no answer yet; it may be that you prefer none.")
 
     async def _consent(self, tx: Transaction, session: ParticipantSession, boxes: Sequence[str]) -> None:
