@@ -12,7 +12,7 @@ from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_players
 from movingout.world.state import Floats
 
-GHOST: Final = "ghost"  # ghost:FILE#red
+GHOST: Final = "ghost"  # ghost:FILE#red; never offered in a list, since it names a file of this machine
 
 
 @dataclass(frozen=True, slots=True, eq=False)

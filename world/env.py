@@ -53,7 +53,7 @@ REWARDS: dict[RewardName, Callable[[MapSpec], Reward]] = {
     "paper-sparse": lambda map_spec: PaperReward(map_spec, dense=False),
     "official-dense": OfficialDenseReward,
 }
-_LARGEST_SEED = 2**31
+SEEDS = 2**31  # from which those of variants and partners are drawn
 _NO_METRICS = dict.fromkeys((metric.key for metric in METRICS), math.nan)
 _REBUILT = ("_world", "_encode", "_metrics", "_reward", "_state", "_window")  # what a copy makes anew
 
@@ -138,7 +138,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         if self._split is None:
             self._start(designed)
         else:
-            self._start(randomize(designed, int(self.np_random.integers(_LARGEST_SEED)), self._split))
+            self._start(randomize(designed, int(self.np_random.integers(SEEDS)), self._split))
         self.agents = list(self.possible_agents)
         self._show()
         return self._observations(), self._infos()

@@ -26,7 +26,7 @@ from movingout.recordings.versions import versions
 
 GRID = "grid.json"
 FORMAT = 2
-_EXACT = ("movingout", "pymunk")  # another version may give other results
+EXACT = ("movingout", "pymunk")  # another version may give other results
 _PROVENANCE = {
     "checkpoints": "other weights of",
     "code": "other code of",
@@ -67,7 +67,7 @@ def open_folder(folder: Path, grid: Grid, provenance: Provenance) -> None:
         raise MatchError(
             f"{folder} holds results of another grid ({theirs['grid'].get('name')!r}); choose another folder with --out"
         )
-    for name in _EXACT:
+    for name in EXACT:
         if theirs["versions"].get(name) != versions()[name]:
             raise MatchError(
                 f"{folder} was started with {name} {theirs['versions'].get(name)}, this is {versions()[name]}: "

@@ -2,11 +2,10 @@
 
 import argparse
 
-from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.parser import add_json, add_out
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import (
     add_challenge,
-    add_json,
     add_paths,
     add_styles,
     expanded,

@@ -25,7 +25,7 @@ from movingout.maps.files.data_sync import sync_data
 from movingout.maps.files.file_lock import lock_file, unlock_file
 from movingout.maps.files.input_file import open_input
 from movingout.recordings.errors import BusyError, RecordingError, cannot
-from movingout.recordings.file_format.records import MAGIC
+from movingout.recordings.file_format.records import MAGIC, RECORD
 from movingout.recordings.file_format.topics import CHANNELS, COMMIT, JOURNAL_TOPICS
 
 JOURNAL_SUFFIX = ".mcap.journal"
@@ -34,7 +34,6 @@ SLOW_S = 3.0  # a hiccup of a second makes one late tick; with more than this no
 OPCODE_MESSAGE = 0x05
 COMMIT_CHANNEL = CHANNELS[COMMIT.name]
 
-_RECORD = struct.Struct("<BQ")  # opcode, length
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _SEAL = struct.Struct("<QQ")  # tick, log time: what the commit says about itself
 _COMMIT_START = b'{"commit":'
@@ -101,9 +100,9 @@ class JournalScan:
 def scan(data: bytes) -> JournalScan:
     """Walk the records and check every commit; stops at the first one that does not hold."""
     position, end, crc, ticks, broken = len(MAGIC), 0, 0, 0, False
-    while data.startswith(MAGIC) and position + _RECORD.size <= len(data):
-        opcode, length = _RECORD.unpack_from(data, position)
-        after = position + _RECORD.size + length
+    while data.startswith(MAGIC) and position + RECORD.size <= len(data):
+        opcode, length = RECORD.unpack_from(data, position)
+        after = position + RECORD.size + length
         if opcode == 0 or after > len(data):
             break
         if opcode == OPCODE_MESSAGE and data[position + 9 : position + 11] == COMMIT_CHANNEL.to_bytes(2, "little"):

@@ -31,7 +31,7 @@ from movingout.recordings.storage.finished import SUFFIX
 from movingout.world.metrics import from_numbers, to_numbers
 
 MAP_FILE = "map.json"
-_LARGEST_MAP = 1 << 20  # bytes
+LARGEST_MAP = 1 << 20  # bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,7 +230,7 @@ def _title_in(path: Path) -> str:
     """The title of the map that a finished recording has in it; empty where it cannot be read."""
     try:
         with open_input(path) as stream:
-            text = attachment_in(stream, MAP_FILE, _LARGEST_MAP)
+            text = attachment_in(stream, MAP_FILE, LARGEST_MAP)
         title = orjson.loads(text or b"{}").get("title")
     except (OSError, *UNREADABLE, ValueError, AttributeError):
         return ""  # `verify` says what is wrong with it; here its name is enough
