@@ -157,7 +157,7 @@ class NodeCalls:
         except MovingOutError as error:
             kind = next((name for name, kind in ERRORS.items() if isinstance(error, kind)), "error")
             return CallResult(error=kind, message=str(error))
-        except Exception as error:
+        except Exception as error:  # a fault of ours, which the node that asked is told of, too
             log.exception("%s failed for another node", work.__name__)
             return CallResult(error="error", message=f"{work.__name__} failed: {type(error).__name__}")
 
