@@ -1,6 +1,8 @@
 // What an agent is trying, as far as its chosen candidate tells: which item it brings where, or goes to. Where that
 // cannot be told, nothing is said.
 
+import { distance } from "./candidates.js";
+
 /** @typedef {import("./candidates.js").Decision} Decision */
 /** @typedef {import("./candidates.js").Point} Point */
 /** @typedef {import("./render.js").GameMap} GameMap */
