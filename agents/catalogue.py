@@ -40,6 +40,7 @@ from movingout.maps.extras import AGENTS, installed, package_of
 from movingout.maps.files.list_file import LIST
 from movingout.maps.generated.names import PREFIX
 from movingout.maps.suggestion import known_names, probably_meant
+from movingout.recordings.recorded_seat import GHOST
 
 UNSEEN_TCR = "TCR with unseen scripted people"
 UNSEEN_NFD = "NFD with unseen scripted people"
@@ -48,7 +49,6 @@ ALONE_TCR = "TCR of these people with an idle partner"
 
 _GROUPS = ("people", "family", "families")  # of partners (agents.partners.families), where commands take several
 LAG = "lag"  # option of every agent: delay in ticks
-GHOST = "ghost"  # ghost:FILE#red, a recorded seat; never offered in a list, since it names a file of this machine
 
 
 def agent_cards() -> list[AgentCard]:

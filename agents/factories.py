@@ -30,7 +30,7 @@ def factory_at(reference: str) -> Callable[..., object]:
             "it ends the program while it is imported; put what it does as a script under if __name__ == '__main__':"
         )
         raise AgentError(located(f"cannot import {module_name!r}: {reason}", error)) from error
-    except Exception as error:
+    except Exception as error:  # whatever somebody's module raises while it is imported
         words = error.msg if isinstance(error, SyntaxError) else str(error)  # its own have the place, which ours add
         raise AgentError(located(f"cannot import {module_name!r}: {type(error).__name__}: {words}", error)) from error
 

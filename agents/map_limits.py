@@ -21,7 +21,10 @@ def check_map_seen(agent_id: str, map_spec: MapSpec, name: str = "") -> None:
 
 
 def check_own_maps_seen(seated: Iterable[tuple[str, MapSpec]]) -> None:
-    """The same for agents and the maps that they are to play on; those that ship and generated ones are seen by all."""
+    """The same for agents and the maps that they are to play on; those that ship and generated ones are seen by all.
+
+    Raises AgentError.
+    """
     own = dict.fromkeys(pair for pair in seated if not is_reserved(pair[1].name))
     layouts = _layouts() if own else {}
     for agent_id, spec in own:

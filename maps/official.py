@@ -17,7 +17,7 @@ def is_official(document: object) -> bool:
 
 
 def map_from_official(document: dict[str, Any], stem: str) -> MapSpec:
-    """The map of an official file; its name is the file's stem without the leading number."""
+    """The map of an official file; its name is the file's stem without the leading number. Raises MapError."""
     name = re.sub(r"[^A-Za-z0-9_-]", "_", re.sub(r"^\d+_", "", stem))[:40] or "Map"
     name = name if name[0].isalpha() else f"Map{name}"[:40]
     try:

@@ -23,7 +23,7 @@ def templates(folder: Path) -> Environment:
 
 
 def check_name(path: Path) -> None:
-    """RecordingError unless the name ends in .html, so that a typing error does not overwrite a recording."""
+    """Raises RecordingError unless the name ends in .html, so that a typing error does not overwrite a recording."""
     if path.suffix.lower() not in (".html", ".htm"):
         raise RecordingError(f"{path} is not the name of a page; it should end in .html")
 

@@ -12,7 +12,7 @@ from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_players
 from movingout.world.state import Floats
 
-GHOST: Final = "ghost"  # ghost:FILE#red
+GHOST: Final = "ghost"  # ghost:FILE#red; never offered in a list, since it names a file of this machine
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +44,7 @@ def read_recorded_seat(text: str) -> RecordedSeat:
 
 
 def split_ghost(text: str) -> tuple[Path, int]:
-    """File and seat of `FILE#red`."""
+    """File and seat of `FILE#red`. Raises RecordingError."""
     file, _, colour = text.rpartition("#")
     if not file or colour not in SEAT_COLOURS:
         raise RecordingError(f"a recorded seat is written FILE#blue or FILE#red, not {text!r}")

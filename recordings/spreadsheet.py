@@ -25,7 +25,7 @@ def safe_cells(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_name(path: Path) -> None:
-    """RecordingError unless the name ends in .csv, so that a typing error does not overwrite a recording."""
+    """Raises RecordingError unless the name ends in .csv, so that a typing error does not overwrite a recording."""
     if path.suffix.lower() != ".csv":
         raise RecordingError(f"{path} is not the name of a table; it should end in .csv")
 

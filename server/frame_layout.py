@@ -114,7 +114,7 @@ class FrameLayout:
         return dict(zip(self._names, self.values(frame), strict=True))
 
     def values(self, frame: bytes) -> list[Any]:
-        """The same in the order of declaration."""
+        """The same in the order of declaration. Raises FrameError."""
         if len(frame) < self.size or (self.type is not None and frame[0] != self.type):
             raise FrameError(f"a frame of type {self.type} has at least {self.size} bytes and begins with its type")
         values = list(self._numbers_of(self._struct.unpack_from(frame)))

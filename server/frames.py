@@ -76,6 +76,7 @@ class Bundle(Packed, frozen=True):
 
     @classmethod
     def decode(cls, frame: bytes) -> Self:
+        """Raises FrameError."""
         fields = cls.layout.unpack(frame)
         bodies, count, events = (fields.pop(name) for name in cls.COUNTS)
         first_pose, event_size = cls.layout.size, BundleEvent.layout.size
@@ -116,6 +117,7 @@ class Input(Packed, frozen=True):
 
     @classmethod
     def decode(cls, frame: bytes) -> Self:
+        """Raises FrameError."""
         decoded = super().decode(frame)
         if decoded.seat > 1 or decoded.device >= len(m.DEVICES) or not math.isfinite(decoded.client_ms):
             raise FrameError("an input names seat 0 or 1, a known device and a finite time")
@@ -131,6 +133,7 @@ class Ping(Packed, frozen=True):
 
     @classmethod
     def decode(cls, frame: bytes) -> Self:
+        """Raises FrameError."""
         decoded = super().decode(frame)
         if not math.isfinite(decoded.client_ms):
             raise FrameError("a ping carries a finite time")

@@ -1,8 +1,8 @@
-"""Writes web/messages.js from `server.messages`, `server.frames`, `world.metrics` and `recordings.episode`.
+"""Writes web/messages.js from `server.messages`, `server.frames`, `world.metrics`, `recordings.episode` and questions.
 
 Run `python -m movingout.server.messages_js`. The file has constants, the table of metrics, an encode and a decode
 function per binary frame, and a JSDoc type per control message. Nothing in the browser client restates a byte offset, a
-code, a field or a metric.
+code, a field, a metric or a value of an answer (`study.questionnaire`).
 """
 
 import re
@@ -16,6 +16,7 @@ from movingout.recordings.episode import FINISHED, Outcome
 from movingout.server import messages as m
 from movingout.server.frame_layout import SIZES, Form, FrameLayout, Packed, Wire
 from movingout.server.frames import Beat, Bundle, BundleEvent, Input, Ping, Pong, WirePose
+from movingout.study import questionnaire
 from movingout.world.metrics import METRICS, NO_VALUE
 
 TARGET = Path(__file__).parent.parent / "web" / "messages.js"
@@ -26,6 +27,7 @@ NUMBER_NAMES = (
     "BUNDLE", "BEAT", "INPUT", "PING", "PONG", "POSITION_SCALE", "ANGLE_SCALE", "AXIS_SCALE", "SLACK_SCALE",
     "FLAG_NOT_RECORDING", "FLAG_SKIPPED",
 )  # fmt: skip
+ANSWER_NAMES = ("LIKERT_MIN", "LIKERT_MAX", "TLX_MAX", "NO_ANSWER", "TEXT_LIMIT")
 CLOSE_NAMES = tuple(name for name in vars(m) if name.startswith("CLOSE_"))
 SCALE_NAMES = {getattr(m, name): name for name in NUMBER_NAMES if name.endswith("_SCALE")}
 ACCESSORS = {"B": "Uint8", "b": "Int8", "H": "Uint16", "h": "Int16", "I": "Uint32", "d": "Float64"}
@@ -36,10 +38,11 @@ FIXED_FRAMES: tuple[type[Packed], ...] = (Beat, Input, Ping, Pong)
 def generate() -> str:
     """The whole text of web/messages.js."""
     parts = [
-        "// Generated from server/messages.py, server/frames.py, world/metrics.py and recordings/episode.py by\n"
-        "// `python -m movingout.server.messages_js`.\n"
+        "// Generated from server/messages.py, server/frames.py, world/metrics.py, recordings/episode.py and\n"
+        "// study/questionnaire.py by `python -m movingout.server.messages_js`.\n"
         "// Do not edit. The conversation is explained in docs/protocol.md.",
         _constants(),
+        _answers(),
         _metrics(),
         _frozen_list("FINISHED", tuple(one for one in get_args(Outcome) if one in FINISHED)),
         *(_fixed_frame(frame) for frame in FIXED_FRAMES),
@@ -57,6 +60,12 @@ def _constants() -> str:
     lines += [f"export const {name} = {_js(getattr(m, name))};" for name in (*NUMBER_NAMES, *CLOSE_NAMES)]
     lines += [_frozen_list("DEVICES", m.DEVICES), f"export const EVENT = Object.freeze({_js(m.EVENT)});"]
     return "\n".join(lines)
+
+
+def _answers() -> str:
+    """The kinds of questions, and the values that answer them."""
+    kinds = f"/** @typedef {{{_literals(questionnaire.Kind)}}} QuestionKind */"
+    return "\n".join([kinds, *(f"export const {name} = {_js(getattr(questionnaire, name))};" for name in ANSWER_NAMES)])
 
 
 def _metrics() -> str:

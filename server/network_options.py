@@ -1,4 +1,7 @@
-"""Options that name addresses, as operators write them: what no request could match is refused before the start."""
+"""Options that name addresses, as operators write them: what no request could match is refused before the start.
+
+The readers raise ArgumentTypeError.
+"""
 
 import argparse
 import ipaddress

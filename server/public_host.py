@@ -208,6 +208,7 @@ class PublicHost(ABC):
 
     @property
     def recording_service(self) -> RecordingService:
+        """Raises RuntimeError before the server was started."""
         if self._recording_service is None:
             raise RuntimeError("the server has not been started")
         return self._recording_service

@@ -1,4 +1,7 @@
-"""The settings of a server as one frozen value. The command-line options are made from it."""
+"""The settings of a server as one frozen value. The command-line options are made from it.
+
+The readers raise ArgumentTypeError.
+"""
 
 import argparse
 import os

@@ -46,6 +46,11 @@ class QuestionnaireItem:
         """Whether its values are steps of a scale, so that their mean says something."""
         return self.kind in ("likert7", "tlx")
 
+    @property
+    def is_text(self) -> bool:
+        """Whether it is answered in words, or not at all; everything else needs a value."""
+        return self.kind == "text"
+
     def allowed(self) -> range:
         """The values that answer it; none for free text."""
         if self.kind == "likert7":
@@ -82,20 +87,20 @@ class Questionnaire:
         """Raise `AnswerError` unless `value` (on its scale, or -1) and `text` (at most 4000 characters) fit."""
         item = self.item(question)
         allowed = item.allowed()
-        if item.kind == "text" and value != NO_ANSWER:
+        if item.is_text and value != NO_ANSWER:
             raise AnswerError(f"{question} takes a text; its value is always -1, not {value}")
-        if item.kind != "text" and value != NO_ANSWER and value not in allowed:
+        if not item.is_text and value != NO_ANSWER and value not in allowed:
             raise AnswerError(f"{question} takes {allowed[0]} to {allowed[-1]}, or -1 for no answer, not {value}")
-        if item.kind != "text" and text:
+        if not item.is_text and text:
             raise AnswerError(f"{question} takes a number from {allowed[0]} to {allowed[-1]} and no text")
         if len(text) > TEXT_LIMIT:
             raise AnswerError(f"{question} takes at most {TEXT_LIMIT} characters, not {len(text)}")
 
     def shuffled(self, seed: str) -> "Questionnaire":
         """The same items in an order drawn from the seed; free text stays at the end, where it summarises."""
-        scales = [item for item in self.items if item.kind != "text"]
+        scales = [item for item in self.items if not item.is_text]
         Random(f"{self.id} {seed}").shuffle(scales)
-        return replace(self, items=(*scales, *(item for item in self.items if item.kind == "text")))
+        return replace(self, items=(*scales, *(item for item in self.items if item.is_text)))
 
     def as_json(self) -> dict[str, object]:
         """What the browser gets."""

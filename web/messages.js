@@ -1,5 +1,5 @@
-// Generated from server/messages.py, server/frames.py, world/metrics.py and recordings/episode.py by
-// `python -m movingout.server.messages_js`.
+// Generated from server/messages.py, server/frames.py, world/metrics.py, recordings/episode.py and
+// study/questionnaire.py by `python -m movingout.server.messages_js`.
 // Do not edit. The conversation is explained in docs/protocol.md.
 
 export const SUBPROTOCOL = "movingout.v1";
@@ -37,6 +37,13 @@ export const CLOSE_UNAUTHORISED = 4401;
 export const CLOSE_NOT_FOUND = 4404;
 export const DEVICES = Object.freeze(/** @type {const} */ (["keyboard","gamepad","touch","program"]));
 export const EVENT = Object.freeze({"grab":0,"grab_failed":1,"release":2,"delivered":3,"undelivered":4,"deadline_missed":5,"agent_error":6});
+
+/** @typedef {"likert7" | "tlx" | "choice" | "text"} QuestionKind */
+export const LIKERT_MIN = 1;
+export const LIKERT_MAX = 7;
+export const TLX_MAX = 20;
+export const NO_ANSWER = -1;
+export const TEXT_LIMIT = 4000;
 
 /** @typedef {"tcr" | "nfd" | "wt_s" | "ac" | "interdependence"} MetricKey */
 /**

@@ -168,3 +168,8 @@ def moves_to(sources: Mask, blocked: Mask) -> Floats:
 def _to_rect(x: float, y: float, rect: Rect) -> float:
     """Straight-line distance from a point to a rectangle, 0 inside it."""
     return math.hypot(max(rect.left - x, 0.0, x - rect.right), max(rect.bottom - y, 0.0, y - rect.top))
+
+
+def gained(then: float, now: float) -> float:
+    """The distance gained; 0 where there is no way in either state."""
+    return then - now if math.isfinite(then) and math.isfinite(now) else 0.0

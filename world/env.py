@@ -55,7 +55,7 @@ REWARDS: dict[RewardName, Callable[[MapSpec], Reward]] = {
     "paper-sparse": lambda map_spec: PaperReward(map_spec, dense=False),
     "official-dense": OfficialDenseReward,
 }
-_LARGEST_SEED = 2**31
+SEEDS = 2**31  # from which those of variants and partners are drawn
 _SEEDS_TRIED = 20  # for a variant of one episode
 _NO_METRICS = dict.fromkeys((metric.key for metric in METRICS), math.nan)
 _REBUILT = ("_world", "_encode", "_metrics", "_reward", "_state", "_window")  # what a copy makes anew
@@ -122,9 +122,11 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         self._start(self.map)
 
     def observation_space(self, agent: str) -> spaces.Box:
+        """Raises WorldError for an agent that is none."""
         return self.observation_spaces[_known_agent(agent)]
 
     def action_space(self, agent: str) -> spaces.Box:
+        """Raises WorldError for an agent that is none."""
         return self.action_spaces[_known_agent(agent)]
 
     def reset(
@@ -260,7 +262,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return self._next_variant(designed, split)
 
     def _next_variant(self, designed: MapSpec, split: Split) -> MapSpec:
-        return randomize(designed, int(self.np_random.integers(_LARGEST_SEED)), split)
+        return randomize(designed, int(self.np_random.integers(SEEDS)), split)
 
     def _start(self, map_spec: MapSpec) -> None:
         self._encode = layout_named(self._layout).make(map_spec).encode_both

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from movingout.world.state import Floats, WorldState
 
-_NOTHING = 1e-9  # distances below it count as none
+NOTHING = 1e-9  # lengths and distances below it count as none (official value)
 NOBODY = (-1, -1)
 
 
@@ -60,7 +60,7 @@ class Interdependence:
 
     def _enabled(self, item: int, item_poses: Floats) -> bool:
         partners = {1 - seat for seat in self._last[item]}
-        return all(self._brought(seat, item, item_poses) > _NOTHING for seat in partners)
+        return all(self._brought(seat, item, item_poses) > NOTHING for seat in partners)
 
     def _brought(self, seat: int, item: int, item_poses: Floats) -> float:
         """By how much a seat has brought an item nearer, with the spell that still goes on."""

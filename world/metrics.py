@@ -22,12 +22,11 @@ from movingout.maps import MapSpec
 from movingout.maps.spec import Size
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.distance import Distances, official_distances, paper_distances
-from movingout.world.interdependence import Interdependence
+from movingout.world.interdependence import NOTHING, Interdependence
 from movingout.world.scoring import delivered_items, delivered_many, goal_boxes, is_delivered
 from movingout.world.state import Floats, WorldState
 
 WEIGHTS: dict[Size, float] = {"small": 1.0, "middle": 2.0, "large": 2.0}
-_NOTHING = 1e-9  # lengths and distances below it count as none (official value)
 
 
 NO_VALUE = -1.0  # written for None where a number must stand
@@ -339,7 +338,7 @@ def tick_consistency(robot_poses: Floats, actions: Floats) -> float | None:
     line = math.hypot(red_x - blue_x, red_y - blue_y)
     pushes = [_push(distance, heading) for distance, heading, _ in actions.tolist()]
     total = sum(math.hypot(x, y) for x, y in pushes)
-    if line < _NOTHING or total < _NOTHING:
+    if line < NOTHING or total < NOTHING:
         return None
     along = ((red_x - blue_x) * (pushes[0][0] + pushes[1][0]) + (red_y - blue_y) * (pushes[0][1] + pushes[1][1])) / line
     return float(min(abs(along) / total, 1.0))
@@ -354,7 +353,7 @@ def official_tick_consistency(robot_poses: Floats, actions: Floats) -> float:
     (blue_x, blue_y, _), (red_x, red_y, _) = robot_poses.tolist()
     line = math.hypot(red_x - blue_x, red_y - blue_y)
     total = sum(abs(distance) for distance, _, _ in actions.tolist())
-    if line < _NOTHING or total < _NOTHING:
+    if line < NOTHING or total < NOTHING:
         return 1.0
     unit_x, unit_y = (red_x - blue_x) / line, (red_y - blue_y) / line
     along = [d * (math.cos(heading) * unit_x + math.sin(heading) * unit_y) for d, heading, _ in actions.tolist()]

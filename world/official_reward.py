@@ -11,7 +11,7 @@ import numpy as np
 
 from movingout.maps import MapSpec
 from movingout.maps.shapes import circumradius
-from movingout.world.distance import Place, official_distances
+from movingout.world.distance import Place, gained, official_distances
 from movingout.world.scoring import goal_boxes, is_delivered
 from movingout.world.state import Floats, WorldState
 
@@ -133,7 +133,7 @@ class OfficialDenseReward:
         if partners < 0 or not self._big[partners]:
             return self._approach(robot, then, now)
         if then.held[other] >= 0:
-            return HELP_WEIGHT * _nearer(then.from_centre(robot, partners), now.from_centre(robot, partners))
+            return HELP_WEIGHT * gained(then.from_centre(robot, partners), now.from_centre(robot, partners))
         return self._approach(robot, then, now) if then.held[robot] >= 0 else 0.0
 
     def _approach(self, robot: int, then: _OfficialMoment, now: _OfficialMoment) -> float:
@@ -141,7 +141,7 @@ class OfficialDenseReward:
         other = 1 - robot
         held, holds = then.held[other], now.held[other]
         free = [item for item, there in enumerate(then.delivered) if not there and item != held and item != holds]
-        return _nearer(then.reach(robot, free), now.reach(robot, free))
+        return gained(then.reach(robot, free), now.reach(robot, free))
 
     def _grab(self, robot: int, now: _OfficialMoment) -> float:
         item = now.held[robot]
@@ -181,8 +181,3 @@ def _nearest_robot(now: _OfficialMoment, item: int) -> int:
     x, y, _ = now.poses[item]
     gaps = [math.hypot(robot[0] - x, robot[1] - y) for robot in now.robots]
     return gaps.index(min(gaps))
-
-
-def _nearer(then: float, now: float) -> float:
-    """The distance gained; 0 where there is no way in either state."""
-    return then - now if math.isfinite(then) and math.isfinite(now) else 0.0

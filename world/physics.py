@@ -63,6 +63,7 @@ class World:
     """
 
     def __init__(self, map_spec: MapSpec, *, record_sub_poses: bool = True, sub_steps: int = c.SUB_STEPS) -> None:
+        """Raises WorldError."""
         if not isinstance(map_spec, MapSpec):
             raise WorldError(f'a world is made of a map, as in World(load_map("HandOff")), not of {map_spec!r:.80}')
         if sub_steps != c.SUB_STEPS and (record_sub_poses or sub_steps < 2 or sub_steps % 2):
@@ -172,7 +173,10 @@ class World:
         return sum(flags) / len(flags)
 
     def sub_poses(self) -> Floats:
-        """(5, 2 + N, 3) x, y, angle of robots and items, every 20 ms of the last tick; the last row is now."""
+        """(5, 2 + N, 3) x, y, angle of robots and items, every 20 ms of the last tick; the last row is now.
+
+        Raises WorldError for a world that records none.
+        """
         if not self._record_sub_poses:
             raise WorldError("this world records no sub-poses; make it with World(map, record_sub_poses=True)")
         return np.array(self._sub_poses).reshape(c.POSES_PER_TICK, -1, 3)
@@ -192,6 +196,7 @@ class World:
 
         Costs a step for every tick: of the whole episode, or of what is new when the snapshot lies ahead of
         this world on the same actions. Copying the engine's space instead is not exact (it loses impulses).
+        Raises WorldError for one of another map.
         """
         if snapshot.map != self.map:
             raise WorldError(f"this snapshot is of map {snapshot.map.name!r}, this world of {self.map.name!r}")

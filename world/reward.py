@@ -14,7 +14,7 @@ import numpy as np
 
 from movingout.maps import MapSpec
 from movingout.maps.shapes import box_sides
-from movingout.world.distance import Cell, paper_distances
+from movingout.world.distance import Cell, gained, paper_distances
 from movingout.world.scoring import goal_boxes, is_delivered
 from movingout.world.state import Floats, WorldState
 
@@ -149,11 +149,11 @@ class PaperReward:
         if not self.dense:
             return STEP_COST
         if holds >= 0 and self.carrier:
-            return STEP_COST + GAMMA * _gained(then.robot_to_goal(seat), now.robot_to_goal(seat))
+            return STEP_COST + GAMMA * gained(then.robot_to_goal(seat), now.robot_to_goal(seat))
         if holds >= 0:
-            return STEP_COST + GAMMA * _gained(then.to_goal(held), now.to_goal(holds))
+            return STEP_COST + GAMMA * gained(then.to_goal(held), now.to_goal(holds))
         targets = self._targets((partner_held, partner_holds), then.home, now.home)
-        return STEP_COST + GAMMA * _gained(then.reach(seat, targets), now.reach(seat, targets))
+        return STEP_COST + GAMMA * gained(then.reach(seat, targets), now.reach(seat, targets))
 
     def _targets(self, partners: tuple[int, int], was_home: list[bool], is_home: list[bool]) -> tuple[int, ...]:
         """What an empty hand should go to: the partner's item if it needs help, else the free items."""
@@ -170,8 +170,3 @@ class PaperReward:
     def _is_other_big(self, partners: int, own: int) -> bool:
         """Whether the partner has a middle or large item that is not the one in the own hand."""
         return partners not in (-1, own) and self._big[partners]
-
-
-def _gained(then: float, now: float) -> float:
-    """The distance gained; 0 where there is no way in either state."""
-    return then - now if math.isfinite(then) and math.isfinite(now) else 0.0

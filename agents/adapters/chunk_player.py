@@ -111,7 +111,7 @@ class VectorPlayer(ChunkPlayer):
         size = LAYOUTS[self.layout].size
         try:
             answer = run(np.zeros((self._history, size), dtype=np.float32))
-        except Exception as error:
+        except Exception as error:  # whatever the runtime of a policy raises
             lines = str(error).strip().splitlines() or [type(error).__name__]
             whole = " ".join(" ".join(lines).split())
             said = whole if len(whole) <= MOST_SAID else lines[-1]  # the end of a traceback of torch

@@ -97,6 +97,7 @@ class BassConfig(Optimisation):
         return described(ProgressSpec, {name: getattr(self, option) for name, option in options.items()}, options)
 
     def check(self) -> None:
+        """Raises DataError, also for values that do not go together."""
         super().check()
         self.selection(), self.value_spec(), self.progress_spec()
         if self.dynamics != "engine":

@@ -59,11 +59,13 @@ class AutoEncoder(nn.Module):
         return out
 
 
-def _sampled(mean: Tensor, log_variance: Tensor) -> Tensor:
+def sampled(mean: Tensor, log_variance: Tensor) -> Tensor:
+    """Drawn from normal distributions (B, Z)."""
     return mean + torch.randn_like(mean) * (0.5 * log_variance).exp()
 
 
-def _divergence(mean: Tensor, log_variance: Tensor) -> Tensor:
+def divergence_of(mean: Tensor, log_variance: Tensor) -> Tensor:
+    """Of normal distributions (B, Z) from the standard one (Kullback-Leibler), mean over the batch."""
     return 0.5 * (mean**2 + log_variance.exp() - 1.0 - log_variance).sum(dim=-1).mean()
 
 
@@ -137,14 +139,14 @@ class VaeDynamics(Dynamics):
         of_map, target = self.of_map(constant), self.target(state, after)
         now_mean, now_variance = self.now.encode(state, of_map)
         next_mean, next_variance = self.next.encode(target, of_map)
-        now = _sampled(now_mean, now_variance)
+        now = sampled(now_mean, now_variance)
         stepped = self.latent_step(torch.cat((now, actions), dim=-1))
         prediction = F.smooth_l1_loss(self.next.decode(stepped, of_map)[:, self.learned], target[:, self.learned])
         reconstruction = F.mse_loss(self.now.decode(now, of_map), state) + F.smooth_l1_loss(
-            self.next.decode(_sampled(next_mean, next_variance), of_map), target
+            self.next.decode(sampled(next_mean, next_variance), of_map), target
         )
         latent = F.mse_loss(stepped, next_mean)
-        divergence = _divergence(now_mean, now_variance) + _divergence(next_mean, next_variance)
+        divergence = divergence_of(now_mean, now_variance) + divergence_of(next_mean, next_variance)
         loss = prediction + RECONSTRUCTION_WEIGHT * reconstruction + LATENT_WEIGHT * latent + KL_WEIGHT * divergence
         return {"loss": loss, "prediction": prediction, "reconstruction": reconstruction, "latent": latent}
 
@@ -156,8 +158,8 @@ class VaeDynamics(Dynamics):
         """The loss of one autoencoder alone on its inputs (B, 58)."""
         of_map = self.of_map(constant)
         mean, variance = autoencoder.encode(rows, of_map)
-        rebuilt = autoencoder.decode(_sampled(mean, variance), of_map)
-        return F.smooth_l1_loss(rebuilt, rows) + KL_WEIGHT * _divergence(mean, variance)
+        rebuilt = autoencoder.decode(sampled(mean, variance), of_map)
+        return F.smooth_l1_loss(rebuilt, rows) + KL_WEIGHT * divergence_of(mean, variance)
 
     def stepping(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> Tensor:
         """The loss of the latent step alone."""

@@ -52,7 +52,7 @@ class OracleBassAgent(EngineBassAgent):
         self._watched = world
 
     def simulator(self, state: WorldState) -> Simulator:
-        """The engine, started from the present state."""
+        """The engine, started from the present state. Raises AgentError where it is not watched."""
         if self._watched is None:
             if state.tick > 0:
                 raise AgentError("simulator=oracle needs the world itself; use it in headless matches only")

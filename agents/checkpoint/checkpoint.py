@@ -307,7 +307,7 @@ def check_room(folder: Path, agent_id: str) -> None:
 
 
 def rescored(checkpoint: Checkpoint, scores: Mapping[str, Score]) -> Checkpoint:
-    """The same checkpoint with these scores in its card."""
+    """The same checkpoint with these scores in its card. Raises CheckpointError."""
     card = checkpoint.card.model_copy(update={"scores": dict(scores)})
     draft = checkpoint.folder / f".{CARD}.draft"
     try:

@@ -101,13 +101,14 @@ def _check_tensor(tensor: memoryview) -> None:
 
 
 def wire_message(value: memoryview | int) -> memoryview:
+    """A field that holds a message or bytes. Raises CheckpointError for a number."""
     if isinstance(value, int):
         raise CheckpointError("the ONNX file is damaged")
     return value
 
 
 def wire_fields(data: memoryview) -> Iterator[tuple[int, memoryview | int]]:
-    """The fields of one message: varints as numbers, everything else as bytes."""
+    """The fields of one message: varints as numbers, everything else as bytes. Raises CheckpointError."""
     position = 0
     while position < len(data):
         tag, position = _varint(data, position)

@@ -95,7 +95,10 @@ def _common(parser: argparse.ArgumentParser, kind: AgentKind[Any], default_id: s
 
 
 def run(args: argparse.Namespace) -> int:
-    """Train, export, write DATA/models/<id>."""
+    """Train, export, write DATA/models/<id>.
+
+    Raises DataError, CheckpointError or MissingExtraError before anything is trained.
+    """
     check_labels(args.id, args.name, args.population)
     kind = KINDS[args.kind]
     _check_word(args.id, kind)

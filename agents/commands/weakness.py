@@ -69,7 +69,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
-    """Search, measure the finds again beside as many random partners, print and write them."""
+    """Search, measure the finds again beside as many random partners, print and write them. Raises AgentError."""
     plan, occasion = _checked(args)
     random = np.random.default_rng(args.seed)
     with stage(args.workers) as players:

@@ -158,6 +158,7 @@ def labelling_jobs(
     """`count` episodes per map, with seats and partners in turn; maps alternate, so that any prefix is useful.
 
     Of an odd number, seats change with every second seed: with each one, a partner would always meet the same seat.
+    Raises AgentError without partners.
     """
     if not partners:
         raise AgentError("labelling needs at least one partner")

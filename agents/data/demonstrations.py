@@ -195,7 +195,7 @@ def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str =
 
     Yields them as they finish and skips those that exist, but for what was cut off. Raises DataError, before
     anything is played, where one that exists is of another map, of other agents or of other ticks, and AgentError
-    where an agent does not see all of a map.
+    where an agent does not see all of a map. Raises RecordingError for a folder that cannot be made.
     """
     _make(folder)
     missing, cut_off = [], []
@@ -214,7 +214,7 @@ def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int, ray: str =
 
 
 def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int, ray: str = "") -> Iterator[WrittenEpisode]:
-    """Play and label episodes likewise; neither may the learner or the expert be another."""
+    """Play and label episodes likewise; neither may the learner or the expert be another. Raises as `write_all`."""
     _make(folder)
     paths = {job: _labels(job, folder.resolve()) for job in todo}
     missing = []

@@ -19,7 +19,7 @@ from movingout.recordings.errors import cannot
 from movingout.recordings.file_format.metadata import EPISODE, RECORDING, SEATS, STUDY
 from movingout.recordings.file_format.reader import UNREADABLE
 from movingout.recordings.file_format.records import attachment_in
-from movingout.recordings.storage.listing import MAP_FILE, read_metadata
+from movingout.recordings.storage.listing import LARGEST_MAP, MAP_FILE, read_metadata
 from movingout.world.metrics import task_completion_rate
 from movingout.world.scoring import delivered_items
 
@@ -27,7 +27,6 @@ Recipe = Mapping[str, object]
 """Values by what they are called in a sentence. `weights` are hashes by the id of the agent."""
 CODE = "movingout_code"
 """Under what a file has the hash of the code that made it: it is told apart by it, but not refused."""
-_LARGEST_MAP = 1 << 20  # bytes
 
 
 def weights_of(agent_ids: Iterable[str]) -> dict[str, str]:
@@ -82,7 +81,7 @@ def check_recording(path: Path, the_map: MapSpec, agent_ids: tuple[str, str], ti
 def _map_document(path: Path) -> object:
     try:
         with open_input(path) as stream:
-            return orjson.loads(attachment_in(stream, MAP_FILE, _LARGEST_MAP) or b"null")
+            return orjson.loads(attachment_in(stream, MAP_FILE, LARGEST_MAP) or b"null")
     except OSError as error:
         raise cannot("read", path, error) from error
     except UNREADABLE as error:

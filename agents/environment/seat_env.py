@@ -21,7 +21,7 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import known_names
 from movingout.world.action import to_world
 from movingout.world.constants import LIMIT_TICKS
-from movingout.world.env import Info, MovingOutEnv, Observation, RenderMode, RewardName
+from movingout.world.env import SEEDS, Info, MovingOutEnv, Observation, RenderMode, RewardName
 from movingout.world.errors import WorldError
 
 with needs_extra("env", "the environment for reinforcement learning"):
@@ -30,7 +30,6 @@ with needs_extra("env", "the environment for reinforcement learning"):
     from gymnasium.utils import EzPickle
 
 Action = npt.NDArray[np.float32]
-_LARGEST_SEED = 2**31
 
 
 class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
@@ -95,7 +94,7 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         super().reset(seed=seed)
         group = self._groups[self.np_random.integers(len(self._groups))]
         agent_id = group[self.np_random.integers(len(group))]
-        variant, partner_seed = self.np_random.integers(_LARGEST_SEED, size=2)
+        variant, partner_seed = self.np_random.integers(SEEDS, size=2)
         observations, infos = self._env.reset(int(variant), options)
         partner = self._partners.get(agent_id) or self._partners.setdefault(agent_id, PartnerSeat(agent_id))
         self._partner = partner
@@ -104,7 +103,10 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         return observations[self._colour], self._info(infos, last=False)
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Advance by one tick. Raises ActionError for an action of a wrong shape, AgentError for the partner's."""
+        """Advance by one tick. Raises ActionError for an action of a wrong shape, AgentError for the partner's.
+
+        Raises WorldError before `reset`.
+        """
         env = self._env
         env.check_running()
         if self._partner is None:

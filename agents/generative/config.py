@@ -29,6 +29,7 @@ class LatentConfig(PolicyConfig):
     )
 
     def check(self) -> None:
+        """Raises DataError, also for values that do not go together."""
         super().check()
         if changed := [name for name in sorted(self.UNUSED) if getattr(self, name) != getattr(LatentConfig, name)]:
             raise DataError(f"a latent model learns from episodes as they are: leave out {changed[0]}")

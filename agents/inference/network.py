@@ -19,6 +19,7 @@ class Network:
     """An ONNX graph that runs on one thread, or on a GPU (agents.inference.device)."""
 
     def __init__(self, data: bytes) -> None:
+        """Raises CheckpointError."""
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = THREADS
         options.inter_op_num_threads = THREADS

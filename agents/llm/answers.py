@@ -4,13 +4,13 @@ import json
 from dataclasses import dataclass, replace
 from typing import Any
 
+from movingout.agents.decision_trace import MAX_PLAN
 from movingout.world.constants import TICKS_PER_SECOND
 
 ITEM_SKILLS = ("fetch", "hand_over")
 SKILLS = (*ITEM_SKILLS, "help", "wait", "step_aside")
 ALONE = "alone"  # the scripted agent's own choice; a fallback, never a model's
 MOST_SKILLS = 5
-MAX_PLAN = 200  # characters
 MOST_OBJECTS = 200  # braces tried in one text
 WAIT_S, LONGEST_S = 3.0, 10.0
 

@@ -100,12 +100,13 @@ class PolicyConfig(Optimisation):
         return changed
 
     def check(self) -> None:
+        """Raises DataError, also for values that do not go together."""
         super().check()
         if self.event_weight > 1 and self.grasp != "hold":
             raise DataError("--event-weight needs hold levels; train with --grasp hold")
         if self.pose_noise and LAYOUTS[self.layout].picture:
             raise DataError(f"--pose-noise is for layouts of numbers; leave it out with {self.layout}")
-        if self.pose_noise and LAYOUTS[self.layout].own_frame:
+        if self.pose_noise and LAYOUTS[self.layout].partner_pose is None:
             raise DataError(f"--pose-noise is for layouts with places of the arena; leave it out with {self.layout}")
 
 
@@ -123,6 +124,7 @@ class RegressionConfig(PolicyConfig):
     )
 
     def check(self) -> None:
+        """Raises DataError, also for values that do not go together."""
         super().check()
         if LAYOUTS[self.layout].picture:
             raise DataError(f"--layout {self.layout} is for `train dp`: no other policy reads pictures")

@@ -18,6 +18,7 @@ from movingout.agents.policies.policy import MOTION, Policy
 from movingout.agents.policies.pose_noise import noisy_partner
 from movingout.agents.training.fit import FitResult, TrainingTask, fit
 from movingout.agents.training.gradients import Losses
+from movingout.world.observation import LAYOUTS
 
 NORMALISER_ROWS = 200_000  # rows from which mean and deviation are estimated
 PICTURES = 256  # likewise, of which each has 49,152 numbers
@@ -92,7 +93,8 @@ def augmentation(spec: PolicySpec, config: PolicyConfig) -> Augmentation:
     if spec.own_frame:
         return OwnFrameAugmentation(FeatureSet.of(spec), config.mirror, config.forget if spec.lags else 0.0)
     if config.pose_noise:
-        return lambda observation, chunk: (noisy_partner(observation, config.pose_noise), chunk)
+        layout = LAYOUTS[spec.layout]
+        return lambda observation, chunk: (noisy_partner(observation, config.pose_noise, layout), chunk)
     return _unchanged
 
 

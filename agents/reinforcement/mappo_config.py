@@ -88,6 +88,7 @@ class MappoConfig(Optimisation):
         return described(PolicySpec, {"kind": kind, "obs_horizon": 1, "horizon": 1, "execute": 1, **shape})
 
     def check(self) -> None:
+        """Raises DataError, also for values that do not go together."""
         super().check()
         self.spec("mappo")
         if self.frames_per_batch < self.envs:
@@ -112,6 +113,7 @@ class ComediConfig(MappoConfig):
         return replace(self, seed=(self.seed + 1_000_003 * number) % 2**32)
 
     def check(self) -> None:
+        """Raises DataError, also for values that do not go together."""
         super().check()
         if self.members > 1 and self.envs < 3 * (self.members - 1):
             raise DataError(

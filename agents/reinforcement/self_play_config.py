@@ -50,6 +50,7 @@ class SelfPlayConfig(Optimisation):
         return -(-self.episodes // self.round_episodes)
 
     def check(self) -> None:
+        """Raises DataError, also for values that do not go together."""
         super().check()
         played = self.rounds * self.round_episodes
         if self.young > played:

@@ -91,7 +91,7 @@ def begin(
 
 
 def rename_data(folder: Path, before: str, now: str) -> None:
-    """Note that data of this SHA-256 have another one now."""
+    """Note that data of this SHA-256 have another one now. Raises DataError where it cannot be written."""
     configuration = begun(folder)
     if configuration.get("data_sha256") == before:
         _write(folder, {**configuration, "data_sha256": now})
@@ -121,7 +121,10 @@ def learns_from_other(folder: Path, before: Mapping[str, object]) -> bool:
 
 
 def put_back(folder: Path, before: Mapping[str, object]) -> None:
-    """Restore what `begin` returned, since nothing was learned from what was new."""
+    """Restore what `begin` returned, since nothing was learned from what was new.
+
+    Raises DataError where it cannot be written.
+    """
     _write(folder, before)
 
 

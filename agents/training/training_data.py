@@ -96,7 +96,10 @@ class TrainingData:
             raise DataError(f"{first}: {why}; leave it out{more}")
 
     def pieces(self, spec: PolicySpec, seats: SeatChoice) -> Iterator[SeatSamples]:
-        """Training samples of a policy: the chosen seats of recordings, and the expert's labels."""
+        """Training samples of a policy: the chosen seats of recordings, and the expert's labels.
+
+        Raises DataError for labels that the policy cannot learn.
+        """
         if self.corrections and spec.grasp != "hold":
             raise DataError("an expert's labels say which hold level it wants; train with --grasp hold")
         seen = FeatureSet.of(spec)

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from movingout.maps.commands import generated_maps, map_check
-from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.parser import add_json, add_out
 from movingout.maps.errors import MapError
 from movingout.maps.files.output_file import write_output
 from movingout.maps.json_format import map_to_json
@@ -35,14 +35,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     listing = commands.add_parser(
         "list", help="the paper's twelve maps, the practice room and the tutorial", example="movingout maps list"
     )
-    _add_json(listing)
+    add_json(listing)
     listing.set_defaults(perform=_list)
 
     show = commands.add_parser(
         "show", help="one map on a page; --json gives its document", example="movingout maps show HandOff"
     )
     _add_map(show)
-    _add_json(show)
+    add_json(show)
     show.set_defaults(perform=_show)
 
     check = commands.add_parser(
@@ -60,7 +60,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_out(render, "FILE", "ends in .png or .svg; default: NAME.png")
     render.add_argument("--side", type=int, metavar="PIXELS", help=f"of a PNG; default: {PNG_SIDE}")
     render.add_argument("--theme", choices=THEMES, default="light", help="default: light")
-    _add_json(render)
+    add_json(render)
     render.set_defaults(perform=_render)
 
     variant = commands.add_parser(
@@ -78,7 +78,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "share none, official has those that the map as designed lacks; default: train",
     )
     add_out(variant, "FILE", ".json, .png or .svg; default: JSON here")
-    _add_json(variant)
+    add_json(variant)
     variant.set_defaults(perform=_randomize)
 
     generated_maps.configure(commands)
@@ -93,10 +93,6 @@ def _add_map(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "map", metavar="NAME", help="a map's name, or the path of a map file; :mirror, :rot90, … after it"
     )
-
-
-def _add_json(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
 
 
 def _print_json(document: dict[str, Any]) -> None:

@@ -1,4 +1,7 @@
-"""The parser of all commands: every `--help` has a description and an example; what is wrong is said in a sentence."""
+"""The parser of all commands: every `--help` has a description and an example; what is wrong is said in a sentence.
+
+Readers of options raise ArgumentTypeError.
+"""
 
 import argparse
 import re
@@ -134,6 +137,10 @@ def add_out(parser: argparse.ArgumentParser, metavar: str, help: str, **options:
     parser.add_argument("-o", "--out", type=Path, metavar=metavar, help=help, **options)
     if not options.get("required"):
         parser.add_argument("--output", dest="out", type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
 
 
 def parsers_below(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:

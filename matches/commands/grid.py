@@ -54,6 +54,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
+    """Raises MatchError."""
     shard, path = _shard(args.shard), grid_path(args.grid)
     grid = read_grid(path)
     folder: Path = args.out or Path("data/matches") / path.stem

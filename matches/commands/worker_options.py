@@ -20,7 +20,10 @@ def worker_pool_of(args: argparse.Namespace) -> WorkerPoolFactory:
 
 
 def workers_of(args: argparse.Namespace) -> int:
-    """How many workers to use. Call `worker_pool_of` first: it connects to the cluster whose processors count."""
+    """How many workers to use. Call `worker_pool_of` first: it connects to the cluster whose processors count.
+
+    Raises MatchError for fewer than 1.
+    """
     if args.workers is not None and args.workers < 1:
         raise MatchError(f"--workers must be at least 1, not {args.workers}")
     return args.workers or (os.cpu_count() or 1 if args.ray is None else cluster_processors())

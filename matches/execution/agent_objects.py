@@ -53,7 +53,7 @@ class AgentObjects:
         return found
 
     def load(self, agent_id: str) -> Agent:
-        """The agent of an id. Raises AgentError, or whatever its own code raises."""
+        """The agent of an id. Raises MatchError, AgentError for what is no object, or whatever its own code raises."""
         found = self._objects.get(agent_id)
         if found is None:
             return load_agent(agent_id)

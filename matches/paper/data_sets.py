@@ -37,7 +37,7 @@ def list_episodes(challenge: int, space: Workspace) -> None:
 
 
 def listed_episodes(challenge: int, space: Workspace) -> list[GroupedRecording]:
-    """The lines of that list. Raises as `list_episodes`."""
+    """The lines of that list. Raises RecordingError or MatchError, as `list_episodes`."""
     found = space.given_files() if space.given else sorted(_recorded(challenge).glob(f"*{SUFFIX}"))
     paths = [path for path in found if is_varied(path) == (challenge == 2)]
     if not paths:

@@ -13,11 +13,9 @@ from pathlib import Path
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.matches.match import Match, MatchResult
 from movingout.matches.results.other_code import of_other_code, with_code
-from movingout.matches.results.results_folder import Shard, read_results, to_play
+from movingout.matches.results.results_folder import EXACT, Shard, read_results, to_play
 from movingout.matches.run import OnProgress, make_folder, no_op, play_matches
 from movingout.recordings.versions import versions
-
-EXACT = ("movingout", "pymunk")  # another version may give other results
 
 
 class MatchStore:

@@ -38,7 +38,7 @@ def train_agents(agents: Sequence[TrainedId], space: Workspace, on_trained: OnTr
                     running[pool.submit(_train, agent, space)] = agent
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
                     on_trained(running.pop(future), future.result())
-        except BaseException as error:
+        except BaseException as error:  # Ctrl+C, too: no training goes on without us
             for process in multiprocessing.active_children():
                 process.terminate()
             if isinstance(error, BrokenProcessPool):

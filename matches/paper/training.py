@@ -55,7 +55,7 @@ def _train(agent: TrainedId, space: Workspace, shows_itself: bool) -> None:
 
 
 def training_words(agent: TrainedId, space: Workspace) -> list[Any]:
-    """The command, after `movingout train`."""
+    """The command, after `movingout train`. Raises MatchError where no episode is there to learn from."""
     method, budget = METHODS[agent.method], space.budget
     words: list[Any] = [
         method.kind, "--id", agent.text, "--name", f"{agent.method}, {agent.data}"[:60], "--data", DATA,

@@ -24,8 +24,8 @@ from movingout.agents.checkpoint.checkpoint import CARD, MODELS_VARIABLE, finger
 from movingout.maps.randomize import Split
 from movingout.matches.match import Match, MatchResult
 from movingout.matches.paper.budgets import Budget
-from movingout.matches.paper.match_store import EXACT, MatchStore
-from movingout.matches.results.results_folder import write_whole
+from movingout.matches.paper.match_store import MatchStore
+from movingout.matches.results.results_folder import EXACT, write_whole
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import read_groups
 from movingout.recordings.storage.finished import SUFFIX

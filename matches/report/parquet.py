@@ -11,7 +11,10 @@ from movingout.world.metrics import METRICS
 
 
 def write_parquet(run: GridRun) -> str:
-    """Write results.parquet. Returns "", or a sentence when pyarrow is missing."""
+    """Write results.parquet. Returns "", or a sentence when pyarrow is missing.
+
+    Raises MatchError where it cannot be written.
+    """
     try:
         from pyarrow import parquet
     except ImportError:

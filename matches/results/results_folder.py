@@ -26,7 +26,7 @@ from movingout.recordings.versions import versions
 
 GRID = "grid.json"
 FORMAT = 2
-_EXACT = ("movingout", "pymunk")  # another version may give other results
+EXACT = ("movingout", "pymunk")  # another version may give other results
 _PROVENANCE = {
     "checkpoints": "other weights of",
     "code": "other code of",
@@ -68,7 +68,7 @@ def open_folder(folder: Path, grid: Grid, provenance: Provenance) -> None:
         raise MatchError(
             f"{folder} holds results of another grid ({theirs['grid'].get('name')!r}); choose another folder with --out"
         )
-    for name in _EXACT:
+    for name in EXACT:
         if theirs["versions"].get(name) != versions()[name]:
             raise MatchError(
                 f"{folder} was started with {name} {theirs['versions'].get(name)}, this is {versions()[name]}: "
@@ -151,6 +151,7 @@ class Shard:
     """The file that one driver appends to. It is locked while open, where the file system has locks."""
 
     def __init__(self, folder: Path, index: int = 0, count: int = 1) -> None:
+        """Raises MatchError where it cannot be written, or another process writes it."""
         self.path = folder / f"results-{index}-of-{count}.jsonl"
         try:
             self._file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)

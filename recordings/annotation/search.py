@@ -45,7 +45,7 @@ class FailureSearch:
 
 
 def search_failures(folder: Path, most_s: float | None = None) -> FailureSearch:
-    """FailureSearch new and changed recordings of a folder for about `most_s` seconds, and tell all that is known.
+    """Search new and changed recordings of a folder for about `most_s` seconds, and tell all that is known.
 
     Raises RecordingError when there is no such folder.
     """

@@ -1,4 +1,4 @@
-"""What the sub-commands of `movingout recordings` have in common."""
+"""What the sub-commands of `movingout recordings` have in common. Readers of options raise ArgumentTypeError."""
 
 import argparse
 import json
@@ -14,10 +14,6 @@ USUAL_DATA = Path("data")
 
 def add_data(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--data", type=Path, default=USUAL_DATA, metavar="DIR", help="default: ./data")
-
-
-def add_json(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
 
 
 def add_paths(parser: argparse.ArgumentParser) -> None:

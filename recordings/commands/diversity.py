@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.parser import add_json, add_out
 from movingout.maps.suggestion import counted
-from movingout.recordings.commands.arguments import add_challenge, add_json, add_styles, positive, print_json
+from movingout.recordings.commands.arguments import add_challenge, add_styles, positive, print_json
 from movingout.recordings.commands.selection import left_out_words
 from movingout.recordings.diversity.comparison import (
     COUNTS,
@@ -89,6 +89,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
+    """Raises RecordingError."""
     if args.out is not None and args.out.exists():
         raise RecordingError(f"{args.out} exists already and is not overwritten; choose another name")
     options = DiversityOptions(args.points, args.grid, args.bandwidth, args.rbf_width)

@@ -59,6 +59,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
+    """Raises RecordingError."""
     given = _given(args)
     shown, left_out = _chosen(expanded(args.paths), args.paths)
     if left_out:

@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.parser import add_json, add_out
 from movingout.maps.files.output_file import draft_of
 from movingout.maps.suggestion import counted
 from movingout.recordings.annotation.agreement import agreements, by_case, settled
@@ -15,7 +15,7 @@ from movingout.recordings.annotation.finding import Finding, SearchedRecording
 from movingout.recordings.annotation.findings_table import finding_rows
 from movingout.recordings.annotation.search import FailureSearch, search_failures
 from movingout.recordings.annotation.verdicts import Verdicts, annotations
-from movingout.recordings.commands.arguments import add_json, print_json
+from movingout.recordings.commands.arguments import print_json
 from movingout.recordings.commands.selection import left_out_words
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.report.failures import CASES, Case
@@ -52,6 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
+    """Raises RecordingError."""
     if args.out is not None:
         check_name(args.out)
     search = search_failures(args.folder)

@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import get_args
 
-from movingout.maps.commands.parser import add_out
-from movingout.recordings.commands.arguments import add_data, add_json, positive, print_json
+from movingout.maps.commands.parser import add_json, add_out
+from movingout.recordings.commands.arguments import add_data, positive, print_json
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.imports.convert import AGREE, ImportReport, PlayerKind, import_source, names_people
 from movingout.recordings.imports.known_plays import known_plays
@@ -66,7 +66,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
-    """Exit code 1 when a trajectory was refused."""
+    """Exit code 1 when a trajectory was refused. Raises RecordingError."""
     folder = args.out or args.data / "recordings"
     _make(folder)
     found, others = read_all(args.paths)

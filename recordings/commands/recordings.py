@@ -8,11 +8,12 @@ from datetime import date
 from pathlib import Path
 from typing import get_args
 
+from movingout.maps.commands.parser import add_json
 from movingout.recordings.commands import diversity, exports, failures, imports, upload, verify
 from movingout.recordings.commands import report as report_command
 from movingout.recordings.commands import split as split_command
 from movingout.recordings.commands import view as viewer_command
-from movingout.recordings.commands.arguments import USUAL_DATA, add_data, add_json, print_json
+from movingout.recordings.commands.arguments import USUAL_DATA, add_data, print_json
 from movingout.recordings.commands.info_page import info_json, info_page
 from movingout.recordings.episode import Outcome
 from movingout.recordings.errors import RecordingError

@@ -42,6 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def report(args: argparse.Namespace) -> int:
+    """Raises RecordingError."""
     if urlsplit(args.server).scheme not in ("http", "https"):
         raise RecordingError(f"{args.server!r} is not the address of a server; it should look like {SERVER}")
     check_name(args.out)

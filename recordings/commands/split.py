@@ -2,11 +2,10 @@
 
 import argparse
 
-from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.parser import add_json, add_out
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import (
     add_challenge,
-    add_json,
     add_paths,
     add_styles,
     expanded,
@@ -49,7 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
-    """Write the list and say what is in it."""
+    """Write the list and say what is in it. Raises RecordingError."""
     if args.groups < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
         raise RecordingError("--groups is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
     check_name(args.out)

@@ -3,8 +3,9 @@
 import argparse
 import sys
 
+from movingout.maps.commands.parser import add_json
 from movingout.maps.suggestion import counted
-from movingout.recordings.commands.arguments import add_data, add_json, print_json
+from movingout.recordings.commands.arguments import add_data, print_json
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.progress import with_progress
 from movingout.recordings.storage.s3_bucket import S3Bucket, not_uploaded, note_uploads, s3_address, upload

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from movingout.recordings.commands.arguments import add_json, add_paths, expanded, positive, print_json
+from movingout.maps.commands.parser import add_json
+from movingout.recordings.commands.arguments import add_paths, expanded, positive, print_json
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.ray_cluster import map_on_ray
@@ -26,6 +27,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
+    """Raises RecordingError where there is nothing to verify."""
     paths = expanded(args.paths)
     if not paths and not (args.new and all(map(never_verified, args.paths))):
         raise RecordingError("no recordings to verify there; name .mcap files or a folder with some")

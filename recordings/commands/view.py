@@ -26,6 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def view(args: argparse.Namespace) -> int:
+    """Raises RecordingError."""
     paths = [_path(name, args.data) for name in args.recordings]
     return _page(paths, args.html) if args.html else _serve(paths, args.host, args.port)
 

@@ -39,7 +39,10 @@ FORMATS = {
 
 
 def export(name: str, plan: ExportPlan) -> None:
-    """Write the recordings of a plan in a format. The target appears whole or not at all; it is never overwritten."""
+    """Write the recordings of a plan in a format. The target appears whole or not at all; it is never overwritten.
+
+    Raises RecordingError.
+    """
     if name not in FORMATS:
         raise RecordingError(f"unknown format {name!r}; known: {', '.join(FORMATS)}")
     if not plan.recordings:

@@ -77,7 +77,7 @@ class _Dataset(contextlib.ExitStack):
         self.tasks: dict[str, int] = {}  # text to number, in order of appearance
         self.moments: defaultdict[str, RunningStatistics] = defaultdict(RunningStatistics)  # by feature
         self.features = features(plan)
-        self._view = plan.view
+        self._view, self._layout = plan.view, plan.layout
         self._data = self.enter_context(_Table(folder / "data"))
         self._about = self.enter_context(_Table(folder / "meta" / "episodes"))
         self._rows: list[dict[str, Any]] = []  # of `_about`, waiting to be written
@@ -143,7 +143,7 @@ class _Dataset(contextlib.ExitStack):
         steps = np.arange(len(trajectory.actions))
         task = self.tasks.setdefault(trajectory.task, len(self.tasks))
         return {
-            **divided(trajectory, self._view),
+            **divided(trajectory, self._view, self._layout),
             "action": trajectory.actions,
             "next.reward": trajectory.rewards,
             "next.done": trajectory.dones,

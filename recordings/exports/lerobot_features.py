@@ -7,7 +7,7 @@ import pyarrow as pa
 
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.trajectories import ExportedTrajectory, action_names
-from movingout.world.observation import LAYOUTS, ROBOT_WIDTH
+from movingout.world.observation import LAYOUTS
 
 STATE, ENVIRONMENT, VIEW = "observation.state", "observation.environment_state", "observation.images.view"
 
@@ -18,7 +18,7 @@ def features(plan: ExportPlan) -> dict[str, Any]:
     A layout is divided as LeRobot's policies want it: `observation.state` is the robot (with both actions: both
     robots), `observation.environment_state` everything else. One after the other they are the layout.
     """
-    own, size = _robots(plan.view), LAYOUTS[plan.layout].size
+    own, size = _robots(plan.view, plan.layout), LAYOUTS[plan.layout].size
     names = action_names(plan.view)
     scalar = {"shape": [1], "names": None}
     return {
@@ -32,9 +32,9 @@ def features(plan: ExportPlan) -> dict[str, Any]:
     }
 
 
-def divided(trajectory: ExportedTrajectory, view: str) -> dict[str, Any]:
+def divided(trajectory: ExportedTrajectory, view: str, layout: str) -> dict[str, Any]:
     """The two parts of the observations (T, ·) of a trajectory."""
-    own, seen = _robots(view), trajectory.observations[:-1]
+    own, seen = _robots(view, layout), trajectory.observations[:-1]
     return {STATE: seen[:, :own], ENVIRONMENT: seen[:, own:]}
 
 
@@ -77,9 +77,10 @@ def tasks_table(tasks: list[str]) -> Any:
     return pa.table({"task_index": number, index: text}).replace_schema_metadata({"pandas": json.dumps(pandas)})
 
 
-def _robots(view: str) -> int:
+def _robots(view: str, layout: str) -> int:
     """How many numbers of a layout describe the robots that act."""
-    return 2 * ROBOT_WIDTH if view == "joint" else ROBOT_WIDTH
+    own = LAYOUTS[layout].own_numbers
+    return 2 * own if view == "joint" else own
 
 
 def _vector(layout: str, start: int, end: int) -> dict[str, Any]:

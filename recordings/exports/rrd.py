@@ -31,7 +31,7 @@ _FLOOR_THICKNESS, _TRAIL_HEIGHT, _TRAIL_RADIUS = 0.02, 0.012, 0.008  # arena uni
 
 
 def write(plan: ExportPlan) -> None:
-    """One recording into the file that was named; several into a folder."""
+    """One recording into the file that was named; several into a folder. Raises RecordingError."""
     single = plan.target.suffix == ".rrd"
     if plan.target.suffix and (not single or len(plan.recordings) > 1):
         raise RecordingError(f"{plan.target.name}: one recording becomes NAME.rrd, several a folder without ending")

@@ -10,7 +10,10 @@ from movingout.recordings.errors import RecordingError, cannot
 
 @contextlib.contextmanager
 def new_target(target: Path) -> Iterator[Path]:
-    """A path beside the target to build a file or folder at; it becomes the target when the block ends well."""
+    """A path beside the target to build a file or folder at; it becomes the target when the block ends well.
+
+    Raises RecordingError.
+    """
     if target.exists():
         raise RecordingError(f"{target} exists already and is not overwritten; choose another name")
     part = target.with_name(target.name + ".part")

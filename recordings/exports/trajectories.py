@@ -39,7 +39,10 @@ class ExportedTrajectory:
 
 
 def trajectories(episode: Episode, split: str, view: str, layout: str) -> Iterator[ExportedTrajectory]:
-    """One trajectory per seat (`ego`) or one for both (`joint`); none for an episode without ticks."""
+    """One trajectory per seat (`ego`) or one for both (`joint`); none for an episode without ticks.
+
+    Raises RecordingError for a view or layout that is none.
+    """
     if view not in VIEWS:
         raise RecordingError(f"unknown view {view!r}; known: {', '.join(VIEWS)}")
     if layout not in LAYOUTS:

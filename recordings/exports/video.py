@@ -106,7 +106,10 @@ class _Job:
 
 
 def write_videos(plan: ExportPlan, suffix: str, draw: Draw) -> None:
-    """One recording into the file that was named; several, side by side on all cores, into a folder."""
+    """One recording into the file that was named; several, side by side on all cores, into a folder.
+
+    Raises RecordingError.
+    """
     if not (0.1 <= plan.speed <= 100 and 0.1 <= plan.every_s <= 3600 and 64 <= plan.side <= 2048):
         raise RecordingError(
             "--speed goes from 0.1 to 100, --every from 0.1 to 3600 s, the side of a picture from 64 to 2048 pixels"

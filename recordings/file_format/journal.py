@@ -25,7 +25,7 @@ from movingout.maps.files.data_sync import sync_data
 from movingout.maps.files.file_lock import lock_file, unlock_file
 from movingout.maps.files.input_file import open_input
 from movingout.recordings.errors import BusyError, RecordingError, cannot
-from movingout.recordings.file_format.records import MAGIC
+from movingout.recordings.file_format.records import MAGIC, RECORD
 from movingout.recordings.file_format.topics import CHANNELS, COMMIT, JOURNAL_TOPICS
 
 JOURNAL_SUFFIX = ".mcap.journal"
@@ -34,7 +34,6 @@ SLOW_S = 3.0  # a hiccup of a second makes one late tick; with more than this no
 OPCODE_MESSAGE = 0x05
 COMMIT_CHANNEL = CHANNELS[COMMIT.name]
 
-_RECORD = struct.Struct("<BQ")  # opcode, length
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _SEAL = struct.Struct("<QQ")  # tick, log time: what the commit says about itself
 _COMMIT_START = b'{"commit":'
@@ -101,9 +100,9 @@ class JournalScan:
 def scan(data: bytes) -> JournalScan:
     """Walk the records and check every commit; stops at the first one that does not hold."""
     position, end, crc, ticks, broken = len(MAGIC), 0, 0, 0, False
-    while data.startswith(MAGIC) and position + _RECORD.size <= len(data):
-        opcode, length = _RECORD.unpack_from(data, position)
-        after = position + _RECORD.size + length
+    while data.startswith(MAGIC) and position + RECORD.size <= len(data):
+        opcode, length = RECORD.unpack_from(data, position)
+        after = position + RECORD.size + length
         if opcode == 0 or after > len(data):
             break
         if opcode == OPCODE_MESSAGE and data[position + 9 : position + 11] == COMMIT_CHANNEL.to_bytes(2, "little"):
@@ -153,7 +152,7 @@ class Journal:
 
     @classmethod
     def create(cls, path: Path) -> "Journal":
-        """A new, empty journal; never overwrites."""
+        """A new, empty journal; never overwrites. Raises RecordingError."""
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
@@ -164,7 +163,10 @@ class Journal:
 
     @classmethod
     def reopen(cls, path: Path) -> tuple["Journal", bytes, JournalScan]:
-        """An existing journal, cut after its last whole group, with its bytes."""
+        """An existing journal, cut after its last whole group, with its bytes.
+
+        Raises RecordingError, BusyError where another process writes it.
+        """
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)
         except OSError as error:
@@ -182,7 +184,10 @@ class Journal:
         return cls(path, descriptor, found.end, found.crc), data[: found.end], found
 
     def append(self, records: bytes, tick: int, log_ns: int) -> None:
-        """Add one group: it survives the death of this process once this returns."""
+        """Add one group: it survives the death of this process once this returns.
+
+        Raises RecordingError, also for a disk that is too slow.
+        """
         crc = zlib.crc32(records, self._crc)
         commit = _commit(tick, log_ns, self._offset + len(records), crc)
         group = records + commit
@@ -203,7 +208,10 @@ class Journal:
             )
 
     def sync(self) -> None:
-        """Make what was appended survive a power failure. Takes milliseconds: call it in a thread."""
+        """Make what was appended survive a power failure. Takes milliseconds: call it in a thread.
+
+        Raises RecordingError.
+        """
         with self._closing:
             if self._descriptor < 0:
                 return
@@ -234,7 +242,10 @@ def _lock(descriptor: int, path: Path) -> None:
 
 @contextlib.contextmanager
 def owned(path: Path) -> Iterator[bytes]:
-    """The bytes of a journal that no process writes; it stays locked within the block."""
+    """The bytes of a journal that no process writes; it stays locked within the block.
+
+    Raises RecordingError, BusyError where one writes it.
+    """
     try:
         stream = open_input(path)
     except OSError as error:

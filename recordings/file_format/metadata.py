@@ -54,7 +54,7 @@ def header_metadata(header: EpisodeHeader, software: Entries) -> dict[str, dict[
 
 
 def header_of(records: Mapping[str, Entries], the_map: MapSpec) -> EpisodeHeader:
-    """The header from the metadata records and the map."""
+    """The header from the metadata records and the map. Raises RecordingError."""
     episode = episode_record(records)
     try:
         return EpisodeHeader(
@@ -72,7 +72,10 @@ def header_of(records: Mapping[str, Entries], the_map: MapSpec) -> EpisodeHeader
 
 
 def episode_record(records: Mapping[str, Entries]) -> Entries:
-    """The record `episode`, of a format version that this program reads, with an id that can name files."""
+    """The record `episode`, of a format version that this program reads, with an id that can name files.
+
+    Raises RecordingError.
+    """
     if EPISODE not in records:
         raise RecordingError("this is not a Moving Out recording: it has no metadata record 'episode'")
     version = records[EPISODE].get("format", "")
@@ -87,7 +90,7 @@ def episode_record(records: Mapping[str, Entries]) -> Entries:
 
 
 def seats_of(records: Mapping[str, Entries]) -> tuple[SeatInfo, SeatInfo]:
-    """Who sat in blue and red."""
+    """Who sat in blue and red. Raises KeyError or ValueError where it does not say."""
     return _seat(records[SEATS[0]]), _seat(records[SEATS[1]])
 
 

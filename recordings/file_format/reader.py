@@ -54,13 +54,14 @@ def read_episode(path: Path | str) -> Episode:
 
 
 def episode_of_journal(data: bytes, name: str, damage: str = "") -> Episode:
-    """The episode of a journal's trusted bytes."""
+    """The episode of a journal's trusted bytes. Raises UnreadableError."""
     if not data:
         raise UnreadableError(f"{name} has no complete header, so nothing in it can be read")
     return _episode(records_of(data), name, damage)
 
 
 def read_bytes(path: Path) -> bytes:
+    """Raises RecordingError."""
     try:
         return read_input(path, LARGEST)
     except OSError as error:

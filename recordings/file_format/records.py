@@ -16,7 +16,7 @@ from mcap.records import Attachment, AttachmentIndex, Channel, Chunk, Header, Me
 
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time; then the payload
-_RECORD = struct.Struct("<BQ")  # opcode, length
+RECORD = struct.Struct("<BQ")  # opcode, length
 DATA_END = struct.Struct("<BQI")  # opcode, length, crc
 FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, crc
 _FOOTER, _ATTACHMENT_INDEX, _METADATA_INDEX, _SUMMARY_OFFSET = 0x02, 0x0A, 0x0D, 0x0E
@@ -68,7 +68,7 @@ def records_of(data: bytes, checked: bool = False) -> Iterator[Record]:
     """The records of a file or journal up to its data end; a journal ends where its bytes end.
 
     `checked` is for finished files whose checksum is wrong: reading ends at the first chunk or attachment whose own
-    checksum is wrong too, and messages outside of chunks are ignored.
+    checksum is wrong too, and messages outside of chunks are ignored. Raises as `metadata_in` does.
     """
     yield from _walk(data, len(MAGIC), checked, _Budget(len(data)))
 
@@ -76,18 +76,18 @@ def records_of(data: bytes, checked: bool = False) -> Iterator[Record]:
 def data_holds(data: bytes) -> bool:
     """Whether everything up to the data end is as it was written; what follows there is only an index."""
     position = len(MAGIC)
-    while position + _RECORD.size <= len(data):
-        opcode, length = _RECORD.unpack_from(data, position)
+    while position + RECORD.size <= len(data):
+        opcode, length = RECORD.unpack_from(data, position)
         if opcode == _DATA_END:
             return data[position : position + DATA_END.size] == DATA_END.pack(_DATA_END, 4, zlib.crc32(data[:position]))
-        position += _RECORD.size + length
+        position += RECORD.size + length
     return False
 
 
 def _walk(data: bytes, position: int, checked: bool, budget: _Budget, in_chunk: bool = False) -> Iterator[Record]:
-    while position + _RECORD.size <= len(data):
-        opcode, length = _RECORD.unpack_from(data, position)
-        start, position = position + _RECORD.size, position + _RECORD.size + length
+    while position + RECORD.size <= len(data):
+        opcode, length = RECORD.unpack_from(data, position)
+        start, position = position + RECORD.size, position + RECORD.size + length
         if opcode == _DATA_END or position > len(data):
             return
         if checked and opcode == _ATTACHMENT and data[position - 4 : position] != _crc(data[start : position - 4]):
@@ -118,7 +118,7 @@ def metadata_in(stream: BinaryIO) -> dict[str, dict[str, str]]:
     """
     found: dict[str, dict[str, str]] = {}
     for entry in _index(stream, _METADATA_INDEX, MetadataIndex):
-        record = Metadata.read(_stream(_read(stream, entry.offset, entry.length)[_RECORD.size :]))
+        record = Metadata.read(_stream(_read(stream, entry.offset, entry.length)[RECORD.size :]))
         found[record.name] = record.metadata
     return found
 
@@ -126,11 +126,11 @@ def metadata_in(stream: BinaryIO) -> dict[str, dict[str, str]]:
 def attachment_in(stream: BinaryIO, name: str, limit: int) -> bytes | None:
     """An attachment of a finished file, found by its index; None where there is none of at most `limit` bytes.
 
-    Raises as `metadata_in` does.
+    Raises ValueError or an error of struct or mcap, as `metadata_in`.
     """
     for entry in _index(stream, _ATTACHMENT_INDEX, AttachmentIndex):
         if entry.name == name and entry.length <= limit:
-            data: bytes = Attachment.read(_stream(_read(stream, entry.offset, entry.length)[_RECORD.size :])).data
+            data: bytes = Attachment.read(_stream(_read(stream, entry.offset, entry.length)[RECORD.size :])).data
             return data
     return None
 
@@ -150,8 +150,8 @@ def _index(stream: BinaryIO, opcode: int, kind: type[Entry]) -> Iterator[Entry]:
 def _entries(section: bytes, wanted: int, kind: type[Entry]) -> Iterator[Entry]:
     position = 0
     while position < len(section):
-        opcode, length = _RECORD.unpack_from(section, position)
-        start, position = position + _RECORD.size, position + _RECORD.size + length
+        opcode, length = RECORD.unpack_from(section, position)
+        start, position = position + RECORD.size, position + RECORD.size + length
         if opcode == wanted:
             yield kind.read(_stream(section[start:position]))
 

@@ -11,7 +11,7 @@ from movingout.world.constants import TICK_MS
 from movingout.world.metrics import METRICS, NO_VALUE, Metric
 
 FORMAT_VERSION = 1
-TICK_NS = 100_000_000
+TICK_NS = TICK_MS * 1_000_000
 
 Schema = dict[str, Any]
 

@@ -20,7 +20,7 @@ _MASSES: dict[str, float] = {"small": 0.1, "middle": 0.5, "large": 0.5}  # of th
 
 
 def official_map(name: Any) -> MapSpec:
-    """The map of an official name or old number."""
+    """The map of an official name or old number. Raises RecordingError."""
     text = str(name)
     known = next((name for number, name in OLD_NUMBERS.items() if text == str(number)), text)
     if known not in (*map_names(), "Simple", "simple"):
@@ -43,7 +43,8 @@ def played_map(
     """The map as the first state shows it, and what differs from the map as designed.
 
     `starts` says that the first state is the one before any action; otherwise poses cannot be told from it. `masses`
-    are those of the items where the file says them; else they are as designed.
+    are those of the items where the file says them; else they are as designed. Raises RecordingError for a state
+    that is no valid map.
     """
     items = [_item(designed, index, item) for index, item in enumerate(steps.items)]
     if len(masses) == len(items):

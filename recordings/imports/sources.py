@@ -81,7 +81,10 @@ def without_copies(found: Sequence[TrajectoryFile]) -> list[TrajectoryFile]:
 
 
 def find(paths: Sequence[Path]) -> list[Path]:
-    """The files named and those in the folders named and below, but for hidden ones."""
+    """The files named and those in the folders named and below, but for hidden ones.
+
+    Raises RecordingError for files of other kinds, or none.
+    """
     files: list[Path] = []
     for path in paths:
         if path.is_dir():

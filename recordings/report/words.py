@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from movingout.maps.spec import ItemSpec, MapSpec
 
 OWN = Path(__file__).with_name("languages")
-PAGES = Path(__file__).parents[2] / "web" / "words"  # what the pages of the server say: titles of maps
+PAGES = Path(__file__).parents[2] / "web" / "words"  # what the pages of the server say, a file per language
 DEFAULT = "en"
 LANGUAGES = tuple(sorted(file.stem for file in OWN.glob("*.json")))
 

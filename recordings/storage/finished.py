@@ -34,7 +34,8 @@ _CHUNK_BYTES = 64 * 1024  # measured: 4 KiB costs 44 % more space, 1 MiB saves n
 def finalise(journal: Path) -> Path:
     """The finished recording beside the journal, which is then deleted (kept as `.damaged` if bytes changed in it).
 
-    Works on interrupted journals too: everything up to the last whole tick is kept and marked incomplete.
+    Works on interrupted journals too: everything up to the last whole tick is kept and marked incomplete. Raises
+    RecordingError, BusyError where the journal is being written.
     """
     with owned(journal) as data:
         found = scan(data)
@@ -99,7 +100,7 @@ def _closing(episode: Episode, messages: int, torn: int) -> dict[str, str]:
 
 @contextlib.contextmanager
 def replacing(target: Path) -> Iterator[IO[bytes]]:
-    """A stream that replaces `target` atomically, or leaves nothing behind."""
+    """A stream that replaces `target` atomically, or leaves nothing behind. Raises RecordingError."""
     part = target.with_name(target.name + ".tmp")
     try:
         with part.open("wb") as stream:

@@ -67,7 +67,8 @@ def list_recordings(
 ) -> tuple[list[Summary], list[Unreadable]]:
     """The wanted recordings of a folder, newest first, and the files in it that cannot be read.
 
-    Journals are read as far as they go, unless `running` is False.
+    Journals are read as far as they go, unless `running` is False. Raises RecordingError for a folder that cannot
+    be read.
     """
     files, journals, nameless = _files(folder)
     if not running:

@@ -31,7 +31,7 @@ from movingout.recordings.storage.finished import SUFFIX
 from movingout.world.metrics import from_numbers, to_numbers
 
 MAP_FILE = "map.json"
-_LARGEST_MAP = 1 << 20  # bytes
+LARGEST_MAP = 1 << 20  # bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +102,10 @@ def recordings_below(folder: Path) -> list[Path]:
 
 
 def read_summary(path: Path) -> Summary:
-    """The summary of one recording; the messages of a finished one are not read (`verify` does that)."""
+    """The summary of one recording; the messages of a finished one are not read (`verify` does that).
+
+    Raises RecordingError.
+    """
     if path.name.endswith(JOURNAL_SUFFIX):
         return _of_episode(path, read_episode(path))
     records = read_metadata(path)
@@ -122,7 +125,7 @@ class Players(NamedTuple):
 
 
 def read_players(path: Path) -> Players:
-    """Who played, without opening the messages of a finished recording."""
+    """Who played, without opening the messages of a finished recording. Raises RecordingError."""
     if path.name.endswith(JOURNAL_SUFFIX):
         header = read_episode(path).header
         return Players(header.episode_id, header.seats, header.map.name, header.simulated)
@@ -182,7 +185,7 @@ def is_tutorial(path: Path) -> bool:
 
 
 def read_metadata(path: Path) -> Mapping[str, Entries]:
-    """All metadata records of a finished recording, by name."""
+    """All metadata records of a finished recording, by name. Raises RecordingError."""
     try:
         with open_input(path) as stream:
             if stream.read(len(MAGIC)) != MAGIC:
@@ -227,7 +230,7 @@ def _title_in(path: Path) -> str:
     """The title of the map that a finished recording has in it; empty where it cannot be read."""
     try:
         with open_input(path) as stream:
-            text = attachment_in(stream, MAP_FILE, _LARGEST_MAP)
+            text = attachment_in(stream, MAP_FILE, LARGEST_MAP)
         title = orjson.loads(text or b"{}").get("title")
     except (OSError, *UNREADABLE, ValueError, AttributeError):
         return ""  # `verify` says what is wrong with it; here its name is enough

@@ -139,7 +139,7 @@ class AgentProcess:
                 "lost because an agent computes on" if activity.phase == "overrun" else f"lost while {activity.phase}"
             )
             log.warning("agent worker %d %s; starting another", self.pid, what)
-        except Exception as error:
+        except Exception as error:  # whatever it is, another worker is tried
             log.error("an agent worker cannot be run: %s", error, exc_info=not isinstance(error, OSError))
             return Activity(0.0, "idle", None)
         return activity

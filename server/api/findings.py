@@ -35,7 +35,10 @@ class VerdictRequest(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def routes(host: PublicHost) -> APIRouter:
-    """All of them need the admin token: a finding says who failed, and verdicts are data of a study."""
+    """All of them need the admin token: a finding says who failed, and verdicts are data of a study.
+
+    Their handlers raise ApiError.
+    """
     router = APIRouter(prefix="/api/findings", dependencies=[Depends(admin(host))])
 
     def folder() -> Path:

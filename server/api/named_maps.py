@@ -21,7 +21,7 @@ async def named_map(host: PublicHost, name: str, address: str) -> MapSpec:
 
 
 async def own_map(host: PublicHost, name: str, address: str) -> MapSpec | None:
-    """A map of the operator's folder, or a generated one, which is made where it delays no tick."""
+    """A map of the operator's folder, or a generated one, which is made where it delays no tick. Raises ApiError."""
     if not is_generated(name):
         return host.own_maps.find(name)
     try:

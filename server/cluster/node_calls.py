@@ -83,7 +83,10 @@ class NodeCaller:
         self._numbers = itertools.count(1)
 
     async def call(self, address: str, run: str, work: Work, *args: Any, within_s: float = CALL_S) -> Any:
-        """What `work(host, ...)` returns at the node with this address and run. Raises Away and what it raises."""
+        """What `work(host, ...)` returns at the node with this address and run. Raises Away and what it raises.
+
+        Of that, errors that the nodes do not know by name are a NodeError.
+        """
         body, number = msgspec.msgpack.encode(args), next(self._numbers)
         sign = signature(self._secret(), run, self._run, number, work.__name__, body)
         head = (
@@ -154,7 +157,7 @@ class NodeCalls:
         except MovingOutError as error:
             kind = next((name for name, kind in ERRORS.items() if isinstance(error, kind)), "error")
             return CallResult(error=kind, message=str(error))
-        except Exception as error:
+        except Exception as error:  # a fault of ours, which the node that asked is told of, too
             log.exception("%s failed for another node", work.__name__)
             return CallResult(error="error", message=f"{work.__name__} failed: {type(error).__name__}")
 

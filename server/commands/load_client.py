@@ -61,6 +61,7 @@ class LoadClient(asyncio.Protocol):
             self._task.cancel()
 
     def data_received(self, data: bytes) -> None:
+        """Raises ConnectionError where the server refuses the connection."""
         self._buffer += data
         if not self._open:
             head, found, rest = self._buffer.partition(b"\r\n\r\n")

@@ -91,14 +91,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def number_of(text: str) -> int:
-    """How many rooms, or clients in each."""
+    """How many rooms, or clients in each. Raises ArgumentTypeError."""
     if not text.isdecimal() or not 1 <= int(text) <= MOST:
         raise argparse.ArgumentTypeError(f"a whole number from 1 to {MOST:,} is possible, not {text}")
     return int(text)
 
 
 def above_0(text: str) -> float:
-    """A time in seconds, or a rate per second."""
+    """A time in seconds, or a rate per second. Raises ArgumentTypeError."""
     try:
         number = float(text)
     except ValueError:
@@ -109,7 +109,7 @@ def above_0(text: str) -> float:
 
 
 def base_address(text: str) -> str:
-    """The address of a server, without a path."""
+    """The address of a server, without a path. Raises ArgumentTypeError."""
     try:
         parts = urlsplit(text)
         is_address = parts.scheme == "http" and bool(parts.hostname) and parts.port != 0
@@ -142,7 +142,7 @@ def measure(
 ) -> dict[str, Any]:
     """Play in `rooms` rooms and return the fields of the load test.
 
-    `beside` runs during the measurement (an abusive client, say) and is then cancelled.
+    `beside` runs during the measurement (an abusive client, say) and is then cancelled. Raises LoadTestError.
     """
     try:
         return run_loop(_measure(target, rooms, clients, seconds, inputs_per_s, beside, partner))
@@ -155,7 +155,8 @@ def measure(
 def running_server(rooms: int, clients: int, processes: int = 1, partner: str = "") -> Iterator[RunningServer]:
     """A temporary server on a free port, with temporary data, and all rooms in so many processes.
 
-    Its rooms may have `partner` in a seat, also when that is somebody's own code or file.
+    Its rooms may have `partner` in a seat, also when that is somebody's own code or file. Raises LoadTestError
+    where it does not start.
     """
     with tempfile.TemporaryDirectory(prefix="movingout-loadtest-") as folder:
         sockets = str(rooms * clients + 100)

@@ -72,7 +72,7 @@ class ClientConnection:
         self.client = SendQueue(wire.write, self._wake.set)
 
     async def send_all(self, send: Send) -> None:
-        """Send what the queue holds until the connection is to be closed."""
+        """Send what the queue holds until the connection is to be closed. Raises CloseConnection then."""
         client = self.client
         while True:
             await self._wake.wait()
@@ -90,7 +90,7 @@ class ClientConnection:
                 raise CloseConnection(*client.goodbye)
 
     async def listen(self, receive: Receive) -> None:
-        """Receive the join, then one message after another."""
+        """Receive the join, then one message after another. Raises CloseConnection when it ends."""
         try:
             await asyncio.wait_for(self._join(receive), self._limits.join_s)
         except TimeoutError:

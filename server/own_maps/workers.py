@@ -15,16 +15,15 @@ from movingout.recordings.process_pool import StoppablePool, process_pool
 from movingout.server.connection.turns import Turns
 from movingout.server.own_maps import solving
 from movingout.server.own_maps.folder import Outcome
+from movingout.server.persistence.work_process import CLOSE_S, NICE
 
 log = logging.getLogger(__name__)
 
 Kind = Literal["checks", "variants", "solves"]
 
-NICE = 10  # ticks come first
 MOST_WAITING = 120  # of a kind that have not been answered
 MOST_OF_ONE = 40  # of these for one address, behind which a class may sit
 MOST_SOLVES = 4  # solves that have not been answered, one of which is being played
-CLOSE_S = 3.0  # for what is being worked on when the server ends
 
 
 class Busy(MovingOutError):

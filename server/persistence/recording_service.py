@@ -6,7 +6,6 @@ Knows no room. Ids are unguessable, so one recording needs no token; a path is t
 
 import asyncio
 import logging
-import re
 from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 import orjson
 
 from movingout.recordings import RecordingError, browser_replay, finalise
+from movingout.recordings.file_format.metadata import EPISODE_ID
 from movingout.recordings.storage.finished import SUFFIX, Recovery, recover_journal
 from movingout.recordings.storage.index import list_recordings, renamed_file
 from movingout.recordings.storage.listing import Summary
@@ -25,7 +25,6 @@ from movingout.server.rooms.ghost_partner import GhostSeat, ghost_seat
 Result = TypeVar("Result")
 log = logging.getLogger(__name__)
 
-_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
 CACHED_REPLAYS = 8
 RETRY_S = (2.0, 10.0, 60.0, 600.0)  # after a journal could not be finished; the last one again and again
 CLOSE_S = 10.0  # for journals that wait when the server ends; service managers kill it after 30 s
@@ -123,7 +122,7 @@ class RecordingService:
 
         ReadersBusy, unless it is `urgent`, where it has to be looked for and too many are waiting for that.
         """
-        if not _ID.fullmatch(episode_id):
+        if not EPISODE_ID.fullmatch(episode_id):
             raise RecordingError("a recording's id has up to 80 letters, digits, '-' and '_'")
         pending = self._pending.get(f"{episode_id}.mcap.journal")
         if pending is not None:

@@ -41,7 +41,7 @@ class ExperimenterRequest(msgspec.Struct):
 
 
 class ExperimenterActions:
-    """The actions of the experimenter's page."""
+    """The actions of the experimenter's page. They raise StudyError for what is not there or cannot be done."""
 
     def __init__(self, running: RunningStudy, session_service: SessionService) -> None:
         self._running = running

@@ -62,7 +62,10 @@ class ParticipantActions:
         self._store = running.databases.store
 
     async def complete_step(self, session: ParticipantSession, request: StepRequest) -> None:
-        """The participant has done the step `request.key`; any other step than the current one is ignored."""
+        """The participant has done the step `request.key`; any other step than the current one is ignored.
+
+        Raises StepRefused where something is missing.
+        """
         running = self._running
         if session.step is not None and request.key == session.step.key:
             await self.skip_unplayable(session)
@@ -109,7 +112,7 @@ class ParticipantActions:
         if step.questionnaire:
             given = await tx.run(self._store.answers, session.pid, step.key)
             items = self._study.questionnaire(step.questionnaire).items
-            if any(item.kind != "text" and item.id not in given for item in items):
+            if any(not item.is_text and item.id not in given for item in items):
                 raise StepRefused("unanswered", "Some questions have no answer yet; it may be that you prefer none.")
 
     async def _consent(self, tx: Transaction, session: ParticipantSession, boxes: Sequence[str]) -> None:
@@ -184,7 +187,7 @@ class ParticipantActions:
             running.departures.delete_data(session)
 
     async def answer(self, session: ParticipantSession, request: StudyAnswerRequest) -> None:
-        """Save one answer, also when the page has moved on already. Raises AnswerError, StoreError.
+        """Save one answer, also when the page has moved on already. Raises AnswerError, StepRefused, StoreError.
 
         It moves nobody, so it does not wait for a transaction.
         """

@@ -27,13 +27,13 @@ class AnswerModel:
 
     def answer(self, item: dict[str, Any], partner: str) -> tuple[int, str]:
         """Value and text for an item as the server sends it."""
-        if item["kind"] == "text":
+        asked = QuestionnaireItem(item["id"], item["kind"], "", "", tuple(item.get("options", ())))
+        if asked.is_text:
             return NO_ANSWER, self.random.choice(COMMENTS)
         if self.random.random() < NO_ANSWER_SHARE:
             return NO_ANSWER, ""
-        allowed = QuestionnaireItem(item["id"], item["kind"], "", "", tuple(item.get("options", ()))).allowed()
-        low, high = allowed[0], allowed[-1]
-        if item["kind"] == "choice":
+        low, high = asked.allowed()[0], asked.allowed()[-1]
+        if not asked.is_rated:
             return self.random.randint(low, high), ""
         centre = 0.55 + self._partner_bias.setdefault(partner, self.random.gauss(0, PARTNER_SD))
         share = min(1.0, max(0.0, self.random.gauss(centre, ANSWER_SD)))

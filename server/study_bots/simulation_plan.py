@@ -9,7 +9,7 @@ MAX_SPEED = 20.0  # a tick of 5 ms; the server cannot keep up with less
 
 
 def speed_factor(text: str) -> float:
-    """A speed from the command line: a number, or "max"."""
+    """A speed from the command line: a number, or "max". Raises ArgumentTypeError."""
     speed = MAX_SPEED if text == "max" else float(text)
     if not 0.1 <= speed <= MAX_SPEED:
         raise argparse.ArgumentTypeError(f"the speed must be from 0.1 to {MAX_SPEED:g}, or max")

@@ -37,7 +37,10 @@ class RequestRefused(StudyError):
 
 
 class StudyClient:
-    """One participant's page. Requests are repeated while the server is unreachable, as the page does."""
+    """One participant's page. Requests are repeated while the server is unreachable, as the page does.
+
+    Raises SimulationError where that lasts, and RequestRefused.
+    """
 
     def __init__(self, http: httpx.AsyncClient) -> None:
         self._http = http

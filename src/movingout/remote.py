@@ -64,7 +64,8 @@ class Client:
     ) -> None:
         """`server`: its address, http(s) or ws(s). `token`: of an earlier connection, to come back to its seat.
 
-        `certificates`: which of them to trust, for a server with a self-signed one.
+        `certificates`: which of them to trust, for a server with a self-signed one. Raises RemoteError for an
+        address that is none.
         """
         self._address, self._room, self._name, self.token = _websocket(server, room), room, name, token
         self._tls = certificates or True if self._address.startswith("wss:") else None
@@ -147,7 +148,8 @@ class Client:
     async def play(self, agent: "Agent", seed: int = 0) -> RoundResult:
         """Let an agent play a round, in a thread of its own: `reset`, then `act` whenever its last chunk is used up.
 
-        As in matches, these are all its rows, or as many as the agent's `execute_rows` says.
+        As in matches, these are all its rows, or as many as the agent's `execute_rows` says. Raises
+        RemoteError, AgentError for a wrong chunk, and what the agent raises.
         """
         if isinstance(agent, str | type) or not (hasattr(agent, "reset") and hasattr(agent, "act")):
             raise RemoteError(f"an agent is an object with reset() and act(), as of load_agent(…), not {agent!r:.80}")

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from markupsafe import Markup, escape
 
 from movingout.recordings.report.words import Words
+from movingout.study.questionnaire import LIKERT_MAX, LIKERT_MIN
 
 WIDTH, LABEL, BAR, GAP = 640.0, 150.0, 14.0, 5.0
-VALUES = tuple(range(1, 8))
+VALUES = tuple(range(LIKERT_MIN, LIKERT_MAX + 1))
 
 
 def likert_bars(rows: Sequence[tuple[str, Sequence[int]]], title: str, words: Words) -> Markup:

@@ -38,10 +38,10 @@ def rated_items(study: Study, language: str = DEFAULT) -> list[AskedItem]:
 
 
 def counted_items(study: Study, language: str = DEFAULT) -> list[AskedItem]:
-    """Every question whose answers are counted: choices, and what is rated in demographics."""
+    """Every question whose answers are counted: choices and other values, and what is rated in demographics."""
     names = [study.demographics] if study.demographics else []
-    first = [(name, item) for name, item in _items(study, names, language) if item.kind != "text"]
-    later = [(name, item) for name, item in _about_partners(study, language) if item.kind == "choice"]
+    first = [(name, item) for name, item in _items(study, names, language) if not item.is_text]
+    later = [(name, item) for name, item in _about_partners(study, language) if not (item.is_rated or item.is_text)]
     labels = _labels([*first, *later])
     demographics = [AskedItem(name, item, labels[name, item.id], ("demographics",)) for name, item in first]
     return [*demographics, *_by_occasion(study, later, labels)]

@@ -25,7 +25,7 @@ from movingout.study.store.frozen_study import FrozenStudy, frozen_study
 
 
 def report(folder: StudyFolder, args: argparse.Namespace) -> int:
-    """Write a folder with report.html and a CSV file per table."""
+    """Write a folder with report.html and a CSV file per table. Raises StudyError."""
     with closing(folder.open_existing()) as store:
         folder = as_frozen(folder, store, args.file)
         frozen, results = frozen_study(store), collect(folder.study, store, folder.recordings, args.annotations)

@@ -48,7 +48,8 @@ class DueForErasure:
 def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
     """Delete a participant, named by pseudonym, completion code or the id that a platform knows them by.
 
-    If this is interrupted, run it again, at best with the pseudonym: the row in the store is deleted last.
+    If this is interrupted, run it again, at best with the pseudonym: the row in the store is deleted last. Raises
+    StudyError.
     """
     return _erase(folder, store, _named(folder, store, name))
 
@@ -120,12 +121,15 @@ def _expired(one: Participant, keep: str, now: int) -> bool:
 
 
 def remove_recordings(folder: Path, pid: str, episodes: Collection[str]) -> int:
-    """Delete the recordings of these rounds, and all others that name the participant (practice, unfinished games)."""
+    """Delete the recordings of these rounds, and all others that name the participant (practice, unfinished games).
+
+    Raises StudyError.
+    """
     return remove_recordings_of(folder, {pid: episodes})[pid]
 
 
 def remove_recordings_of(folder: Path, whose: Mapping[str, Collection[str]]) -> dict[str, int]:
-    """The same for several participants with their rounds. A recording of two counts for one of them."""
+    """The same for several participants with their rounds. A recording of two counts for one of them. Raises StudyError."""
     removed: dict[Path, str] = {}
     for _ in range(LOOKS):
         if not folder.is_dir():
@@ -240,7 +244,10 @@ def _remove(folder: Path, paths: set[Path]) -> None:
 
 
 def remove_rooms(folder: StudyFolder, pid: str) -> None:
-    """Delete the saved rooms of a stopped server that name the participant, and what was answered in them."""
+    """Delete the saved rooms of a stopped server that name the participant, and what was answered in them.
+
+    Raises StudyError.
+    """
     try:
         # those of a cluster are in a folder per shard; *.tmp are left after a crash, others were not understood
         for path in [one for ending in ("json", "tmp", "not-understood") for one in folder.rooms.rglob(f"*.{ending}")]:

@@ -65,7 +65,7 @@ class Exported:
 
 
 def export_study(folder: StudyFolder, store: Store, target: Path, options: Options) -> Exported:
-    """Write everything to a new folder, which appears complete or not at all."""
+    """Write everything to a new folder, which appears complete or not at all. Raises StudyError."""
     done = Exported()
     study, frozen = folder.study, frozen_study(store)
     tables = _tables(study, store)

@@ -179,9 +179,9 @@ class QuestionnaireSpec(StudyModel):
         ready = instrument(self.base, language) if self.base else None
         kept = [item for item in ready.items if item.id not in self.without] if ready else []
         own = [item.build(language) for item in self.items]
-        texts = [item for item in (*kept, *own) if item.kind == "text"]
+        texts = [item for item in (*kept, *own) if item.is_text]
         title = self.title.text(language) if self.title else ready.title if ready else UNTITLED.text(language)
-        return Questionnaire(self.id, title, (*(item for item in (*kept, *own) if item.kind != "text"), *texts))
+        return Questionnaire(self.id, title, (*(item for item in (*kept, *own) if not item.is_text), *texts))
 
 
 UNTITLED = LocalizedText({"en": "Questions", "de": "Fragen"})
@@ -367,7 +367,7 @@ class Study(StudyModel):
 
 
 def known_map(name: str, info: ValidationInfo) -> str:
-    """The name, when there is such a map."""
+    """The name, when there is such a map. Raises ValueError where there is none."""
     files: MapFiles = info.context or MapFiles()
     try:
         files.load(name)

@@ -13,6 +13,7 @@ from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.balance import seat_imbalance
 from movingout.study.design.consent_text import contradictions, shared_code, unfilled
 from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
+from movingout.study.design.localized_text import DEFAULT
 from movingout.study.design.partner_origin import origin_warnings
 from movingout.study.design.pooling import apart_by_maps
 from movingout.study.design.steps import Step, longest_round_s, planned_seconds, steps
@@ -312,7 +313,7 @@ def _unused(study: Study) -> Iterator[str]:
             places = "demographics, after_round, after_partner or at_end"
             yield f"questionnaire {spec.id} is never asked: name it in {places}, or remove it"
         for item in spec.items:
-            if item.ends and item.kind in ("choice", "text"):
+            if item.ends and not item.build(DEFAULT).is_rated:
                 yield f"questionnaire {spec.id}: ends of {item.id} has no effect, because a {item.kind} is no scale"
     met = {name for block in study.blocks for name in block.partners}
     for partner in study.partners:

@@ -123,4 +123,4 @@ def _questions(study: Study, key: str, kind: StepKind, name: str, block: str = "
 
 
 def _item_seconds(item: QuestionnaireItem) -> float:
-    return TEXT_S if item.kind == "text" else SCALE_S
+    return TEXT_S if item.is_text else SCALE_S

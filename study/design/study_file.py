@@ -31,7 +31,7 @@ FILE_KEY = "file"
 
 
 def read_study(path: Path) -> Study:
-    """The study in a file. Raises StudyFileError with all faults."""
+    """The study in a file. Raises StudyFileError with all faults, StudyError for a file that cannot be read."""
     return parse_study(_text(path), path.name, path.parent)
 
 
@@ -41,7 +41,7 @@ def parse_study(
     """The study in a text; texts given as {file: NAME} and maps are read from `folder`, if there is one.
 
     Of one that has begun, the parts may contradict each other: earlier versions let some of that pass. A complete one
-    may name no texts in files.
+    may name no texts in files. Raises StudyFileError with all faults.
     """
     try:
         document = YamlDocument(text)

@@ -3,13 +3,11 @@
 import json
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 
+from movingout.recordings.report.words import PAGES
 from movingout.study.design.definition import QuestionnaireSpec, QuestionSpec, Study
 from movingout.study.design.instruments import instrument_names, instrument_speaks
 from movingout.study.design.localized_text import LocalizedText
-
-WORDS = Path(__file__).parents[2] / "web" / "words"  # what the pages say, a file per language
 
 
 def missing_texts(study: Study) -> tuple[str, ...]:
@@ -73,7 +71,7 @@ def _pages_name(study: Study, name: str, language: str) -> bool:
 @cache
 def page_words(language: str) -> dict[str, str] | None:
     """What the pages say in a language, by key; None where they do not speak it."""
-    file = WORDS / f"{language.partition('-')[0]}.json"
+    file = PAGES / f"{language.partition('-')[0]}.json"
     if not file.is_file():
         return None
     words: dict[str, str] = json.loads(file.read_text(encoding="utf-8"))

@@ -37,7 +37,7 @@ def freeze_study(
     """Store what the study is run with. It may not change once a participant has come; before, the newest counts.
 
     Newer software is allowed, since a bug may have to be fixed in the middle of a study, and is audited.
-    Data of `simulated` participants are never mixed with data of people.
+    Data of `simulated` participants are never mixed with data of people. Raises StudyError where it would change.
     """
     digest = sha256(file_text.encode()).hexdigest()
     row: dict[str, Any] = {

@@ -83,7 +83,10 @@ class Rounds:
         return int(attempt)
 
     def leave_out(self, unit: Unit, step: Step, seated: Sequence[PlayerOutcome]) -> None:
-        """Add a round that cannot be played, once: invalid, without a tick and a recording."""
+        """Add a round that cannot be played, once: invalid, without a tick and a recording.
+
+        Raises StudyError for a step that is no round.
+        """
         with self._store.database.write() as connection:
             mine = rounds.c.unit == unit.id
             episode = f"{UNPLAYED}{unit.id}-{connection.execute(select(func.count()).where(mine)).scalar_one() + 1}"
@@ -99,7 +102,10 @@ class Rounds:
     def end(
         self, episode: str, played: RoundOutcome, seated: Sequence[PlayerOutcome] = (), recovered: bool = False
     ) -> None:
-        """Close a round with its outcome; one that is `recovered`, after its last tick, ended about then, not now."""
+        """Close a round with its outcome; one that is `recovered`, after its last tick, ended about then, not now.
+
+        Raises StudyError for a recording of no round.
+        """
         with self._store.database.write() as connection:
             find = select(rounds.c.id, rounds.c.started_ms).where(rounds.c.episode == episode)
             opened = connection.execute(find).one_or_none()
@@ -179,7 +185,10 @@ class Rounds:
             return {row.episode: row.unit for row in connection.execute(query)}
 
     def mark(self, episode: str, valid: bool) -> int:
-        """Mark a round as valid or invalid for the experimenter, and return the unit that played it."""
+        """Mark a round as valid or invalid for the experimenter, and return the unit that played it.
+
+        Raises StudyError for a recording of no round.
+        """
         with self._store.database.write() as connection:
             change = update(rounds).where(rounds.c.episode == episode).values(valid=valid).returning(rounds.c.unit)
             unit = connection.execute(change).scalar()

@@ -4,14 +4,14 @@
  */
 
 import { el } from "../core/dom.js";
+import { NO_ANSWER, TEXT_LIMIT } from "../messages.js";
 import { say } from "../text/catalogue.js";
-import { idOf, NO_ANSWER } from "./radio.js";
+import { idOf } from "./radio.js";
 
 /** @typedef {import("./pages.js").Item} Item */
 /** @typedef {import("./pages.js").Given} Given */
 /** @typedef {import("./radio.js").Save} Save */
 
-const TEXT_LIMIT = 4000; // study/questionnaire.py
 const TYPING_MS = 700; // a text is saved this long after the last key
 
 /**

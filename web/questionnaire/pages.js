@@ -3,7 +3,7 @@
  * Which questions stand on which page, and what is missing. Pure.
  */
 
-/** @typedef {"likert7" | "tlx" | "choice" | "text"} Kind */
+/** @typedef {import("../messages.js").QuestionKind} Kind */
 /**
  * A question, as study/questionnaire.py sends it.
  * @typedef {object} Item

@@ -5,6 +5,7 @@
  */
 
 import { el } from "../core/dom.js";
+import { LIKERT_MAX, LIKERT_MIN } from "../messages.js";
 import { say } from "../text/catalogue.js";
 import { freeText } from "./free_text.js";
 import { endsOf, idOf, noAnswer, radio } from "./radio.js";
@@ -15,7 +16,7 @@ import { tlxScale } from "./tlx_scale.js";
 /** @typedef {import("./radio.js").Save} Save */
 /** @typedef {{root: HTMLElement, flush: () => void}} Question `flush` saves what is still being typed */
 
-const LIKERT = [1, 2, 3, 4, 5, 6, 7];
+const LIKERT = Array.from({ length: LIKERT_MAX - LIKERT_MIN + 1 }, (_, step) => LIKERT_MIN + step);
 
 /** @param {Item} item @param {Given | undefined} given @param {Save} save @returns {Question} */
 export function question(item, given, save) {

@@ -5,12 +5,11 @@
  */
 
 import { el } from "../core/dom.js";
+import { NO_ANSWER } from "../messages.js";
 import { say } from "../text/catalogue.js";
 
 /** @typedef {import("./pages.js").Item} Item */
 /** @typedef {(item: Item, value: number, text: string) => void} Save */
-
-export const NO_ANSWER = -1; // study/questionnaire.py
 
 /** The id of a question's element. @param {Item} item */
 export function idOf(item) {

@@ -4,13 +4,12 @@
  */
 
 import { el } from "../core/dom.js";
+import { NO_ANSWER, TLX_MAX } from "../messages.js";
 import { say } from "../text/catalogue.js";
-import { endsOf, NO_ANSWER, noAnswer } from "./radio.js";
+import { endsOf, noAnswer } from "./radio.js";
 
 /** @typedef {import("./pages.js").Item} Item */
 /** @typedef {import("./radio.js").Save} Save */
-
-const TLX_MAX = 20; // study/questionnaire.py
 
 /**
  * @param {Item} item

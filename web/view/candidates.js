@@ -97,7 +97,7 @@ function around([x, y]) {
 }
 
 /** @param {Point} one @param {Point} other */
-function distance(one, other) {
+export function distance(one, other) {
   return Math.hypot(one[0] - other[0], one[1] - other[1]);
 }
 

@@ -1,6 +1,8 @@
 // What an agent is trying, as far as its chosen candidate tells: which item it brings where, or goes to. Where that
 // cannot be told, nothing is said.
 
+import { distance } from "./candidates.js";
+
 /** @typedef {import("./candidates.js").Decision} Decision */
 /** @typedef {import("./candidates.js").Point} Point */
 /** @typedef {import("./render.js").GameMap} GameMap */
@@ -45,7 +47,7 @@ export function planOf(map, view, decision) {
 function approached(map, view, { seat, chosen, ways, own }) {
   const start = pointOf(view, seat);
   const end = own[0]?.at(-1) ?? ways[chosen]?.at(-1);
-  if (end === undefined || gap(start, end) < COMES) return null;
+  if (end === undefined || distance(start, end) < COMES) return null;
   const ahead = map.items
     .map((_, item) => ({ item, ahead: cosine(start, end, pointOf(view, item + 2)) }))
     .filter(({ item }) => !view.delivered[item] && view.held[1 - seat] !== item)
@@ -53,7 +55,7 @@ function approached(map, view, { seat, chosen, ways, own }) {
   const [best, next] = ahead;
   if (best === undefined || best.ahead < AHEAD || (next && best.ahead - next.ahead < CLEARLY)) return null;
   const place = pointOf(view, best.item + 2);
-  return gap(start, place) - gap(end, place) >= COMES ? best.item : null;
+  return distance(start, place) - distance(end, place) >= COMES ? best.item : null;
 }
 
 /**
@@ -62,7 +64,7 @@ function approached(map, view, { seat, chosen, ways, own }) {
  */
 function partnerComes(view, { seat, partner }, item) {
   const [start, place] = [pointOf(view, 1 - seat), pointOf(view, item + 2)];
-  const come = partner.filter((way) => gap(start, place) - gap(way.at(-1) ?? start, place) >= COMES);
+  const come = partner.filter((way) => distance(start, place) - distance(way.at(-1) ?? start, place) >= COMES);
   return partner.length > 0 && 2 * come.length > partner.length;
 }
 
@@ -70,11 +72,6 @@ function partnerComes(view, { seat, partner }, item) {
 function pointOf(view, body) {
   const [x, y] = view.poses[body];
   return [x, y];
-}
-
-/** @param {Point} one @param {Point} other */
-function gap(one, other) {
-  return Math.hypot(one[0] - other[0], one[1] - other[1]);
 }
 
 /** Of the angle at `start` between `end` and `place`. @param {Point} start @param {Point} end @param {Point} place */

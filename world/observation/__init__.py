@@ -1,7 +1,7 @@
 """What an agent sees: the vector of one seat, in named layouts that never change once published."""
 
 from movingout.world.observation.aware import AWARE_LAYOUT, ITEM_COLUMNS, AwareEncoder
-from movingout.world.observation.egocentric import ITEM_SLOTS, ITEM_WIDTH, ROBOT_WIDTH
+from movingout.world.observation.egocentric import ITEM_SLOTS, ITEM_WIDTH
 from movingout.world.observation.layouts import LAYOUTS, Layout, StateEncoder, encode_state, encoder, layout_named
 from movingout.world.observation.pictures import PICTURE_LAYOUT, PICTURE_SHAPE
 from movingout.world.observation.relative import RELATIVE_LAYOUT
@@ -15,7 +15,6 @@ __all__ = [
     "PICTURE_LAYOUT",
     "PICTURE_SHAPE",
     "RELATIVE_LAYOUT",
-    "ROBOT_WIDTH",
     "AwareEncoder",
     "Layout",
     "StateEncoder",

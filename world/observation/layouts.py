@@ -7,8 +7,15 @@ from typing import Protocol
 
 from movingout.maps import MapSpec
 from movingout.world.errors import WorldError
-from movingout.world.observation.aware import AWARE_LAYOUT, AWARE_SIZE, ITEM_COLUMNS, AwareEncoder, aware_bounds
-from movingout.world.observation.egocentric import OFFICIAL, WITH_MAP, Encoder, ObservationLayout
+from movingout.world.observation.aware import (
+    AWARE_LAYOUT,
+    AWARE_SIZE,
+    ITEM_COLUMNS,
+    PARTNER_OFFSET,
+    AwareEncoder,
+    aware_bounds,
+)
+from movingout.world.observation.egocentric import OFFICIAL, ROBOT_WIDTH, WITH_MAP, Encoder, ObservationLayout
 from movingout.world.observation.pictures import (
     PICTURE_LAYOUT,
     PICTURE_SHAPE,
@@ -17,6 +24,7 @@ from movingout.world.observation.pictures import (
     picture_bounds,
 )
 from movingout.world.observation.relative import (
+    OWN_NUMBERS,
     RELATIVE_ITEMS,
     RELATIVE_LAYOUT,
     RELATIVE_SIZE,
@@ -53,6 +61,9 @@ class Layout:
     bounds: Floats = field(compare=False)  # (D,) how large each number can be, up or down
     make: Callable[[MapSpec], StateEncoder]  # WorldError for a map that does not fit
     slots: Slots
+    own_numbers: int = 0  # the first so many are of the own robot, as many after them of the partner; 0: not known
+    partner_pose: int | None = None  # where the partner's x, y, cos and sin in the arena begin
+    partner_offset: int | None = None  # where partner minus own position begins, along the axes of the arena
     items: tuple[tuple[int, ...], ...] = ()  # indices of each item's numbers, alike for all; empty: not known
     mirror: tuple[Ints, Floats] | None = field(default=None, compare=False)
     """Of a layout in the own frame: where each number of a mirrored observation comes from (D,), and its sign (D,)."""
@@ -74,7 +85,15 @@ class Layout:
 
 
 def _egocentric(layout: ObservationLayout) -> Layout:
-    return Layout(layout.name, layout.size, layout.bounds, partial(Encoder, layout=layout), layout.slots)
+    return Layout(
+        layout.name,
+        layout.size,
+        layout.bounds,
+        partial(Encoder, layout=layout),
+        layout.slots,
+        own_numbers=ROBOT_WIDTH,
+        partner_pose=ROBOT_WIDTH,
+    )
 
 
 LAYOUTS: Mapping[str, Layout] = {
@@ -82,7 +101,17 @@ LAYOUTS: Mapping[str, Layout] = {
     for layout in (
         _egocentric(OFFICIAL),
         _egocentric(WITH_MAP),
-        Layout(AWARE_LAYOUT, AWARE_SIZE, aware_bounds(), AwareEncoder, WITH_MAP.slots, ITEM_COLUMNS),
+        Layout(
+            AWARE_LAYOUT,
+            AWARE_SIZE,
+            aware_bounds(),
+            AwareEncoder,
+            WITH_MAP.slots,
+            own_numbers=ROBOT_WIDTH,
+            partner_pose=ROBOT_WIDTH,
+            partner_offset=PARTNER_OFFSET,
+            items=ITEM_COLUMNS,
+        ),
         Layout(PICTURE_LAYOUT, PICTURE_SIZE, picture_bounds(), PictureEncoder, Slots(), picture=PICTURE_SHAPE),
         Layout(
             RELATIVE_LAYOUT,
@@ -90,8 +119,9 @@ LAYOUTS: Mapping[str, Layout] = {
             relative_bounds(),
             RelativeEncoder,
             RELATIVE_SLOTS,
-            RELATIVE_ITEMS,
-            relative_mirror(),
+            own_numbers=OWN_NUMBERS,
+            items=RELATIVE_ITEMS,
+            mirror=relative_mirror(),
         ),
     )
 }

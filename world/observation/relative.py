@@ -64,6 +64,7 @@ RELATIVE_ITEMS = tuple(
 )
 """Indices (7, 41) of each item's numbers."""
 
+OWN_NUMBERS = 8  # the first ones; the next 8 are the partner's
 OWN_HAND, PARTNER_HEADING, PARTNER_HAND = 4, (10, 11), 12  # indices
 _SIDEWAYS = [1, 3, 7, 9, 11, 14, 15, 17]  # what changes sign in a mirror
 _SIDEWAYS_OF_GOAL = [2, 6, 9]

@@ -14,7 +14,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from movingout.agents.bass.dynamics import KL_WEIGHT, LATENT_WEIGHT, RECONSTRUCTION_WEIGHT
+from movingout.agents.bass.dynamics import KL_WEIGHT, LATENT_WEIGHT, RECONSTRUCTION_WEIGHT, divergence_of, sampled
 
 MakeEncoder = Callable[[int], nn.Module]
 """A network from observations (B, D) to as many numbers as it is asked for."""
@@ -75,12 +75,12 @@ class LatentDynamics(nn.Module):
         now_mean, now_variance = self.now.encode(observation)
         target = after - observation if self.residual else after
         then_mean, then_variance = self.next.encode(target)
-        now, then = _sampled(now_mean, now_variance), _sampled(then_mean, then_variance)
+        now, then = sampled(now_mean, now_variance), sampled(then_mean, then_variance)
         stepped = self._stepped(now, actions)
         prediction = F.mse_loss(self.next.decode(stepped), target)
         reconstruction = F.mse_loss(self.now.decode(now), observation) + F.mse_loss(self.next.decode(then), target)
         latent = F.mse_loss(stepped, then_mean)
-        divergence = _divergence(now_mean, now_variance) + _divergence(then_mean, then_variance)
+        divergence = divergence_of(now_mean, now_variance) + divergence_of(then_mean, then_variance)
         loss = prediction + RECONSTRUCTION_WEIGHT * reconstruction + LATENT_WEIGHT * latent + KL_WEIGHT * divergence
         return {"loss": loss, "prediction": prediction, "reconstruction": reconstruction, "latent": latent}
 
@@ -88,11 +88,3 @@ class LatentDynamics(nn.Module):
         for tick in range(actions.shape[1]):
             latent = self.latent_step(torch.cat((latent, actions[:, tick]), dim=-1))
         return latent
-
-
-def _sampled(mean: Tensor, log_variance: Tensor) -> Tensor:
-    return mean + torch.randn_like(mean) * (0.5 * log_variance).exp()
-
-
-def _divergence(mean: Tensor, log_variance: Tensor) -> Tensor:
-    return 0.5 * (mean**2 + log_variance.exp() - 1.0 - log_variance).sum(dim=-1).mean()

@@ -102,7 +102,7 @@ def _add_plan(parser: argparse.ArgumentParser) -> None:
 
 
 def price(text: str) -> float:
-    """A price in any currency."""
+    """A price in any currency. Raises ArgumentTypeError."""
     try:
         amount = float(text)
     except ValueError:

@@ -82,6 +82,7 @@ class StudyNodeHost(ClusterHost):
         return self.node.leases.valid(STUDY, self.node.now())
 
     def obey(self, fence: int) -> None:
+        """Raises Away for a study that another node runs by now."""
         lease = self.node.view.lease(STUDY)
         self._newest_fence = max(self._newest_fence, fence, lease.fence if lease else 0)
         if fence < self._newest_fence:

@@ -50,7 +50,7 @@ def routes(running: RunningStudy, session_service: SessionService, views: Partic
 
 
 class ParticipantApi:
-    """The requests of participants' pages."""
+    """The requests of participants' pages. They raise ApiError for a page that is not known, and for too many."""
 
     def __init__(self, running: RunningStudy, session_service: SessionService, views: ParticipantViews) -> None:
         self._running = running

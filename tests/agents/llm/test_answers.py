@@ -2,7 +2,8 @@
 
 import pytest
 
-from movingout.agents.llm.answers import MAX_PLAN, ModelAnswer, Skill, UselessAnswerError, read_answer
+from movingout.agents.decision_trace import MAX_PLAN
+from movingout.agents.llm.answers import ModelAnswer, Skill, UselessAnswerError, read_answer
 
 NONE: frozenset[int] = frozenset()
 

@@ -1,10 +1,11 @@
 """How the presets of MAPPO differ, and that the page about learning says all of it."""
 
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
-from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, MappoConfig
+from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ArenaLayout, MappoConfig
+from movingout.world.observation import LAYOUTS
 from tests.support import ROOT
 
 FAST = MappoConfig()
@@ -37,3 +38,9 @@ def test_every_difference_is_said_with_its_numbers(name: str) -> None:
 def test_what_the_paper_has_on_the_maps_of_coordination_is_said_to_be_missing() -> None:
     assert ON_COORDINATION.keys() == {"ticks", "entropy", "discount"}
     assert f"{FAST.ticks} ticks, entropy {FAST.entropy:g}, discount {FAST.discount}" in page()
+
+
+def test_every_layout_of_numbers_with_headings_of_the_arena_can_be_learned_from_and_is_in_the_help() -> None:
+    arena = [name for name, layout in LAYOUTS.items() if not layout.picture and not layout.own_frame]
+    assert list(get_args(ArenaLayout)) == arena
+    assert all(name in MappoConfig.__dataclass_fields__["layout"].metadata["help"] for name in arena)

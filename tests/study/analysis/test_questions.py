@@ -7,8 +7,10 @@ import pytest
 
 from movingout.recordings.report.words import Words
 from movingout.study.analysis.page import page
+from movingout.study.analysis.questions import counted_items
 from movingout.study.analysis.results import Results, collect
 from movingout.study.analysis.tables import LANGUAGE_FILES, choices, performance, ratings
+from movingout.study.questionnaire import QuestionnaireItem
 from movingout.study.store import Store
 from tests.study.filled import fill, template
 
@@ -60,6 +62,11 @@ def test_choices_and_demographics_are_counted_and_attention_items_are_not(result
         ("Again", "at the end", "Once", "3"),
     )
     assert "Auswahlfragen" in page(results, plain, "über", Words("de", (LANGUAGE_FILES,)))
+
+
+def test_a_kind_that_is_neither_rated_nor_a_text_is_counted(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(QuestionnaireItem, "is_rated", property(lambda item: item.id == "liked_too"))
+    assert [asked.item.id for asked in counted_items(results.study)] == ["skill", "like", "again"]
 
 
 def test_a_study_that_asks_nothing_to_count_has_no_table_of_it(tmp_path: Path) -> None:
