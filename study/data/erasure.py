@@ -129,7 +129,10 @@ def remove_recordings(folder: Path, pid: str, episodes: Collection[str]) -> int:
 
 
 def remove_recordings_of(folder: Path, whose: Mapping[str, Collection[str]]) -> dict[str, int]:
-    """The same for several participants with their rounds. A recording of two counts for one of them. Raises StudyError."""
+    """The same for several participants with their rounds. A recording of two counts for one of them.
+
+    Raises StudyError.
+    """
     removed: dict[Path, str] = {}
     for _ in range(LOOKS):
         if not folder.is_dir():
