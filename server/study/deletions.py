@@ -13,7 +13,7 @@ from movingout.server.public_host import PublicHost
 from movingout.server.study.alerts import Alerts
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.notes import ExperimenterNotes
-from movingout.server.study.participants import Participants
+from movingout.server.study.participants import SCRUB_S, Participants
 from movingout.server.study.rounds.finished_rounds import FinishedRounds
 from movingout.server.study.rounds.round_recovery import FINISHED_S
 from movingout.server.study.units import Units
@@ -23,7 +23,6 @@ from movingout.study.store.removal import rounds_by_participant, withdraw_data
 
 LOOK_S = 0.5  # between two looks at whose turn it is
 LOOK_AGAIN_S = (10.0, 60.0, 600.0)  # after a deletion; the last one again and again while it fails
-SCRUB_S = 60.0  # between two times at which the database overwrites what was deleted
 
 Played = Mapping[str, Sequence[dict[str, Any]]]
 """Rounds by pseudonym, of all who have a unit: nobody else can be in a recording."""

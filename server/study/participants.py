@@ -22,7 +22,7 @@ CLOCK_MS = 5000  # by which the clock of another node, or one that was corrected
 MOST_UNDECIDED = 2000  # of them are remembered after they have closed the page
 MOST_DECLINED = 1000  # whose pages still say goodbye
 MOST_AT_ONCE = 500  # deleted a second; more than can arrive
-SCRUB_S = 60.0  # between two times at which the identities of those who declined are overwritten
+SCRUB_S = 60.0  # between two times at which a database overwrites what was deleted
 
 
 class Participants:

@@ -6,7 +6,7 @@ from pathlib import Path
 from movingout.recordings import finalise
 from movingout.recordings.annotation.finding import VERDICTS
 from movingout.recordings.annotation.search import SEARCH_NAME, search_failures
-from movingout.recordings.annotation.verdicts import VERDICTS_NAME, add_verdict, new_line
+from movingout.recordings.annotation.verdicts import LOCK_NAME, VERDICTS_NAME, add_verdict, new_line
 from movingout.recordings.report.failures import CASES
 from movingout.recordings.storage.index import INDEX_NAME, list_recordings
 from movingout.recordings.storage.s3_bucket import DELETED, UPLOADED_TO, note_uploads
@@ -43,6 +43,7 @@ def test_after_a_deletion_by_root_the_server_can_delete_annotate_and_list(tmp_pa
         DELETED,
         UPLOADED_TO,
         f"recordings/{VERDICTS_NAME}",
+        f"recordings/{LOCK_NAME}",
         f"recordings/{INDEX_NAME}",
         f"recordings/{SEARCH_NAME}",
     }
