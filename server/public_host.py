@@ -326,11 +326,14 @@ class PublicHost(ABC):
         return self.most_rooms - reserve
 
     async def make_place(self, for_operator: bool = False) -> None:
-        """Where all rooms are in use, close the one that was left behind or idle longest, whichever visitor's it is."""
+        """Where all rooms are in use, close the one that was left behind or idle longest, whichever visitor's it is.
+
+        A process that is being replaced is not waited for: the rooms of the others are enough.
+        """
         if self.refusal(for_operator).code != "rooms_in_use":
             return  # there is place, or a server that ends opens none
         opened = [room for _, rooms in self.admission.rooms_by_owner().values() for room in rooms]
-        for room in longest_left(await self._left_states(opened)):
+        for room in longest_left(await self._left_states([room for room in opened if self.reaches(room)])):
             if await self._close_if_left(room):
                 return
 

@@ -127,6 +127,7 @@ def _seat_file(seat: Seat) -> SeatFile:
         previous_token=seat.previous_token.hex() if seat.previous_token else "",
         ready=seat.ready,
         gone=seat.gone,
+        wants_again=seat.wants_again,
         key=seat.key.hex() if seat.key else "",
     )
 
@@ -143,6 +144,7 @@ def _seat(index: int, kept: SeatFile, absent_since: float) -> Seat:
         previous_token=bytes.fromhex(kept.previous_token) or None,
         ready=kept.ready,
         gone=kept.gone,
+        wants_again=kept.wants_again,
         key=bytes.fromhex(kept.key) or None,
         absent_since=absent_since + RESTART_RESUME_S,
     )

@@ -39,6 +39,7 @@ class SeatFile(msgspec.Struct, forbid_unknown_fields=True):
     ready: bool
     gone: bool
     key: str = ""
+    wants_again: bool = False
 
 
 class RoomFile(msgspec.Struct, forbid_unknown_fields=True):

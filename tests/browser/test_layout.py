@@ -384,3 +384,11 @@ def test_a_small_phone_brings_an_item_home_by_touch_alone(server: Server, open_p
     wait_for(page, "game.entities().items[0].delivered")
     expect(page.locator("#done")).to_have_text("1 / 3")
     assert page.evaluate("scrollY") == 0
+
+
+@pytest.mark.parametrize("language", ["en-GB", "de-DE"])
+def test_the_lowest_windows_show_the_button_to_be_ready(server: Server, open_page: OpenPage, language: str) -> None:
+    window = Window(568, 264, False, 0, language)
+    room = server.make_room("AdaptiveAssist", red="idle")
+    page = open_page(room["join_path"], room, script=CUT_OFF, **in_window(window))
+    begin(page, window.touch)

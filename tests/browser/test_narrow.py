@@ -184,6 +184,25 @@ def test_words_about_the_connection_cross_no_line_of_the_stick_s_zone(
     assert shown and min(inside) > 2, inside
 
 
+SYLLABLES = """name => {
+  const [text] = name.childNodes, start = text.data.indexOf("still"), part = document.createRange();
+  return [[start, start + 4], [text.data.length - 4, text.data.length]].map(([from, to]) => {
+    part.setStart(text, from);
+    part.setEnd(text, to);
+    return [part.toString(), [...part.getClientRects()].filter(({ width }) => width > 0).length];
+  });
+}"""
+
+
+def test_the_name_of_a_partner_breaks_between_syllables(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("AdaptiveAssist", red="idle")
+    page = open_page(room["join_path"], room, **in_window(Window(553, 375, False, 0, "de-DE")))
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.keyboard.press("KeyW")
+    expect(page.locator("#seats [data-own] .seat-name")).to_contain_text("·")  # and the device, which takes its room
+    assert page.locator("#seats .seat-name").last.evaluate(SYLLABLES) == [["stil", 1], ["teht", 1]]
+
+
 def test_on_a_phone_nothing_stands_over_an_invitation(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("DistancePriority", red="link")
     page = open_page(room["join_path"], room, **in_window(Window(390, 664, True, 0)))

@@ -36,6 +36,16 @@ def test_the_controls_are_tried_and_the_connection_is_measured(open_page: OpenPa
     assert sent["device"] == "keyboard" and 0 < sent["rtt_ms"] < 2000 and sent["untried"] == []
 
 
+def test_what_was_tried_stays_when_the_language_is_changed(open_page: OpenPage) -> None:
+    page = open_page("/healthz")
+    FakeStudy.at(fake.input_check()).open(page)
+    heading(page, "Try your controls")
+    press(page, "KeyW", "KeyA", "KeyD")
+    expect(page.get_by_text("Please also try: down, Grab, and Drive backward.")).to_be_visible()
+    page.get_by_label("Language").select_option("de")
+    expect(page.get_by_text("Bitte probieren Sie auch: unten, Greifen und Rückwärts fahren.")).to_be_visible()
+
+
 def test_in_forced_colours_the_stick_can_be_seen(open_page: OpenPage) -> None:
     study = FakeStudy.at(fake.input_check(), fake.code())
     page = open_page("/healthz", forced_colors="active")

@@ -101,6 +101,25 @@ def test_after_those_that_are_empty_the_one_that_waits_longest_for_a_round_gives
     assert "waits" in host.states
 
 
+class HalfAway(FarHost):
+    """A process is being replaced: who asks for its rooms waits, and hears so."""
+
+    def reaches(self, room_id: str) -> bool:
+        return "away" not in room_id
+
+    async def ask(self, room_id: str, work: Any) -> Any:  # type: ignore[override]
+        if not self.reaches(room_id):
+            raise Away("the process of this room is being restarted; try again in a moment")
+        return await super().ask(room_id, work)
+
+
+def test_while_one_process_is_replaced_a_room_of_another_gives_way(tmp_path: Path) -> None:
+    states = {"left, away": (2 * LEFT_BEHIND_S, True), "left": (LEFT_BEHIND_S, True), "played": (0.0, True)}
+    host = HalfAway(tmp_path, states, rooms=3, rooms_for_operator=0)
+    asyncio.run(host.make_place())
+    assert set(host.states) == {"left, away", "played"}
+
+
 class FoundAgain(FarHost):
     """To the room that was left longest somebody comes while the others are asked."""
 

@@ -81,13 +81,17 @@ export function missing(page, answers) {
 }
 
 /**
- * Where to continue after a reload: the first page with something missing, else the last.
+ * Where to continue after a reload: the first page with something missing, but none further than the page that has the
+ * last answer or, where nothing there is open or is still being written, the one after it.
  * @param {readonly (readonly Item[])[]} pages
  * @param {ReadonlyMap<string, Given>} answers
  */
 export function resumePage(pages, answers) {
+  const latest = pages.map((page) => page.some(({ id }) => answers.has(id))).lastIndexOf(true);
+  const isOpen = pages[latest]?.some(({ id, kind }) => kind === "text" || !answers.has(id));
+  const reached = Math.min(isOpen ? latest : latest + 1, pages.length - 1);
   const first = pages.findIndex((page) => missing(page, answers).length > 0);
-  return first === -1 ? pages.length - 1 : first;
+  return first === -1 ? reached : Math.min(first, reached);
 }
 
 /**

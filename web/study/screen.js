@@ -13,6 +13,7 @@ import { el } from "../core/dom.js";
  * @typedef {object} Kept
  * @property {Set<string>} [ticked] ids of a consent's boxes
  * @property {import("../core/elapsed.js").Elapsed} [since] when a break began
+ * @property {import("./input_check/tried_controls.js").TriedControls[]} [tried] of an input check, by person
  */
 /**
  * What a screen can read and do.

@@ -6,14 +6,19 @@ import pytest
 from movingout.server import messages as m
 from movingout.server.persistence.room_snapshot import room_again, room_file
 from movingout.server.persistence.room_store import RoomFile
+from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_notices import RESTART_SOON
-from tests.server.support import Table
+from tests.server.support import Ear, Table
+
+
+def room_from_its_file(table: Table) -> Room:
+    file = msgspec.json.decode(msgspec.json.encode(room_file(table.room, 0.0)), type=RoomFile)
+    return room_again(file, None, table.services, table.now)
 
 
 def restored(table: Table) -> m.RoomState:
     """What people are told when the room has come back from its file."""
-    file = msgspec.json.decode(msgspec.json.encode(room_file(table.room, 0.0)), type=RoomFile)
-    return room_again(file, None, table.services, table.now).state()
+    return room_from_its_file(table).state()
 
 
 def test_who_is_ready_hears_why_nothing_begins_and_after_the_restart_no_longer() -> None:
@@ -68,3 +73,18 @@ def test_a_file_of_before_has_its_reason_in_english_alone() -> None:
         del kept[field]
     told = room_again(msgspec.convert(kept, RoomFile), None, table.services, table.now).state()
     assert (told.reason_code, told.reason) == ("", "Red left the game.")
+
+
+@pytest.mark.parametrize("maps", [("Simple",), ("Simple", "HandOff")], ids=["last", "another follows"])
+def test_who_asked_to_play_again_does_so_after_the_restart(maps: tuple[str, ...]) -> None:
+    table = Table(*maps, limit_ticks=1, countdown_s=0.0)
+    players = table.play()
+    table.room.hold_next(RESTART_SOON)
+    table.step(3)
+    for seat, player in enumerate(players):
+        table.say(player, m.Again(seat))
+    room = room_from_its_file(table)
+    for player in players:
+        room.join(Ear(), m.Join("room", tokens=player.tokens), table.now)
+    room.tick(table.now, table.now)
+    assert (room.phase, room.series.index) == ("countdown", 0)

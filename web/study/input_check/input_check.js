@@ -59,7 +59,7 @@ class InputCheck {
     const devices = { keyboard: this.#keyboard, gamepads: this.#gamepads, touch: this.touch };
     this.seats = new LocalSeats(devices, first, new PadMemory(STUDY_PADS));
     this.seats.hold(people.map((_, seat) => seat));
-    this.tried = people.map(() => new TriedControls(context.step.gamepad_required === true));
+    this.tried = context.kept.tried ??= people.map(() => new TriedControls(context.step.gamepad_required === true));
     this.root = this.#build();
     this.#showTodo();
     void this.#measure();

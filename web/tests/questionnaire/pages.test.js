@@ -52,6 +52,22 @@ test("a reload goes on at the first page with something missing, else at the las
   assert.equal(resumePage(PAGES, answered("abcdefghi")), 3);
 });
 
+test("texts alone, which may all stay empty, begin at the first and go on where somebody was", () => {
+  const texts = paginate([..."abc"].map((id) => item(id, "text")));
+  assert.deepEqual(
+    ["", "a", "b", "abc"].map((ids) => resumePage(texts, answered(ids))),
+    [0, 0, 1, 2],
+  );
+});
+
+test("no page that nobody has seen is left out because it may stay empty", () => {
+  const pages = paginate([item("a", "text"), item("b", "likert7"), item("c", "likert7", false), item("d", "text")]);
+  assert.deepEqual(
+    ["", "a", "ab", "abc", "bcd"].map((ids) => resumePage(pages, answered(ids))),
+    [0, 0, 1, 2, 2],
+  );
+});
+
 test("what the server kept is taken over and anything else ignored", () => {
   const kept = givenAnswers({ a: { value: 3, text: "" }, comment: { value: -1, text: "fine" }, odd: "?" });
   assert.deepEqual(
