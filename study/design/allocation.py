@@ -5,19 +5,18 @@ Slots are numbered from 0. Each participant (or pair) has one; when they drop ou
 designed. Who plays with an agent in a partner's place has one beyond them. Everything is deterministic: the same study
 and slot always give the same assignment.
 
-By rule 3 a partner has a row of maps and a seat to begin in of their own, whichever place they come in: on each map
-each partner is met in both seats equally often after as many slots as `cells` says, and who begins in blue meets each
-order of partners equally often there after as many slots as the two have combinations. Studies that have begun by an
-earlier rule keep it. By rule 2 row and seat went by the place, so that maps and seats could move in step. Rule 1 also
-crossed the factors of all blocks, one after the other, so that those of later blocks moved in step over hundreds of
-slots.
+By rule 3, after as many slots as `cells` says, each partner is met on each map in both seats equally often, and at each
+place among the maps; each map comes equally often at each place of a session; and who begins in blue meets each partner
+equally often at each place. Studies that have begun by an earlier rule keep it. By rule 2 seats went by the place of a
+partner, and maps and seats could move in step. Rule 1 also crossed the factors of all blocks, one after the other, so
+that those of later blocks moved in step over hundreds of slots.
 """
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from itertools import count
-from math import lcm
+from math import gcd, lcm
 from random import Random
 from string import ascii_uppercase
 from typing import TypeVar
@@ -26,7 +25,7 @@ from movingout.study.design.definition import Block, Order, Study
 from movingout.study.design.latin_squares import crossed, williams
 
 BLUE, RED = 0, 1
-OWN_ROWS = 3  # the first rule by which rows of maps and seats go by the partner
+BY_PARTNER = 3  # the first rule by which rows of maps and seats go by the partner, not by its place
 Entry = TypeVar("Entry")
 
 
@@ -70,9 +69,9 @@ def assign(study: Study, slot: int) -> Assignment:
     ):
         partners = _ordered(block.partners or ("",), block.partner_order, partner_row, f"{study.seed} {slot} {number}")
         for place, partner in enumerate(partners):
-            own = place if study.allocation < OWN_ROWS else (block.partners or ("",)).index(partner)
+            own = place if study.allocation < BY_PARTNER else (block.partners or ("",)).index(partner)
             draw = f"{study.seed} {slot} {number} {place}"
-            maps = _ordered(block.maps, block.map_order, map_row + own, draw)
+            maps = _ordered(block.maps, block.map_order, map_row + own * _stride(study, block), draw)
             turns = [
                 turn
                 for index, name in enumerate(maps)
@@ -101,16 +100,33 @@ def _drawn(study: Study, slot: int) -> list[tuple[int, ...]]:
     if study.allocation == 1:
         drawn = crossed(slot, [count for counts in levels for count in counts])
         return [drawn[at : at + 3] for at in range(0, len(drawn), 3)]
-    if study.allocation < OWN_ROWS:
+    if study.allocation < BY_PARTNER:
         within = [crossed(slot, counts) for counts in levels]
         return [(begins, partners + number, maps + number) for number, (begins, partners, maps) in enumerate(within)]
     return [_row(slot, number, counts) for number, counts in enumerate(levels)]
 
 
 def _row(slot: int, number: int, levels: tuple[int, int, int]) -> tuple[int, int, int]:
-    """Who begins, crossed with the orders of partners, and with those of maps: each has all beginnings in turn."""
-    begins, partner_row = crossed(slot, levels[:2])
-    return begins + number, partner_row + number, slot // levels[0] + number
+    """Who begins, and the rows: the pairs of a row of partners and one of maps in turn, each with either beginning.
+
+    A lap has each row of partners once, or each of maps where partners have one; the next lap has the same pairs again
+    with the other beginning. Where the rows of both have common factors, later laps shift one against the other.
+    """
+    begins, partners, maps = levels
+    length = partners if partners > 1 else maps
+    lap, step = divmod(slot, length)
+    pair = step + length * (lap // begins)
+    shift = pair // lcm(partners, maps)
+    return step + lap + number, pair + number, pair + shift + number
+
+
+def _stride(study: Study, block: Block) -> int:
+    """By how many rows of maps one partner is from the next.
+
+    From rule 3 on such that a row of partners, which some rows of maps go with, does not tell which map comes first.
+    """
+    _, partners, maps = _levels(block)
+    return gcd(partners, maps) if study.allocation >= BY_PARTNER else 1
 
 
 def _levels(block: Block) -> tuple[int, int, int]:

@@ -53,6 +53,10 @@ def _map_imbalance(study: Study, orders: Sequence[Assignment], names: Mapping[st
 
 
 def _uneven(block: Block, blue: int, red: int) -> bool:
-    """A cut-off square has two rounds more; who always has one seat was asked for."""
+    """A cut-off square has two rounds more; who always has one seat, or draws maps by chance, was asked for."""
     difference = abs(blue - red)
-    return block.seats == "alternate" and difference > max(2 * block.rounds, UNEVEN * (blue + red))
+    return (
+        block.seats == "alternate"
+        and block.map_order != "random"
+        and difference > max(2 * block.rounds, UNEVEN * (blue + red))
+    )

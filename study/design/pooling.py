@@ -1,7 +1,8 @@
 """Which blocks a report may count together: what they ask of people, and on which maps partners are met in them."""
 
-from collections import defaultdict
-from collections.abc import Sequence
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
 
 from movingout.study.design.definition import Block, Study
 
@@ -24,11 +25,18 @@ def _alike(study: Study) -> list[list[Block]]:
 
 
 def _with_same_maps(blocks: Sequence[Block]) -> list[list[Block]]:
-    """All, where each partner is met on the same maps; else those with the same maps together."""
-    met: dict[str, set[str]] = defaultdict(set)
-    by_maps: dict[frozenset[str], list[Block]] = defaultdict(list)
+    """All, where each partner is met on the same maps in the same shares of the rounds; else those of equal maps."""
+    met: dict[str, Counter[str]] = defaultdict(Counter)
+    by_maps: dict[frozenset[tuple[str, Fraction]], list[Block]] = defaultdict(list)
     for block in blocks:
-        by_maps[frozenset(block.maps)].append(block)
+        maps = Counter(block.maps)
+        by_maps[_shares(maps)].append(block)
+        rounds = block.rounds * (2 if block.seats == "both" else 1)
         for partner in block.partners or ("",):
-            met[partner].update(block.maps)
-    return [[*blocks]] if len(set(map(frozenset, met.values()))) == 1 else list(by_maps.values())
+            met[partner].update({name: times * rounds for name, times in maps.items()})
+    return [[*blocks]] if len({_shares(counts) for counts in met.values()}) == 1 else list(by_maps.values())
+
+
+def _shares(counts: Mapping[str, int]) -> frozenset[tuple[str, Fraction]]:
+    total = sum(counts.values())
+    return frozenset((name, Fraction(number, total)) for name, number in counts.items())

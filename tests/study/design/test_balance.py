@@ -20,7 +20,7 @@ consent: {version: "1", text: We record how you play.}
 debrief: {text: They were programs.}
 """
 AGENTS = ("scripted", "greedy", "porter", "idle", "novice", "person")
-DESIGNS = [*product((1, 2, 3, 4, 6), (1, 2, 3, 4, 8, 12)), (5, 2), (5, 5)]
+DESIGNS = [*product((1, 2, 3, 4, 6), (1, 2, 3, 4, 8, 12)), (5, 2), (5, 3), (5, 5)]
 
 
 def study(partners: int, maps: int, options: str = "", blocks: int = 1) -> Study:
@@ -37,6 +37,7 @@ def met_in(of: Study, slots: int) -> dict[str, Counter[tuple[object, ...]]]:
         "partner, map, seat": Counter(),
         "partner, map, position": Counter(),
         "partner, place, seat at first": Counter(),
+        "place, map, position": Counter(),
     }
     for slot in range(slots):
         for place, visit in enumerate(assign(of, slot).visits):
@@ -45,13 +46,15 @@ def met_in(of: Study, slots: int) -> dict[str, Counter[tuple[object, ...]]]:
             for position, turn in enumerate(visit.turns):
                 found["partner, map, seat"][visit.block, visit.partner, turn.map, turn.seat] += 1
                 found["partner, map, position"][visit.block, visit.partner, turn.map, position] += 1
+                found["place, map, position"][visit.block, place, turn.map, position] += 1
     return found
 
 
 @pytest.mark.parametrize(("partners", "maps"), DESIGNS)
 def test_each_partner_is_met_on_each_map_in_both_seats_as_often(partners: int, maps: int) -> None:
     of = study(partners, maps)
-    of_each = {"partner, map, seat": 2 * maps, "partner, map, position": maps**2, "partner, place, seat at first": 0}
+    of_each = {"partner, map, seat": 2 * maps, "partner, place, seat at first": 0}
+    of_each |= dict.fromkeys(("partner, map, position", "place, map, position"), maps**2)
     for name, counts in met_in(of, cells(of)).items():
         assert len(set(counts.values())) == 1, name
         assert not of_each[name] or len(counts) == partners * of_each[name], name
@@ -74,3 +77,15 @@ def test_by_the_second_rule_a_map_could_have_one_seat_and_is_warned_of() -> None
     )
     fixed = study(3, 2, ", seats: blue")
     assert not list(seat_imbalance(fixed, [assign(fixed, slot) for slot in range(12)])), "it was asked for"
+
+
+def test_a_random_order_of_maps_is_no_fault_of_the_design() -> None:
+    random = study(2, 4, ", map_order: random")
+    assert not [
+        one for slots in range(1, 65) for one in seat_imbalance(random, [assign(random, n) for n in range(slots)])
+    ]
+
+
+def test_a_study_that_stops_early_has_used_as_many_orders_as_it_could() -> None:
+    pairs = study(1, 12)
+    assert len({tuple(turn.map for turn in assign(pairs, slot).visits[0].turns) for slot in range(12)}) == 12

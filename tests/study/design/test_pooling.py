@@ -34,3 +34,11 @@ def test_blocks_are_pooled_where_all_partners_are_met_on_the_same_maps(
     assert pooled_blocks(study) == pooled
     told = [one for one in review(study).warnings if "some partners are met on other maps than others" in one]
     assert [one.partition(":")[0] for one in told] == [f"blocks {' and '.join(blocks)}"] * (len(pooled) > 1)
+
+
+def test_blocks_are_pooled_where_maps_have_the_same_shares_of_the_rounds() -> None:
+    alike = with_blocks(k="one on HandOff", m="two on HandOff", n="one on LeftRight", o="two on LeftRight")
+    assert pooled_blocks(alike) == [["k", "m", "n", "o"]]
+    k, m, n, o = alike.blocks
+    more = [k.model_copy(update={"rounds": 4}), m, n, o.model_copy(update={"rounds": 4})]
+    assert pooled_blocks(alike.model_copy(update={"blocks": more})) == [["k", "m"], ["n", "o"]]
