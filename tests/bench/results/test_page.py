@@ -86,7 +86,7 @@ def test_a_lead_is_bold_where_the_errors_do_not_overlap() -> None:
 
 def test_a_lead_within_the_errors_is_not_and_neither_is_one_without_any() -> None:
     assert lead(_both((0.4, 0.8), (0.3, 0.7)), "bass@all", "dp@all", "tcr") == "+0.100 ± 0.000"
-    assert lead([_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)], "bass@all", "dp@all", "tcr") == "+0.250 ± 0.000"
+    assert lead([_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)], "bass@all", "dp@all", "tcr") == "+0.250"
 
 
 def test_leads_are_told_by_the_partners_population() -> None:
