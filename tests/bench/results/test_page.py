@@ -93,7 +93,7 @@ def test_leads_are_told_by_the_partners_population() -> None:
     played = {"A": [_outcome("bass@a", 0.5), _outcome("dp@a", 0.25)], "B": [_outcome("dp@a", 0.5)], "C": []}
     table = leads(OF_A, played).splitlines()
     assert table[0].startswith("| | people of A, trained with: TCR | NFD | n | people of B, another population: TCR |")
-    assert table[2:] == ["| `bass@a` minus `dp@a` | +0.250 ± 0.000 | +0.125 ± 0.000 | 1 |  |  |  |"]
+    assert table[2:] == ["| `bass@a` minus `dp@a` | +0.250 | +0.125 | 1 |  |  |  |"]
 
 
 def test_agents_are_compared_over_the_episodes_that_both_played() -> None:
