@@ -51,6 +51,15 @@ def estimate_of_copies(values: Sequence[tuple[str, float]]) -> Estimate | None:
 
 def estimate_text(found: Estimate | None) -> str:
     """0.512 ± 0.031, without the error where there is none, and a dash where nothing was measured."""
+    return _text(found, "")
+
+
+def difference_text(found: Estimate | None) -> str:
+    """The same of a difference, which has a sign: +0.512 ± 0.031."""
+    return _text(found, "+")
+
+
+def _text(found: Estimate | None, sign: str) -> str:
     if found is None:
         return "–"
-    return f"{found.mean:.3f}" + ("" if found.stderr is None else f" ± {found.stderr:.3f}")
+    return f"{found.mean:{sign}.3f}" + ("" if found.stderr is None else f" ± {found.stderr:.3f}")

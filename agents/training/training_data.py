@@ -33,7 +33,6 @@ from movingout.agents.partners.identity import person_behind
 from movingout.maps.suggestion import counted
 from movingout.recordings.storage.listing import without_copies
 from movingout.recordings.storage.study_rounds import counted_recordings
-from movingout.world import WorldError
 from movingout.world.observation import LAYOUTS
 
 
@@ -84,16 +83,8 @@ class TrainingData:
 
     def check_seen(self, layout: str) -> None:
         """Raises DataError for episodes on maps with more of something than a layout has room for."""
-        unseen: dict[Path, str] = {}
-        for file, trajectory in self.learned:
-            try:
-                LAYOUTS[layout].check(trajectory.map)
-            except WorldError as error:
-                unseen[file] = str(error)
-        if unseen:
-            (first, why), *others = unseen.items()
-            more = f", and {counted(len(others), 'other')} with such maps" if others else ""
-            raise DataError(f"{first}: {why}; leave it out{more}")
+        if why := LAYOUTS[layout].refusal((file, trajectory.map) for file, trajectory in self.learned):
+            raise DataError(why)
 
     def pieces(self, spec: PolicySpec, seats: SeatChoice) -> Iterator[SeatSamples]:
         """Training samples of a policy: the chosen seats of recordings, and the expert's labels.

@@ -7,7 +7,7 @@ standard error of these. A map that was played more often counts no more than an
 from collections.abc import Callable, Mapping, Sequence
 
 from bench.results.episode_log import Outcome
-from movingout.world.estimates import Estimate, estimate, estimate_text
+from movingout.world.estimates import Estimate, difference_text, estimate, estimate_text
 
 CONTROL = "idle"
 NOTE = (
@@ -37,7 +37,7 @@ def table(played: Played, metric: str = "tcr") -> str:
         text = estimate_text(over_maps(played[agent][column], metric))
         if agent == CONTROL or CONTROL not in played:
             return text
-        return f"{text} ({_signed(gain(played, agent, CONTROL, column, metric))})"
+        return f"{text} ({difference_text(gain(played, agent, CONTROL, column, metric))})"
 
     return _rows(played, _METRICS[metric], list(played), cell)
 
@@ -46,7 +46,10 @@ def differences(played: Played, one: str, other: str) -> str:
     """Of two agents over the same episodes."""
     rows = {f"{name}, {one} minus {other}": metric for metric, name in _METRICS.items()}
     return _rows(
-        played, "difference", list(rows), lambda row, column: _signed(gain(played, one, other, column, rows[row]))
+        played,
+        "difference",
+        list(rows),
+        lambda row, column: difference_text(gain(played, one, other, column, rows[row])),
     )
 
 
@@ -97,7 +100,3 @@ def _rows(played: Played, head: str, names: Sequence[str], cell: Callable[[str, 
     return "\n".join(
         lines + [f"| {name} | {' | '.join(cell(name, column) for column in cells)} | {count} |" for name in names]
     )
-
-
-def _signed(found: Estimate | None) -> str:
-    return "–" if found is None else f"{found.mean:+.3f} ± {found.stderr or 0.0:.3f}"

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from bench._roster import Comparison
 from bench.results.episode_log import Outcome
 from movingout.agents.curriculum.roster import BASS
-from movingout.world.estimates import estimate, estimate_text
+from movingout.world.estimates import difference_text, estimate, estimate_text
 
 TARGET_TCR = 0.65
 LEGEND = (
@@ -47,7 +47,7 @@ def lead(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> str:
     mine, theirs = (estimate(values) for values in shared(outcomes, one, other, metric))
     if gain is None or mine is None or theirs is None:
         return "–"
-    cell = f"{gain.mean:+.3f} ± {gain.stderr or 0.0:.3f}"
+    cell = difference_text(gain)
     errors = (mine.stderr or 0.0) + (theirs.stderr or 0.0)
     return f"**{cell}**" if mine.stderr and abs(mine.mean - theirs.mean) > errors else cell
 

@@ -48,6 +48,7 @@ def write(plan: ExportPlan) -> None:
             f"LeRobot's state is numbers, and {plan.layout} is a picture; take another --layout, and pictures as video "
             f"with --images {layout.picture[0]}"
         )
+    plan.check_seen()
     make = partial(_converted, view=plan.view, layout=plan.layout, keep=bool(plan.images))
     with new_target(plan.target) as folder:
         with _Dataset(folder, plan) as dataset:

@@ -32,6 +32,7 @@ _TYPES: dict[str, Any] = {
 
 def write(plan: ExportPlan) -> None:
     """episodes.parquet, ticks.parquet (with observations), events.parquet and DATA_DICTIONARY.md."""
+    plan.check_seen()
     tables = tables_of(plan.split_by)
     tables["ticks"] = [*tables["ticks"], *observation_columns(plan.layout)]
     with new_target(plan.target) as folder:

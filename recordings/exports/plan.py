@@ -14,7 +14,8 @@ from movingout.recordings.exports.split import TRAIN, SplitBy, split
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.progress import with_progress
 from movingout.recordings.ray_cluster import map_on_ray
-from movingout.recordings.storage.listing import Players, read_players
+from movingout.recordings.storage.listing import Players, read_map, read_players
+from movingout.world.observation import LAYOUTS
 
 Worked = TypeVar("Worked")
 
@@ -65,6 +66,13 @@ class ExportPlan:
     def _pairs(self, training_first: bool) -> list[tuple[Path, str]]:
         pairs = list(zip(self.recordings, self.splits, strict=True))
         return sorted(pairs, key=lambda pair: pair[1] != TRAIN) if training_first else pairs
+
+    def check_seen(self) -> None:
+        """Raises RecordingError for recordings on maps with more of something than the layout has room for."""
+        layout = LAYOUTS.get(self.layout)
+        readable = zip(self.recordings, self.players, strict=True)
+        if layout and (why := layout.refusal((path, read_map(path)) for path, _ in readable)):
+            raise RecordingError(why)
 
     @cached_property
     def splits(self) -> list[str]:

@@ -35,6 +35,7 @@ def write(plan: ExportPlan) -> None:
             f"robomimic's one observation is a row of numbers, and {plan.layout} is a picture, which the environment "
             "gives as one; take another --layout"
         )
+    plan.check_seen()
     names: dict[str, list[str]] = {"train": [], "valid": []}
     total, played = 0, Counter[Task]()
     with new_target(plan.target) as path, hdf5_file(path) as file:

@@ -9,8 +9,11 @@ from typing import Any, NamedTuple
 
 import orjson
 
+from movingout.maps.errors import MapError
 from movingout.maps.files.input_file import open_input
+from movingout.maps.json_format import map_from_json
 from movingout.maps.library import is_generated_or_shipped
+from movingout.maps.spec import MapSpec
 from movingout.recordings.episode import Episode, SeatInfo, is_simulated
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.derived_topics import result
@@ -136,6 +139,16 @@ def read_players(path: Path) -> Players:
         return Players(record["episode_id"], seats_of(records), record.get("map", ""), is_simulated(study))
     except (KeyError, ValueError) as error:
         raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
+
+
+def read_map(path: Path) -> MapSpec:
+    """The map that was played, of a finished recording without its messages. Raises RecordingError."""
+    try:
+        with open_input(path) as stream:
+            text = attachment_in(stream, MAP_FILE, _LARGEST_MAP)
+        return map_from_json(orjson.loads(text or b""))
+    except (OSError, *UNREADABLE, MapError):
+        return read_episode(path).header.map  # of a journal; of a damaged file, this says what is wrong
 
 
 def without_copies(paths: Sequence[Path]) -> list[Path]:

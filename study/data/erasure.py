@@ -236,14 +236,20 @@ def _remove(folder: Path, paths: set[Path]) -> None:
     try:
         delete_copies(folder.parent, [path.name for path in paths if path.suffix == SUFFIX])
         forget_recordings(folder, {_episode(path) for path in paths})
+        _remove_summaries(folder)  # first: once the recordings are gone, nobody would look here again
         for path in paths:
             path.unlink(missing_ok=True)
-        (folder / SEARCH_NAME).unlink(missing_ok=True)  # who sat where; it is made again from the files
-        (folder / INDEX_NAME).unlink(missing_ok=True)  # it names the participant; it is rebuilt from the files
+        _remove_summaries(folder)  # a server may have made them again meanwhile
     except RecordingError as error:
         raise StudyError(f"nothing is deleted yet, because copies are elsewhere: {error}") from None
     except OSError as error:
         raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None
+
+
+def _remove_summaries(folder: Path) -> None:
+    """Delete what says who sat where and is made again from the recordings."""
+    for name in (SEARCH_NAME, INDEX_NAME):
+        (folder / name).unlink(missing_ok=True)
 
 
 def remove_rooms(folder: StudyFolder, pid: str) -> None:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from movingout.world.estimates import Estimate, estimate, estimate_of_copies, estimate_text
+from movingout.world.estimates import Estimate, difference_text, estimate, estimate_of_copies, estimate_text
 
 
 def test_an_estimate_is_the_mean_and_its_standard_error() -> None:
@@ -33,3 +33,8 @@ def test_copies_weigh_in_the_mean_and_count_once_in_the_error() -> None:
 
 def test_an_estimate_is_written_with_its_error_where_it_has_one() -> None:
     assert [estimate_text(estimate(values)) for values in ([0.25, 0.75], [0.5], [])] == ["0.500 ± 0.250", "0.500", "–"]
+    assert [difference_text(estimate(values)) for values in ([0.25, 0.75], [-0.5], [])] == [
+        "+0.500 ± 0.250",
+        "-0.500",
+        "–",
+    ]

@@ -1,11 +1,13 @@
 """The one registry of observation layouts: a name that never changes its meaning once published, and its encoder."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
+from pathlib import Path
 from typing import Protocol
 
 from movingout.maps import MapSpec
+from movingout.maps.suggestion import counted
 from movingout.world.errors import WorldError
 from movingout.world.observation.aware import (
     AWARE_LAYOUT,
@@ -82,6 +84,20 @@ class Layout:
     def check(self, map_spec: MapSpec) -> None:
         """Raises WorldError for a map that has more of something than the layout has slots."""
         self.slots.check(map_spec, self.name)
+
+    def refusal(self, maps: Iterable[tuple[Path, MapSpec]]) -> str:
+        """A sentence that names the files with maps that `check` refuses, given as (file, map); empty for none."""
+        refused: dict[Path, str] = {}
+        for file, map_spec in maps:
+            try:
+                self.check(map_spec)
+            except WorldError as error:
+                refused[file] = str(error)
+        if not refused:
+            return ""
+        (first, why), *others = refused.items()
+        more = f", and {counted(len(others), 'other')} with such maps" if others else ""
+        return f"{first}: {why}; leave it out{more}"
 
 
 def _egocentric(layout: ObservationLayout) -> Layout:

@@ -48,6 +48,11 @@ def test_interdependence_is_that_of_the_episodes_in_which_something_was_delivere
     assert interdependence(BOTH).splitlines()[2] == "| mine | – | 3 |", "logs of earlier versions do not tell"
 
 
+def test_a_difference_on_one_map_has_no_error() -> None:
+    one_map: Played = {agent: {"m": cells["12 maps"][:2]} for agent, cells in BOTH.items()}
+    assert table(one_map).splitlines()[2] == "| mine | 0.750 (+0.125) | 2 |"
+
+
 def test_an_agent_alone_is_compared_with_nobody() -> None:
     text = tables(played(mine=[1.0, 1.0, 1.0]))
     assert "minus" not in text and "idle was better" not in text

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from movingout.recordings import finalise
+from movingout.recordings.annotation.search import SEARCH_NAME, search_failures
 from movingout.recordings.episode import SeatInfo
 from movingout.recordings.storage.listing import Summary
 from movingout.server.cli import main
@@ -106,6 +107,25 @@ def test_a_long_journal_is_not_read_as_a_whole_to_see_who_plays(
     monkeypatch.setattr(erasure, "_bytes", counted)
     assert remove_recordings(tmp_path, PID, ()) == 1
     assert (other.exists(), mine.exists(), {*read}) == (True, False, {erasure.HEAD_BYTES})
+
+
+def test_a_deletion_that_is_stopped_halfway_leaves_no_name_in_files_that_nobody_looks_into_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mine = finalise(journal(tmp_path, "mine"))
+    search_failures(tmp_path)
+    assert PID.encode() in (tmp_path / SEARCH_NAME).read_bytes()
+    really = Path.unlink
+
+    def stopped(path: Path, missing_ok: bool = False) -> None:
+        really(path, missing_ok)
+        if path == mine:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "unlink", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        remove_recordings(tmp_path, PID, ())
+    assert [path.name for path in tmp_path.iterdir() if PID.encode() in path.read_bytes()] == []
 
 
 def test_a_file_whose_name_is_not_utf8_stops_no_deletion_and_is_deleted_if_it_names_them(tmp_path: Path) -> None:
