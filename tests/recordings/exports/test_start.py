@@ -61,7 +61,7 @@ def test_the_first_picture_says_so(episode: Episode, monkeypatch: pytest.MonkeyP
 def test_a_match_records_no_delivery_that_never_happened(home: MapSpec, tmp_path: Path) -> None:
     path = tmp_path / "Mine.json"
     path.write_text(json.dumps(map_to_json(home)), encoding="utf-8")
-    with pytest.warns(UserWarning, match="overlaps"):
+    with pytest.warns(UserWarning, match=r"Mine\.json"):
         play("idle", "idle", map=str(path), ticks=2, workers=1, record=tmp_path / "recordings")
     (recording,) = (tmp_path / "recordings").iterdir()
     assert [event.kind for event in read_episode(recording).events] == ["start", "end"]
