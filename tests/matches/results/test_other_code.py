@@ -10,6 +10,7 @@ from movingout.matches.report.comparison import markdown_report
 from movingout.matches.report.html_page import page
 from movingout.matches.results import other_code
 from movingout.matches.results.other_code import MIXED
+from movingout.matches.results.table import EARLIER, markdown
 from movingout.recordings.report.words import LANGUAGES
 from movingout.server.cli import main
 
@@ -62,6 +63,14 @@ def test_results_that_name_no_code_are_of_other_code_than_those_that_do(
     errors = capsys.readouterr().err
     assert "1 match here was played with other code of this project" in errors and MIXED in errors
     assert open_run(tmp_path / "out").mixed_code
+
+
+@pytest.mark.parametrize("lacks", [(), ("code", "play_hash", "official_ac")])
+def test_tables_say_that_results_of_before_lack_something(tmp_path: Path, lacks: tuple[str, ...]) -> None:
+    _begun(tmp_path)
+    _forget(tmp_path / "out" / "results-0-of-1.jsonl", *lacks)
+    run = open_run(tmp_path / "out")
+    assert [EARLIER in text for text in (markdown(run.rows), markdown_report([run]), page(run))] == [bool(lacks)] * 3
 
 
 def test_the_same_code_passes_silently(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
