@@ -38,10 +38,15 @@ class BassConfig(Optimisation):
     width: int = documented(192, "units per layer", "never")
     latent: int = documented(64, "latent dimensions", "never")
     residual: bool = documented(True, "predict the change of the state instead of the state", "never")
-    rigid: bool = documented(True, "held items move rigidly with the holder instead of being predicted", "never")
-    grasping: bool = documented(True, "the effect of a press is computed instead of predicted", "never")
+    rigid: bool = documented(
+        True, "held items move rigidly with the holder instead of being predicted", "never", before=False
+    )
+    grasping: bool = documented(True, "the effect of a press is computed instead of predicted", "never", before=False)
     order: Order = documented(
-        "joint", "joint, fine-tuned (second autoencoder starts from the first) or separate; see the paper", "never"
+        "joint",
+        "joint, fine-tuned (second autoencoder starts from the first) or separate; see the paper",
+        "never",
+        before="joint",
     )
     own: int = documented(8, "own candidates", "free")
     partner: int = documented(2, "predicted chunks of the partner", "free")

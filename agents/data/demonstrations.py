@@ -229,7 +229,7 @@ def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int, ray: str
 
 
 def of_other_code(todo: Sequence[EpisodeJob | LabellingJob], folder: Path) -> int:
-    """How many of these are in the folder already, made by other code of this project; files of before do not say."""
+    """How many of these are in the folder already, made by other code of this project, as all were that name none."""
     codes = []
     for job in todo:
         path = _recording(job, folder) if isinstance(job, EpisodeJob) else _labels(job, folder)
@@ -237,7 +237,7 @@ def of_other_code(todo: Sequence[EpisodeJob | LabellingJob], folder: Path) -> in
             labelled = isinstance(job, LabellingJob)
             said = read_about(path).get("recipe", {}) if labelled else read_metadata(path).get(SOFTWARE, {})
             codes.append(said.get(CODE, ""))
-    return sum(code not in ("", code_sha256()) for code in codes)
+    return sum(code != code_sha256() for code in codes)
 
 
 def _make(folder: Path) -> None:

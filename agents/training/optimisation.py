@@ -30,9 +30,9 @@ Change = Literal["free", "asked", "never"]
 """May a continued run have another value? `free`: yes; `asked`: with --go-on; `never`: it is another agent."""
 
 
-def documented(default: Any, text: str, change: Change = "asked") -> Any:
-    """A dataclass field with its help text."""
-    return field(default=default, metadata={"help": text, "change": change})
+def documented(default: Any, text: str, change: Change = "asked", before: object = None) -> Any:
+    """A dataclass field with its help text; `before`: what was done by runs that are older than the field."""
+    return field(default=default, metadata={"help": text, "change": change, "before": before})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,6 +12,7 @@ import dataclasses
 import json
 import os
 import re
+import shlex
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -35,6 +36,8 @@ _CHANGES: Mapping[str, Change] = MappingProxyType(
     }
 )  # fmt: skip
 """Of what is no field of the configuration; the rest is free. Weights start from `start` once, at the beginning."""
+_BEFORE: Mapping[str, object] = MappingProxyType({"start": ""})
+"""What was done by runs that are older than an option; fields of a configuration say it themselves."""
 NO_CHANGES: Mapping[str, Change] = MappingProxyType({})
 NOTHING_MORE: Mapping[str, object] = MappingProxyType({})
 _SHA256 = re.compile("[0-9a-f]{64}")
@@ -78,14 +81,15 @@ def begin(
     configuration, and `changes` says which of it may be another, where a kind is stricter than others; `more` is
     written, too, and may always be another. Raises DataError when the folder cannot be
     written, or the run was started with something else: always for a change that makes it another agent, and unless
-    `on_purpose` for other data or training options. Older folders without a configuration are continued.
+    `on_purpose` for other data or training options. Older folders without a configuration are continued; one that
+    lacks a field was trained as the field's `before` says.
     """
     before = begun(folder) if has_learned(folder) else {}
     now = {**about, **dataclasses.asdict(config)}
     if has_learned(folder):
         allowed = {entry.name: entry.metadata["change"] for entry in dataclasses.fields(config)}
         used = {name: value for name, value in now.items() if name not in config.UNUSED}
-        _compare(before, used, {**allowed, **_CHANGES, **changes}, on_purpose)
+        _compare({**_meant(config), **before} if before else {}, used, {**allowed, **_CHANGES, **changes}, on_purpose)
     _write(folder, {**before, **now, **more})
     return before
 
@@ -150,6 +154,12 @@ def _cannot_write(folder: Path, error: OSError) -> DataError:
     return DataError(f"cannot write {folder}: {error.strerror or error}")
 
 
+def _meant(config: Optimisation) -> dict[str, object]:
+    """What a configuration meant that was written before it had all of its fields."""
+    said = {entry.name: entry.metadata["before"] for entry in dataclasses.fields(config)}
+    return {**_BEFORE, **{name: value for name, value in said.items() if value is not None}}
+
+
 def _compare(
     before: Mapping[str, object], now: Mapping[str, object], changes: Mapping[str, Change], on_purpose: bool
 ) -> None:
@@ -158,7 +168,7 @@ def _compare(
     never = [name for name in other if changes.get(name) == "never"]
     asked = [name for name in other if changes.get(name) == "asked"]
     if never:
-        raise DataError(f"{_differences(before, now, never)}; train that under another --id")
+        raise DataError(f"{_differences(before, now, never)}; {_way_on(before, never)}train that under another --id")
     if asked and not on_purpose:
         raise DataError(f"{_differences(before, now, asked)}; choose another --id, or continue with --go-on")
 
@@ -170,9 +180,21 @@ def _differences(before: Mapping[str, object], now: Mapping[str, object], names:
     return f"this run was started with {'; '.join(differences)}"
 
 
+def _way_on(before: Mapping[str, object], names: Sequence[str]) -> str:
+    """Which options continue the run as it was begun; empty where it is of another agent or kind."""
+    if {"id", "kind"} & set(names):
+        return ""
+    options = (f"--{name.replace('_', '-')} {shlex.quote(_typed(before[name]))}" for name in names)
+    return f"to continue it, add {' '.join(options)}, or "
+
+
+def _typed(value: object) -> str:
+    return {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
+
+
 def _short(value: object) -> str:
     """A value as typed; a hash is shortened, and so is a long list."""
-    text = {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
+    text = _typed(value)
     if text.startswith("['"):  # a list is kept as Python writes it
         text = " ".join(ast.literal_eval(text))
     if text in ("", "None"):

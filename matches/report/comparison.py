@@ -14,6 +14,7 @@ from movingout.matches.results.table import (
     OFFICIAL_AC,
     WAITING,
     Measure,
+    are_of_before,
     distinct,
     estimate_json,
     estimate_of,
@@ -137,6 +138,8 @@ def _notes(run: GridRun, words: Words) -> str:
     notes = [words.say("paper.note")]
     if any(distinct(line.results) not in (None, len(line.results)) for line in comparison_lines(run)):
         notes.append(words.say("grid.copies"))
+    if are_of_before(run.results.values()):
+        notes.append(words.say("grid.earlier"))
     if run.mixed_code:
         notes.append(f"**{words.say('grid.mixed-code')}**")
     if run.missing:

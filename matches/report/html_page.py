@@ -11,7 +11,7 @@ from movingout.matches.report.crossplay import Cell, Matrix, matrix, moments, wo
 from movingout.matches.report.words import count_words, map_name, measure_title, report_words, value_text
 from movingout.matches.results.results_folder import write_whole
 from movingout.matches.results.significance import stars
-from movingout.matches.results.table import MEASURES, copies_note
+from movingout.matches.results.table import MEASURES, copies_note, earlier_note
 from movingout.matches.run import GridRun
 from movingout.recordings.html_page import SERVER, templates
 from movingout.recordings.report.words import DEFAULT, Words
@@ -73,7 +73,8 @@ def page(run: GridRun, language: str = DEFAULT) -> str:
 
 def _notes(run: GridRun, words: Words) -> list[str]:
     mixed = [words.say("grid.mixed-code")] if run.mixed_code else []
-    return [*mixed, *(words.say("grid.copies") for _ in copies_note(run.rows))]
+    copies = [words.say("grid.copies") for _ in copies_note(run.rows)]
+    return [*mixed, *copies, *(words.say("grid.earlier") for _ in earlier_note(run.rows))]
 
 
 def _figures(run: GridRun, words: Words) -> list[tuple[str, int, str]]:

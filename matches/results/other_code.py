@@ -1,6 +1,6 @@
 """Whether results were played by one state of the project's code: those of another may differ for that alone.
 
-Files of before have no hash of the code in them; nothing is said of their results.
+Files of before have no hash of the code in them: what wrote them was another state, too.
 """
 
 from collections.abc import Iterable
@@ -21,13 +21,13 @@ def with_code(result: MatchResult) -> MatchResult:
 
 
 def of_other_code(results: Iterable[MatchResult]) -> int:
-    """How many were played by other code than is here."""
-    return sum(result.code not in ("", code_sha256()) for result in results)
+    """How many were played by other code than is here; a state that noted no hash was another one."""
+    return sum(result.code != code_sha256() for result in results)
 
 
 def is_mixed(results: Iterable[MatchResult]) -> bool:
-    """Whether some were played by other code than others."""
-    return len({result.code for result in results if result.code}) > 1
+    """Whether some were played by other code than others; of a folder in which none has a hash, nothing is known."""
+    return len({result.code for result in results}) > 1
 
 
 def played_by_other_code(matches: int) -> str:

@@ -113,7 +113,10 @@ def read_head(folder: Path) -> dict[str, Any]:
     except ValueError as error:
         raise MatchError(f"{folder / GRID} is damaged: {error}") from error
     if not isinstance(head, dict) or head.get("format") != FORMAT or not {"sha256", "grid", "versions"} <= head.keys():
-        raise MatchError(f"{folder / GRID} is not of format {FORMAT}: another version wrote it; choose another folder")
+        raise MatchError(
+            f"{folder / GRID} is not of format {FORMAT}: another version wrote it, and its results cannot be read "
+            "here; play the grid again, into an empty folder"
+        )
     return head
 
 

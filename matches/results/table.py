@@ -17,6 +17,10 @@ COPIES = (
     "Episodes that are not distinct are copies of others, action by action: nothing in them depends on the seed. "
     "± counts each episode once; more seeds add nothing."
 )
+EARLIER = (
+    "Some matches were played by an earlier version, which noted less: a measure that they lack is of the others "
+    "alone, and where copies among them cannot be told, ± may be too small."
+)
 
 
 class Measure(NamedTuple):
@@ -114,7 +118,7 @@ def markdown(rows: Sequence[ResultRow]) -> str:
         names = [row.condition, str(row.challenge), row.map, row.agent, row.partner]
         estimates = [estimate_text(row.estimate(measure)) for measure in MEASURES]
         lines.append(markdown_line([*names, row.count_text, *estimates, str(row.failed or "")]))
-    return "\n".join(lines) + "\n" + "".join(f"\n{note}\n" for note in copies_note(rows))
+    return "\n".join(lines) + "\n" + "".join(f"\n{note}\n" for note in (*copies_note(rows), *earlier_note(rows)))
 
 
 def distinct(results: Iterable[MatchResult]) -> int | None:
@@ -136,6 +140,19 @@ def count_text(results: Sequence[MatchResult]) -> str:
 def copies_note(rows: Iterable[ResultRow]) -> list[str]:
     """A sentence when a row counts an episode more than once, else nothing."""
     return [COPIES] if any(row.distinct not in (None, len(row.results)) for row in rows) else []
+
+
+def are_of_before(results: Iterable[MatchResult]) -> bool:
+    """Whether an earlier version wrote some, without what tells copies or without AC of the code."""
+    return any(
+        one.ending != "failed" and (not one.play_hash or (one.metrics.ac is not None and one.official_ac is None))
+        for one in results
+    )
+
+
+def earlier_note(rows: Iterable[ResultRow]) -> list[str]:
+    """A sentence when a row counts matches of earlier versions, else nothing."""
+    return [EARLIER] if any(are_of_before(row.results) for row in rows) else []
 
 
 def of_matches(results: Iterable[MatchResult], measure: Measure) -> tuple[Estimate | None, int | None]:

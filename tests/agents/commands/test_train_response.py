@@ -66,7 +66,9 @@ def test_another_base_or_another_list_of_partners_is_no_silent_continuation(
     command = [*COMMAND, "--map", "HandOff", "--partners", "@list.txt"]
     assert main(command) == 0
     assert main([*command, "--base", "dp@other", "--go-on"]) == 2
-    assert "base dp@base, not dp@other; train that under another --id" in capsys.readouterr().err
+    assert (
+        "base dp@base, not dp@other; to continue it, add --base dp@base, or train that under" in capsys.readouterr().err
+    )
     (here / "list.txt").write_text("greedy:seed=1\n")
     assert main(command) == 2
     assert "this run was started with data of SHA-256" in capsys.readouterr().err

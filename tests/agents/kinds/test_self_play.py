@@ -46,7 +46,10 @@ def test_it_writes_an_agent_that_plays_old_and_young(here: Path, capsys: pytest.
     assert main([*command, "--discount", "0.5"]) == 2
     assert "choose another --id, or continue with --go-on" in capsys.readouterr().err
     assert main([*command, "--round-episodes", "1", "--go-on"]) == 2, "the count of its episodes would be another"
-    assert "round-episodes 2, not 1; train that under another --id" in capsys.readouterr().err
+    assert (
+        "round-episodes 2, not 1; to continue it, add --round-episodes 2, or train that under"
+        in capsys.readouterr().err
+    )
     assert main([*command, "--map", "FourCorners", "--go-on", "--episodes", "6"]) == 0
     later = find_checkpoint("self-play@tiny", here / "data" / "models").card
     assert later.maps == ("FourCorners", "HandOff", "Simple")

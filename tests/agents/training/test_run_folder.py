@@ -52,10 +52,13 @@ def test_bass_that_simulates_in_other_steps_is_gone_on_with(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"process": "ddim"}, "started with process flow, not ddim; train that under another --id"),
-        ({"grasp": "toggle"}, "grasp hold, not toggle"),
+        (
+            {"process": "ddim"},
+            "started with process flow, not ddim; to continue it, add --process flow, or train that under another --id",
+        ),
+        ({"grasp": "toggle", "depth": 4}, "depth 3, not 4; to continue it, add --grasp hold --depth 3, or"),
         ({"obs_horizon": 2}, "obs-horizon 1, not 2"),
-        ({"layout": "map-v1", "seed": 3}, "layout aware-v1, not map-v1; train"),
+        ({"layout": "map-v1", "seed": 3}, "layout aware-v1, not map-v1; to"),
     ],
 )
 @pytest.mark.parametrize("on_purpose", [False, True])
@@ -126,16 +129,16 @@ def test_other_maps_and_partners_are_gone_on_with_on_purpose_alone(
 @pytest.mark.parametrize("on_purpose", [False, True])
 def test_where_weights_started_is_settled_and_their_base_where_the_kind_says_so(run: Path, on_purpose: bool) -> None:
     begin(run, {**RESPONSE, "start": ""}, CONFIGURATION, on_purpose)
-    with pytest.raises(DataError, match="start none, not dp@other; train that under another --id"):
+    with pytest.raises(DataError, match="start none, not dp@other; to continue it, add --start '', or train that"):
         begin(run, {**RESPONSE, "start": "dp@other"}, CONFIGURATION, on_purpose)
     other = {**RESPONSE, "base": "dp@other"}
-    with pytest.raises(DataError, match="base dp@any, not dp@other; train that under another --id"):
+    with pytest.raises(DataError, match="base dp@any, not dp@other; to continue it, add --base dp@any, or train"):
         begin(run, other, CONFIGURATION, on_purpose, {"base": "never"})
     begin(run, other, CONFIGURATION, on_purpose)
 
 
 def test_what_another_agent_has_begun_is_not_gone_on_with(run: Path) -> None:
-    with pytest.raises(DataError, match="kind dp, not mlp"):
+    with pytest.raises(DataError, match="kind dp, not mlp; train that under another --id"):
         begin(run, {**ABOUT, "kind": "mlp"}, CONFIGURATION, on_purpose=True)
 
 
@@ -193,3 +196,25 @@ def test_a_damaged_file_is_answered_with_a_sentence(run: Path) -> None:
     (run / CONFIG).write_text("{")
     with pytest.raises(DataError, match="does not say what the run was started with"):
         begin(run, ABOUT, CONFIGURATION, on_purpose=False)
+
+
+@pytest.mark.parametrize("lacks", [("rigid", "grasping"), ("grasping",)])
+def test_a_simulator_older_than_a_field_is_not_gone_on_with_as_another_one(
+    tmp_path: Path, lacks: tuple[str, ...]
+) -> None:
+    now = BASS.presets["fast"]
+    written = {**ABOUT, **dataclasses.asdict(now), "rigid": False, "order": "joint"}
+    (tmp_path / CONFIG).write_text(json.dumps({name: value for name, value in written.items() if name not in lacks}))
+    (tmp_path / RESUME).touch()
+    with pytest.raises(DataError, match=r"rigid no, not yes; grasping no, .* add --rigid no --grasping no, or train"):
+        begin(tmp_path, ABOUT, now, on_purpose=True)
+    with pytest.raises(DataError, match="grasping no, not yes"):
+        begin(tmp_path, ABOUT, dataclasses.replace(now, rigid=False), on_purpose=True)
+    begin(tmp_path, ABOUT, dataclasses.replace(now, rigid=False, grasping=False), on_purpose=False)
+    assert json.loads((tmp_path / CONFIG).read_text())["grasping"] is False
+
+
+def test_a_run_older_than_the_option_started_from_no_agent(run: Path) -> None:
+    with pytest.raises(DataError, match="start none, not dp@other"):
+        begin(run, {**ABOUT, "start": "dp@other"}, CONFIGURATION, on_purpose=True)
+    begin(run, {**ABOUT, "start": ""}, CONFIGURATION, on_purpose=False)

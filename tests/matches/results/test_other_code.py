@@ -10,6 +10,7 @@ from movingout.matches.report.comparison import markdown_report
 from movingout.matches.report.html_page import page
 from movingout.matches.results import other_code
 from movingout.matches.results.other_code import MIXED
+from movingout.matches.results.table import EARLIER, markdown
 from movingout.recordings.report.words import LANGUAGES
 from movingout.server.cli import main
 
@@ -45,17 +46,35 @@ def test_a_grid_that_goes_on_with_other_code_says_so_before_and_in_its_reports(
     assert "here was played with other code" not in errors and MIXED in errors
 
 
-@pytest.mark.parametrize("before", [True, False])
-def test_the_same_code_and_a_folder_of_before_pass_silently(
-    before: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def _forget(path: Path, *names: str) -> None:
+    """Leave out of every line of results what earlier versions did not write."""
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    kept = [{name: value for name, value in line.items() if name not in names} for line in lines]
+    path.write_text("".join(json.dumps(line) + "\n" for line in kept))
+
+
+def test_results_that_name_no_code_are_of_other_code_than_those_that_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     command = _begun(tmp_path)
-    if before:
-        results = tmp_path / "out" / "results-0-of-1.jsonl"
-        document = json.loads(results.read_text())
-        del document["code"]
-        results.write_text(json.dumps(document) + "\n")
-        monkeypatch.setattr(other_code, "code_sha256", lambda: "other")
+    _forget(tmp_path / "out" / "results-0-of-1.jsonl", "code")
+    assert not open_run(tmp_path / "out").mixed_code, "all alike"
+    assert main(command) == 0
+    errors = capsys.readouterr().err
+    assert "1 match here was played with other code of this project" in errors and MIXED in errors
+    assert open_run(tmp_path / "out").mixed_code
+
+
+@pytest.mark.parametrize("lacks", [(), ("code", "play_hash", "official_ac")])
+def test_tables_say_that_results_of_before_lack_something(tmp_path: Path, lacks: tuple[str, ...]) -> None:
+    _begun(tmp_path)
+    _forget(tmp_path / "out" / "results-0-of-1.jsonl", *lacks)
+    run = open_run(tmp_path / "out")
+    assert [EARLIER in text for text in (markdown(run.rows), markdown_report([run]), page(run))] == [bool(lacks)] * 3
+
+
+def test_the_same_code_passes_silently(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = _begun(tmp_path)
     assert main(command) == 0
     assert "code" not in capsys.readouterr().err
     assert MIXED not in (tmp_path / "out" / "results.md").read_text()

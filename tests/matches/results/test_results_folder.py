@@ -10,7 +10,7 @@ import pytest
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import Grid
 from movingout.matches.results.provenance import Provenance
-from movingout.matches.results.results_folder import open_folder
+from movingout.matches.results.results_folder import open_folder, read_head
 from tests.matches.support import small_grid
 
 AGENTS: dict[str, Any] = {"agents": ["idle", {"agent": "dp@all", "needs": "make agents"}], "partners": ["idle"]}
@@ -53,3 +53,9 @@ def test_a_folder_whose_grid_cannot_be_played_here_is_of_another_grid(tmp_path: 
     (tmp_path / "grid.json").write_text(json.dumps(head))
     with pytest.raises(MatchError, match="another grid"):
         open_folder(tmp_path, small_grid(), Provenance({}, {}, {}))
+
+
+def test_a_folder_of_a_format_of_before_says_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "grid.json").write_text('{"format": 1, "sha256": "", "grid": {}, "versions": {}}')
+    with pytest.raises(MatchError, match=r"is not of format 2: .* play the grid again, into an empty folder"):
+        read_head(tmp_path)
