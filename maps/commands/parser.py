@@ -132,11 +132,20 @@ def folder(text: str) -> Path:
     return Path(text)
 
 
+def output_place(text: str) -> Path:
+    """A file or folder to be written. An empty name, as of an unset variable, would be the current folder."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("name a file or folder; the current folder is .")
+    return Path(text)
+
+
 def add_out(parser: argparse.ArgumentParser, metavar: str, help: str, **options: Any) -> None:
     """Where a command writes: -o or --out. `--output`, as some commands called it once, is understood."""
-    parser.add_argument("-o", "--out", type=Path, metavar=metavar, help=help, **options)
+    parser.add_argument("-o", "--out", type=output_place, metavar=metavar, help=help, **options)
     if not options.get("required"):
-        parser.add_argument("--output", dest="out", type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+        parser.add_argument(
+            "--output", dest="out", type=output_place, default=argparse.SUPPRESS, help=argparse.SUPPRESS
+        )
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

@@ -144,6 +144,7 @@ def _forget(args: argparse.Namespace) -> int:
 def _purge(args: argparse.Namespace) -> int:
     folder = folder_of(args)
     with closing(folder.open_existing()) as store, folder.exclusive() if args.apply else nullcontext():
+        folder = _keeping_promises(folder, store, args.file)
         found = purge(folder, store) if args.apply else due_now(folder, store)
     document = {"applied": args.apply, "identities": list(found.identities), "participants": list(found.trials)}
     verb = "removed" if args.apply else "due"
@@ -152,6 +153,20 @@ def _purge(args: argparse.Namespace) -> int:
         *([] if args.apply else ["nothing was removed; add --apply to remove it"]),
     ])  # fmt: skip
     return 0
+
+
+def _keeping_promises(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
+    """With no period longer than what participants agreed to, and none longer than the file says today."""
+    try:
+        begun = folder.as_frozen(store, file.parent).study.retention
+    except StudyError as error:
+        print(f"warning: {error}; the periods of {file} are used", file=sys.stderr)
+        return folder
+    today = folder.study.retention
+    kept = today.shortest(begun)
+    if kept != today:
+        print(f"warning: {file} keeps data longer than participants agreed to; their periods are used", file=sys.stderr)
+    return replace(folder, study=folder.study.model_copy(update={"retention": kept}))
 
 
 def _say(args: argparse.Namespace, document: dict[str, object], sentences: list[str]) -> None:

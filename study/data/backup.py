@@ -69,11 +69,9 @@ def back_up(
         done = _write(folder, part, target, identities, previous, now)
         part.rename(target)
     except (OSError, sqlite3.Error) as error:
-        shutil.rmtree(part, ignore_errors=True)
         raise StudyError(f"the backup failed and nothing is left of it: {error}") from None
-    except StudyError:
-        shutil.rmtree(part, ignore_errors=True)
-        raise
+    finally:
+        shutil.rmtree(part, ignore_errors=True)  # also where it was stopped
     return done
 
 

@@ -14,7 +14,7 @@ from movingout.recordings.storage.index import INDEX_NAME, list_recordings
 from movingout.recordings.storage.listing import Summary
 from movingout.recordings.storage.s3_bucket import delete_copies
 from movingout.study.data.study_folder import StudyFolder
-from movingout.study.design.definition import Study
+from movingout.study.design.definition import Study, period_days
 from movingout.study.errors import StudyError
 from movingout.study.store.removal import called, episodes_of, remove_participant
 from movingout.study.store.store import Participant, Store
@@ -24,7 +24,6 @@ DAY_MS = 86_400_000
 PART_SUFFIX = ".tmp"  # of a recording that is being written
 HEAD_BYTES = 65536  # of a journal, which begins with who plays
 LOOKS = 10  # at a folder in which files change their names
-_DAYS = {"d": 1, "y": 365}
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +113,8 @@ def purge(folder: StudyFolder, store: Store) -> DueForErasure:
 
 
 def _expired(one: Participant, keep: str, now: int) -> bool:
-    if keep == "forever":
-        return False
     since = one.finished_ms if one.finished_ms is not None else one.arrived_ms
-    return now - since > int(keep[:-1]) * _DAYS[keep[-1]] * DAY_MS
+    return now - since > period_days(keep) * DAY_MS
 
 
 def remove_recordings(folder: Path, pid: str, episodes: Collection[str]) -> int:

@@ -5,6 +5,7 @@ the order and the seats follow from the participant's slot (`.allocation`). Time
 100 ms: 500 ticks are 50 s.
 """
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -253,12 +254,22 @@ class Requirements(StudyModel):
     gamepad: bool = False
 
 
+def period_days(period: str) -> float:
+    """How long a period is, infinity for one that does not end."""
+    return math.inf if period == "forever" else float(period[:-1]) * (365 if period[-1] == "y" else 1)
+
+
 class Retention(StudyModel):
     """How long each kind of data is kept once a participant has finished: 30d, 3y or forever."""
 
     identity: Period = "30d"
     trials: Period = "5y"
     released: Period = "forever"  # who ticked `release`
+
+    def shortest(self, other: "Retention") -> "Retention":
+        """Of each kind the shorter period of the two."""
+        mine, others = self.model_dump(), other.model_dump()
+        return Retention(**{kind: min(mine[kind], others[kind], key=period_days) for kind in mine})
 
 
 class Debrief(StudyModel):

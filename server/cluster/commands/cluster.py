@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from movingout.agents.live_options import check_live_agent
+from movingout.maps.commands.parser import output_place
 from movingout.server.cluster.capacity import FIGURES, plan, read_figures
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.lease_store import ClusterView, LeaseStore
@@ -86,7 +87,7 @@ def _add_config(parser: argparse.ArgumentParser) -> None:
         "--max-per-address", type=at_once, default=limits.per_address, metavar="N",
         help="connections of one address, or /64 network (%(default)s); with more, it may also send more requests",
     )  # fmt: skip
-    parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="write it here instead of printing it")
+    parser.add_argument("-o", "--out", type=output_place, metavar="FILE", help="write it here instead of printing it")
     parser.set_defaults(work=_config)
 
 

@@ -215,3 +215,10 @@ def test_randomize_prints_or_writes_the_variants_document(capsys: Output, tmp_pa
     assert main(["maps", "randomize", "LeftRight", "--seed", "3", "--split", "evaluation", "-o", str(file)]) == 0
     assert load_map(file) == expected
     assert "challenge2-evaluation-3" in capsys.readouterr().out
+
+
+def test_an_output_without_a_name_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """It would be the current folder, as where a variable of a script is unset."""
+    with pytest.raises(SystemExit, match="2"):
+        main(["maps", "gallery", "-o", ""])
+    assert "name a file or folder; the current folder is ." in capsys.readouterr().err

@@ -152,6 +152,18 @@ def test_a_recording_that_was_there_stays_when_a_restoration_is_interrupted(
         assert not list((tmp_path / data / "studies").iterdir())
 
 
+def test_a_backup_that_is_stopped_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    folder = StudyFolder(study(), tmp_path / "data")
+    open_store(folder.own)
+    monkeypatch.setattr(backup, "_copy_recordings", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        back_up(folder, tmp_path / "kept", 1_800_000_000.0, identities=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["data"]
+
+
 def test_the_commands_say_what_they_did(
     backed_up: tuple[Path, Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

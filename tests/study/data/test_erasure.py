@@ -1,6 +1,7 @@
 """Recordings are deleted while a server finishes others: files appear, are renamed and go between two looks."""
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -230,3 +231,18 @@ def test_an_identity_is_found_where_study_and_folder_were_renamed_together(tmp_p
     assert main(["study", "forget", str(file), "5f3c", "--data", str(tmp_path)]) == 0
     left = open_identities(begun.own.with_name("renamed"))
     assert left.pids("5f3c") == []
+
+
+@pytest.mark.parametrize(("promised", "today", "due"), [("30d", "5y", 1), ("5y", "30d", 1), ("5y", "5y", 0)])
+def test_purging_keeps_no_data_longer_than_participants_agreed_to(
+    promised: str, today: str, due: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    begun, now = (re.sub("(?m)^  trials: .*", f"  trials: {period}", TEXT) for period in (promised, today))
+    folder = StudyFolder(parse_study(begun), tmp_path)
+    open_store(folder.own, text=begun).arrive(PID, "en")  # by the clock of tests, in September 2026
+    file = tmp_path / "study.yaml"
+    file.write_text(now, encoding="utf-8")
+    assert main(["study", "purge", str(file), "--data", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    assert f"due: 0 identities, {due} participants" in told.out
+    assert ("participants agreed to; their periods are used" in told.err) == (promised == "30d")
