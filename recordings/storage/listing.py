@@ -145,7 +145,7 @@ def read_map(path: Path) -> MapSpec:
     """The map that was played, of a finished recording without its messages. Raises RecordingError."""
     try:
         with open_input(path) as stream:
-            text = attachment_in(stream, MAP_FILE, _LARGEST_MAP)
+            text = attachment_in(stream, MAP_FILE, LARGEST_MAP)
         return map_from_json(orjson.loads(text or b""))
     except (OSError, *UNREADABLE, MapError):
         return read_episode(path).header.map  # of a journal; of a damaged file, this says what is wrong
