@@ -38,7 +38,7 @@ def source_sha256(called: Callable[..., object]) -> str:
 
 
 def _code_of(called: Callable[..., object]) -> Callable[..., object]:
-    """The function or class itself: within decorators, that of a partial, or the class of an object that can be called."""
+    """The function or class itself: within decorators, of a partial, or the class of an object that can be called."""
     called = inspect.unwrap(called)
     if isinstance(called, functools.partial):
         return _code_of(called.func)
