@@ -205,6 +205,16 @@ def test_who_stands_for_several_agents_is_said() -> None:
     assert "stands for" not in html(two[0], replace(two[0], id="c"))
 
 
+def test_scripted_people_of_one_population_stand_for_it_without_a_word() -> None:
+    """Every report with scripted people said that `person` stands for many agents."""
+    a01, a02, b01 = (
+        facts(name, population=("idle", "person"), agents=("idle", f"person:name={name}"))
+        for name in ("A01", "A02", "B01")
+    )
+    assert ReportTally.of([a01, a02]).pooled == {}
+    assert ReportTally.of([a02, b01]).pooled == {"person": ["person:name=A02", "person:name=B01"]}
+
+
 def test_different_maps_of_one_name_have_rows_of_their_own() -> None:
     """Those before and after a file was edited were one row, drawn on the first of them."""
     before = replace(load_map("FourCorners"), name="Own", title="Own", number=0)
