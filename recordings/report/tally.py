@@ -185,7 +185,7 @@ class ReportTally:
         keys = sorted(specs, key=lambda key: (specs[key].number == 0, specs[key].number, key))
         return [(specs[key], sorted(found[key], key=lambda group: order[group.population])) for key in keys]
 
-    def _numbered(self) -> tuple[list[int], dict[str, list[str]]]:
+    def _numbered(self) -> tuple[list[str], dict[str, list[str]]]:
         return numbered_maps((group.map, group.file) for group in self.groups.values())
 
     def overall(self, measure: str) -> Estimate | None:

@@ -232,6 +232,19 @@ def test_different_maps_of_one_name_have_rows_of_their_own() -> None:
     assert "2 verschiedene Karten heißen Own: Own.1 ist die aus a.mcap," in html(*episodes, language="de")
 
 
+def test_variants_that_may_be_of_two_maps_are_no_third_one() -> None:
+    """The page said that three maps have the name."""
+    one = replace(load_map("FourCorners"), name="Own", title="Own", number=0)
+    two = replace(one, items=one.items[:1])
+    varied = [replace(one, variant="seed-3"), replace(two, variant="seed-4")]
+    tally = ReportTally.of(
+        facts(name, map=spec) for name, spec in zip("abcd", [varied[0], one, two, varied[1]], strict=True)
+    )
+    found = [(spec.name, group.n) for spec, (group,) in tally.by_map()]
+    assert found == [("Own.1", 1), ("Own.1+2", 2), ("Own.2", 1)]
+    assert tally.maps_of_one_name == {"Own": ["b.mcap", "c.mcap"]}
+
+
 def test_a_german_report_is_german_throughout() -> None:
     failure = Failure("no_grasp", 1, 1, 12, 70, Phrase("detail.not_taken", {"count": 2}))
     page = html(
