@@ -1,7 +1,7 @@
 """Different maps of one's own that have one name, as before and after a file was edited: NAME.1, NAME.2, ….
 
-A variant belongs to the only map with its walls and goals; where there are two, it is of NAME.1+2. A map that ships, or a
-generated one, is known by name.
+A variant belongs to the only map with its walls and goals; where there are two, it is of NAME.1+2. A map that ships, or
+a generated one, is known by name.
 """
 
 from collections import defaultdict
@@ -37,7 +37,7 @@ def numbered_maps(played: Iterable[tuple[MapSpec, str]]) -> tuple[list[str], dic
     for the_map, file in listed:
         versions = _versions(the_map, designed)
         if len(versions) == 1:
-            firsts[the_map.name].setdefault(*versions, file)
+            firsts[the_map.name].setdefault(next(iter(versions)), file)
     several = {name: list(versions) for name, versions in firsts.items() if len(versions) > 1}
     numbers = [_number(several.get(the_map.name, []), _versions(the_map, designed)) for the_map, _ in listed]
     return numbers, {name: list(firsts[name].values()) for name in several}
