@@ -31,14 +31,15 @@ def code_fingerprint(agent_id: str) -> str:
 def source_sha256(called: Callable[..., object]) -> str:
     """The SHA-256 of the file that defines a class, a function or the class of an object; empty where there is none."""
     try:
-        source = inspect.getsourcefile(inspect.unwrap(_code_of(called)))
+        source = inspect.getsourcefile(_code_of(called))
         return hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else ""
     except (TypeError, OSError):
         return ""
 
 
 def _code_of(called: Callable[..., object]) -> Callable[..., object]:
-    """The function or class itself: that of a partial, or the class of an object that can be called."""
+    """The function or class itself: within decorators, of a partial, or the class of an object that can be called."""
+    called = inspect.unwrap(called)
     if isinstance(called, functools.partial):
         return _code_of(called.func)
     return called if inspect.isclass(called) or inspect.isroutine(called) else type(called)

@@ -36,6 +36,7 @@ from movingout.matches.results.other_code import MIXED, is_mixed, of_other_code,
 from movingout.matches.results.provenance import named_by, provenance_of
 from movingout.matches.results.results_folder import (
     Shard,
+    add_metrics,
     check_named,
     open_folder,
     order_of,
@@ -271,7 +272,8 @@ def run_grid(
     check_own_maps(matches_of(plan))
     check_variants(to_play(matches, read_results(folder)))
     make_folder(folder)
-    open_folder(folder, grid, provenance_of(grid))
+    provenance = provenance_of(grid)
+    open_folder(folder, grid, provenance)
     with Shard(folder, index, count) as file:
         finished = read_results(folder)
         todo = to_play(matches, finished)
@@ -287,6 +289,7 @@ def run_grid(
         done = len(matches) - len(todo)
         progress(done, len(matches))
         if todo:
+            add_metrics(folder, provenance)
             workers_here = pool(_workers(workers, len(todo)), grid.agent_limit_s, recordings)
             with closing(dispatch(workers_here, todo)) as results:
                 for result in _kept(results, folder):

@@ -1,6 +1,6 @@
 """Episodes to play that a folder has already under another name, as with another `--seed`: training takes both."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -16,12 +16,15 @@ from movingout.recordings.storage.listing import read_metadata
 def repeats_sentence(todo: Sequence[EpisodeJob], folder: Path) -> str:
     """How many of these episodes are like others in the folder, and which `--seed` makes none of those; else empty."""
     missing = [job for job in todo if not (folder / f"{job.episode_id}{SUFFIX}").exists()]
-    there = set(_played(folder)) if missing else set()
+    there = set(_played(folder, {job.episode_id for job in todo})) if missing else set()
     repeated = sum(_play(job) in there for job in missing)
     if not repeated:
         return ""
     has, others, them = ("have", "others", "them") if repeated != 1 else ("has", "another", "it")
-    free = 1 + max(int(seed) for *_, seed in there)
+    maps = {job.map.name for job in todo}
+    finished = {job.seed for job in set(todo) - set(missing)}
+    used = {int(seed) for name, *_, seed in there if name in maps} | finished
+    free = 1 + max(used)
     return (
         f"{counted(repeated, 'episode')} {has} the map, seats and seed of {others} in {folder} and will repeat {them}; "
         f"--seed {free} makes new ones"
@@ -32,9 +35,12 @@ def _play(job: EpisodeJob) -> tuple[str, ...]:
     return job.map.name, job.map.variant, *job.agent_ids, str(job.ticks), str(job.seed)
 
 
-def _played(folder: Path) -> Iterator[tuple[str, ...]]:
-    """The same of the recordings in a folder that are of agents and can be read."""
-    for path in sorted(folder.glob(f"*{SUFFIX}")):
+def _played(folder: Path, own: Collection[str]) -> Iterator[tuple[str, ...]]:
+    """The same of the recordings in a folder that are of agents and can be read, but for those of this run by name.
+
+    Each takes milliseconds to open, and the thousands of a run that goes on would all be its own.
+    """
+    for path in sorted(path for path in folder.glob(f"*{SUFFIX}") if path.name.removesuffix(SUFFIX) not in own):
         with suppress(RecordingError, KeyError):
             records = read_metadata(path)
             said, ids = records[EPISODE], records[STUDY]

@@ -1,10 +1,11 @@
 """Different maps of one's own that have one name, as before and after a file was edited: NAME.1, NAME.2, ….
 
-A variant belongs to the only map with its walls and goals. A map that ships, or a generated one, is known by name.
+A variant belongs to the only map with its walls and goals; where there are two, it is of NAME.1+2. A map that ships, or
+a generated one, is known by name.
 """
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from movingout.maps.library import is_reserved
@@ -21,9 +22,10 @@ def whole(the_map: MapSpec) -> Hashable:
     return ground(the_map) if is_reserved(the_map.name) else (ground(the_map), the_map.robots, the_map.items)
 
 
-def numbered_maps(played: Iterable[tuple[MapSpec, str]]) -> tuple[list[int], dict[str, list[str]]]:
-    """The number of each map among those of its name, 0 where there is one; and by such names the first files of each.
+def numbered_maps(played: Iterable[tuple[MapSpec, str]]) -> tuple[list[str], dict[str, list[str]]]:
+    """The number of each map among those of its name, "" where there is one; and by such names the first files of each.
 
+    Variants that may be of several maps have the numbers of all: "1+2".
     `played`: maps, each with a file in which it is.
     """
     listed = list(played)
@@ -33,17 +35,16 @@ def numbered_maps(played: Iterable[tuple[MapSpec, str]]) -> tuple[list[int], dic
             designed[ground(the_map)].add(whole(the_map))
     firsts: defaultdict[str, dict[Hashable, str]] = defaultdict(dict)
     for the_map, file in listed:
-        firsts[the_map.name].setdefault(_version(the_map, designed), file)
+        versions = _versions(the_map, designed)
+        if len(versions) == 1:
+            firsts[the_map.name].setdefault(next(iter(versions)), file)
     several = {name: list(versions) for name, versions in firsts.items() if len(versions) > 1}
-    numbers = [
-        several[the_map.name].index(_version(the_map, designed)) + 1 if the_map.name in several else 0
-        for the_map, _ in listed
-    ]
+    numbers = [_number(several.get(the_map.name, []), _versions(the_map, designed)) for the_map, _ in listed]
     return numbers, {name: list(firsts[name].values()) for name in several}
 
 
-def numbered_map(the_map: MapSpec, number: int) -> MapSpec:
-    """The map as `NAME.2`, in its title as well; itself for 0."""
+def numbered_map(the_map: MapSpec, number: str) -> MapSpec:
+    """The map as `NAME.2`, in its title as well; itself without a number."""
     if not number:
         return the_map
     return replace(the_map, name=f"{the_map.name}.{number}", title=f"{the_map.title}.{number}")
@@ -55,9 +56,10 @@ def one_name_sentence(name: str, firsts: Sequence[str]) -> str:
     return f"{len(firsts)} different maps are called {name}: {named}."
 
 
-def _version(the_map: MapSpec, designed: Mapping[Hashable, set[Hashable]]) -> Hashable:
-    """Equal for episodes on the same map, of those with one name."""
-    if not the_map.variant:
-        return whole(the_map)
-    known = designed.get(ground(the_map), set())
-    return next(iter(known)) if len(known) == 1 else ground(the_map)
+def _versions(the_map: MapSpec, designed: Mapping[Hashable, set[Hashable]]) -> set[Hashable]:
+    """Of those with one name, the maps that this one may be, or be a variant of."""
+    return (designed.get(ground(the_map)) or {ground(the_map)}) if the_map.variant else {whole(the_map)}
+
+
+def _number(known: Sequence[Hashable], versions: Collection[Hashable]) -> str:
+    return "+".join(str(number) for number, version in enumerate(known, 1) if version in versions)

@@ -80,6 +80,18 @@ def open_folder(folder: Path, grid: Grid, provenance: Provenance) -> None:
             raise MatchError(f"{folder} was started with {what} {', '.join(changed)}; choose another folder with --out")
 
 
+def add_metrics(folder: Path, provenance: Provenance) -> None:
+    """Write down the code of metrics that the folder does not know, before their first values. Raises MatchError.
+
+    They were installed after its first run, or an earlier version wrote none down.
+    """
+    head = read_head(folder)
+    known: dict[str, str] = head.get("metrics", {})
+    if provenance.metrics.keys() - known.keys():
+        head["metrics"] = provenance.metrics | known
+        write_whole(folder / GRID, json.dumps(head, indent=1) + "\n")
+
+
 def _fingerprint(written: Any) -> str:
     """That of a grid in `grid.json`, as it is counted now; empty for one that cannot be played here."""
     try:

@@ -1,5 +1,6 @@
 """Facts of many episodes, added up per map, as designed or varied, and population."""
 
+import re
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -21,6 +22,7 @@ from movingout.world.own_metrics import own_metrics
 from movingout.world.state import Floats
 
 _COMPUTED = tuple(metric.key for metric in (*METRICS, *own_metrics()))
+_SCRIPTED = re.compile(r"(person:name=[A-C])\d\d\Z")
 MEASURES = ("success", "seconds", *_COMPUTED)
 
 
@@ -183,7 +185,7 @@ class ReportTally:
         keys = sorted(specs, key=lambda key: (specs[key].number == 0, specs[key].number, key))
         return [(specs[key], sorted(found[key], key=lambda group: order[group.population])) for key in keys]
 
-    def _numbered(self) -> tuple[list[int], dict[str, list[str]]]:
+    def _numbered(self) -> tuple[list[str], dict[str, list[str]]]:
         return numbered_maps((group.map, group.file) for group in self.groups.values())
 
     def overall(self, measure: str) -> Estimate | None:
@@ -200,8 +202,12 @@ class ReportTally:
 
     @property
     def pooled(self) -> dict[str, list[str]]:
-        """Those who stand for several agents, such as `onnx` for policies of several files, and the ids of these."""
-        return {who: sorted(ids) for who, ids in sorted(self.agents.items()) if len(ids) > 1}
+        """Those who stand for several agents, such as `onnx` for policies of several files, and the ids of these.
+
+        Scripted people of one population are one agent here: who names `people:A` asks for all of them.
+        """
+        several = {who for who, ids in self.agents.items() if len({_SCRIPTED.sub(r"\1", one) for one in ids}) > 1}
+        return {who: sorted(self.agents[who]) for who in sorted(several)}
 
     def rate(self, who: str, case: Case) -> Estimate | None:
         """The share of its appearances (an episode and a seat) with such a failure."""

@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from movingout.agents.data.demonstrations import episode_jobs
+from movingout.agents.data.repeats import repeats_sentence
+from movingout.agents.scripted.populations import population
 from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
 
@@ -106,6 +109,24 @@ def test_episodes_that_are_there_already_under_another_name_are_told_of(
         ],
         [],
     ]
+
+
+def test_a_run_that_goes_on_opens_no_recording_of_its_own_to_look_for_repeats(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With ten thousand of them it was silent for many seconds before it began."""
+    opened: list[Path] = []
+
+    def opens(path: Path) -> dict[str, dict[str, str]]:
+        opened.append(path)
+        return {}
+
+    monkeypatch.setattr("movingout.agents.data.repeats.read_metadata", opens)
+    jobs = episode_jobs(population("A")[:2], [load_map("HandOff")], 3, 1, seed=0, prefix="a")
+    for name in (jobs[0].episode_id, jobs[1].episode_id, "of-another-run"):
+        (tmp_path / f"{name}.mcap").touch()
+    assert repeats_sentence(jobs, tmp_path) == ""
+    assert opened == [tmp_path / "of-another-run.mcap"]
 
 
 @pytest.mark.parametrize("action", ["generate", "label"])

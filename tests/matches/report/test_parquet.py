@@ -34,3 +34,11 @@ def test_a_metric_that_the_first_match_lacks_is_a_column_all_the_same(tmp_path: 
     played = replace(failed_result(second, ""), own_metrics={"walked": 3.5})
     table = _written(tmp_path, failed_result(first, "it raised"), played)
     assert table.column("walked").to_pylist() == [None, 3.5]
+
+
+def test_a_metric_of_a_package_gives_way_to_the_field_of_its_key(tmp_path: Path) -> None:
+    """Results of before the field may have such a metric; its values were in the column of ours."""
+    first, second = matches_of(planned_matches(GRID))
+    before = replace(failed_result(first, ""), own_metrics={"official_ac": 3.5})
+    table = _written(tmp_path, before, replace(failed_result(second, ""), official_ac=0.5))
+    assert table.column("official_ac").to_pylist() == [None, 0.5]

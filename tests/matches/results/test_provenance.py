@@ -1,9 +1,11 @@
 """Results that were played with another map file or other code of one's own are not taken for those of today."""
 
+import hashlib
 import importlib
 import json
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.checkpoint.checkpoint import SHIPPED
+from movingout.agents.own_code import code_fingerprint, source_sha256
 from movingout.maps import load_map, map_to_json
 from movingout.matches import MatchError, open_run, play, run_grid
 from movingout.matches.results.provenance import provenance_of
@@ -71,6 +74,27 @@ COMPUTES = [lambda *played: value({scale}, *played), partial(value, {scale}), Co
 """
 
 
+def test_a_function_in_a_decorators_object_is_known_by_its_own_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file of the decorator counted: edits of the function were not noticed."""
+    (tmp_path / "own_decorator.py").write_text(
+        "import functools\n"
+        "class Decorated:\n"
+        "    def __init__(self, inner): functools.update_wrapper(self, inner)\n"
+        "    def __call__(self): return self.__wrapped__()\n"
+    )
+    text = (
+        "import functools, own_decorator\n@own_decorator.Decorated\ndef made(): pass\nPART = functools.partial(made)\n"
+    )
+    (tmp_path / "own_decorated.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    module = importlib.import_module("own_decorated")
+    own = hashlib.sha256(text.encode()).hexdigest()
+    assert [source_sha256(module.made), source_sha256(module.PART)] == [own, own]
+    assert code_fingerprint("own_decorated:made") == own
+
+
 @pytest.mark.parametrize("compute", range(4), ids=["function", "partial", "object", "method"])
 def test_results_of_earlier_code_of_a_metric_are_not_added_to(
     compute: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -91,6 +115,20 @@ def test_results_of_earlier_code_of_a_metric_are_not_added_to(
     source.write_text(METRIC.format(scale=1000))
     with pytest.raises(MatchError, match="started with other code of the metric length; choose another folder"):
         open_folder(tmp_path / "out", grid, provenance_of(grid))
+
+
+def test_a_folder_learns_the_code_of_metrics_that_came_later(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Any code of them was accepted for ever, as in folders of versions that wrote none down."""
+    grid, out = small_grid(agents=["idle"], maps=["HandOff"], seeds=1, ticks=2), tmp_path / "out"
+    provenance = provenance_of(grid)
+    later = replace(provenance, metrics={"length": "a"})
+    open_folder(out, grid, provenance)
+    open_folder(out, grid, replace(provenance, metrics={"length": "b"}))  # no value is of that code
+    monkeypatch.setattr("movingout.matches.run.provenance_of", lambda grid: later)
+    run_grid(grid, out, workers=1)
+    open_folder(out, grid, later)
+    with pytest.raises(MatchError, match="started with other code of the metric length; choose another folder"):
+        open_folder(out, grid, replace(provenance, metrics={"length": "b"}))
 
 
 WEIGHTED = """

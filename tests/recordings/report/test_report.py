@@ -205,6 +205,16 @@ def test_who_stands_for_several_agents_is_said() -> None:
     assert "stands for" not in html(two[0], replace(two[0], id="c"))
 
 
+def test_scripted_people_of_one_population_stand_for_it_without_a_word() -> None:
+    """Every report with scripted people said that `person` stands for many agents."""
+    a01, a02, b01 = (
+        facts(name, population=("idle", "person"), agents=("idle", f"person:name={name}"))
+        for name in ("A01", "A02", "B01")
+    )
+    assert ReportTally.of([a01, a02]).pooled == {}
+    assert ReportTally.of([a02, b01]).pooled == {"person": ["person:name=A02", "person:name=B01"]}
+
+
 def test_different_maps_of_one_name_have_rows_of_their_own() -> None:
     """Those before and after a file was edited were one row, drawn on the first of them."""
     before = replace(load_map("FourCorners"), name="Own", title="Own", number=0)
@@ -220,6 +230,19 @@ def test_different_maps_of_one_name_have_rows_of_their_own() -> None:
     assert tally.maps_of_one_name == {"Own": ["a.mcap", "b.mcap"]}
     assert "2 different maps are called Own: Own.1 is that of a.mcap, Own.2 is that of b.mcap." in html(*episodes)
     assert "2 verschiedene Karten heißen Own: Own.1 ist die aus a.mcap," in html(*episodes, language="de")
+
+
+def test_variants_that_may_be_of_two_maps_are_no_third_one() -> None:
+    """The page said that three maps have the name."""
+    one = replace(load_map("FourCorners"), name="Own", title="Own", number=0)
+    two = replace(one, items=one.items[:1])
+    varied = [replace(one, variant="seed-3"), replace(two, variant="seed-4")]
+    tally = ReportTally.of(
+        facts(name, map=spec) for name, spec in zip("abcd", [varied[0], one, two, varied[1]], strict=True)
+    )
+    found = [(spec.name, group.n) for spec, (group,) in tally.by_map()]
+    assert found == [("Own.1", 1), ("Own.1+2", 2), ("Own.2", 1)]
+    assert tally.maps_of_one_name == {"Own": ["b.mcap", "c.mcap"]}
 
 
 def test_a_german_report_is_german_throughout() -> None:
