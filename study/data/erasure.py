@@ -238,6 +238,7 @@ def _remove(folder: Path, paths: set[Path]) -> None:
         forget_recordings(folder, {_episode(path) for path in paths})
         for path in paths:
             path.unlink(missing_ok=True)
+        forget_recordings(folder, {_episode(path) for path in paths})  # what was said meanwhile
         (folder / SEARCH_NAME).unlink(missing_ok=True)  # who sat where; it is made again from the files
         (folder / INDEX_NAME).unlink(missing_ok=True)  # it names the participant; it is rebuilt from the files
     except RecordingError as error:

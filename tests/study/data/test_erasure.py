@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from movingout.recordings import finalise
+from movingout.recordings.annotation.verdicts import VerdictLine, add_verdict, verdicts_of
 from movingout.recordings.episode import SeatInfo
 from movingout.recordings.storage.listing import Summary
 from movingout.server.cli import main
@@ -210,3 +211,17 @@ def test_an_identity_is_found_where_study_and_folder_were_renamed_together(tmp_p
     assert main(["study", "forget", str(file), "5f3c", "--data", str(tmp_path)]) == 0
     left = open_identities(begun.own.with_name("renamed"))
     assert left.pids("5f3c") == []
+
+
+def test_a_verdict_that_is_clicked_during_a_deletion_goes_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file, really = tmp_path / "episode.mcap", Path.unlink
+    file.touch()
+
+    def unlink(path: Path, missing_ok: bool = False) -> None:
+        if path == file:
+            add_verdict(tmp_path, VerdictLine("episode:keeps:0:0:1", "confirmed", "Ada", "1"))
+        really(path, missing_ok)
+
+    monkeypatch.setattr(Path, "unlink", unlink)
+    erasure._remove(tmp_path, {file})
+    assert verdicts_of(tmp_path) == []
