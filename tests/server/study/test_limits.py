@@ -50,8 +50,8 @@ def test_one_address_agrees_so_many_times_a_day_and_who_has_agreed_goes_on(
     few = AdmissionControl(limits(study_consents_per_day=2), lambda: now)
     monkeypatch.setattr(solo.live.host, "admission", few)
     visitors = [solo.visitor() for _ in range(3)]
-    for said in ({"boxes": []}, {"key": "another", "boxes": ["adult"]}):
-        visitors[2].call("next", {"key": visitors[2].step["key"], **said})  # neither agrees, and neither counts
+    for key, boxes in ((visitors[2].step["key"], list[str]()), ("another", ["adult"])):
+        visitors[2].call("next", {"key": key, "boxes": boxes})  # neither agrees, and neither counts
     for visitor in visitors[:2]:
         visitor.agree()
     status, answer = visitors[2].call("next", {"key": visitors[2].step["key"], "boxes": ["adult"]})
