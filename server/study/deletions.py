@@ -72,14 +72,23 @@ class Deletions:
     def add(self, pid: str) -> None:
         """From now on, and from the start again of who has asked before."""
         self._wishes[pid] = _Wish(time.monotonic())
+        self._begin()
+
+    def resume(self, pids: Iterable[str], unscrubbed: bool) -> None:
+        """At a start: what is still there, or came since, of those who asked for it; a kill may have left traces.
+
+        One look, and the further ones only where it finds something.
+        """
+        now = time.monotonic()
+        self._wishes |= {pid: _Wish(now, pauses=iter(())) for pid in pids}
+        if unscrubbed:
+            self._unscrubbed, self._scrub_at = True, now + SCRUB_S
+        if self._wishes or unscrubbed:
+            self._begin()
+
+    def _begin(self) -> None:
         if self._task is None or self._task.done():
             self._task = asyncio.create_task(self._run())
-
-    def resume(self, pids: Iterable[str]) -> None:
-        """At a start: what is still there, or came since, of those who asked for it; a kill may have left traces."""
-        for pid in pids:
-            self.add(pid)
-            self._unscrubbed, self._scrub_at = True, time.monotonic() + SCRUB_S
 
     async def end(self) -> None:
         """Wait until every deletion has been begun that was asked for; the next start looks for what comes later."""
@@ -153,6 +162,8 @@ class Deletions:
         self._unscrubbed |= rows > 0
         if rows:
             self._notes.forget(pids)
+        if rows or any(removed.values()):
+            self._look_again(pids)
         rounds = {row["episode"]: row for mine in played.values() for row in mine}  # of a pair once
         self._finished.count_deleted([*rounds.values()])
         for pid in played:
@@ -167,6 +178,12 @@ class Deletions:
         session = self._participants.get(pid)
         if session is not None and session.record.unit is not None:
             self._units.last_rounds.pop(session.record.unit, None)
+
+    def _look_again(self, pids: Iterable[str]) -> None:
+        """Something was there, and more may come: also of those of whom a start takes one look."""
+        for wish in [self._wishes[pid] for pid in pids]:
+            if not wish.began:
+                wish.pauses = iter(LOOK_AGAIN_S)
 
     def _failed(self, pids: Collection[str], error: Exception) -> None:
         for pid in pids:

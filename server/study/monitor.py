@@ -39,13 +39,18 @@ class StudyMonitor:
         while True:
             await asyncio.sleep(INTERVAL_S)
             try:
-                async with self._running.transaction() as tx:
-                    await self.check(tx)
+                await self.look()
             except StoreError as error:
                 log.warning("%s", error)  # the experimenter was alerted; nobody moves until the database works again
             except Exception:  # the study goes on, whatever went wrong with one unit
                 log.exception("checking the study failed")
                 self._running.alerts.add("fault", "Something went wrong on the server; its log has the details.")
+
+    async def look(self) -> None:
+        """All checks, and what nobody shall wait for."""
+        async with self._running.transaction() as tx:
+            await self.check(tx)
+        await self._running.participants.scrub_identities(time.monotonic())
 
     async def check(self, tx: Transaction) -> None:
         """All checks, once."""
@@ -68,7 +73,6 @@ class StudyMonitor:
         if not running.progress.paused:
             await running.units.match(tx)
         await running.participants.drop_undecided(tx, now)
-        await running.participants.scrub_identities(tx, now)
         for fault in running.host.health().faults:
             running.alerts.add("server", "Something on the server does not work any more.", fault)
         full = running.host.full_disk()

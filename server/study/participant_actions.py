@@ -1,7 +1,7 @@
 """What each request of a participant does. Repeating a request changes nothing."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import msgspec
 
@@ -61,10 +61,13 @@ class ParticipantActions:
         self._study = running.study
         self._store = running.databases.store
 
-    async def complete_step(self, session: ParticipantSession, request: StepRequest) -> None:
+    async def complete_step(
+        self, session: ParticipantSession, request: StepRequest, may_consent: Callable[[], bool]
+    ) -> bool:
         """The participant has done the step `request.key`; any other step than the current one is ignored.
 
-        Raises StepRefused where something is missing.
+        Returns False for a consent that `may_consent`, which is asked for each new one, does not allow. Raises
+        StepRefused where something is missing.
         """
         running = self._running
         if session.step is not None and request.key == session.step.key:
@@ -72,10 +75,10 @@ class ParticipantActions:
         async with running.transaction() as tx:
             step = session.step
             if session.finished or step is None or request.key != step.key or running.progress.is_paused(session):
-                return
+                return True
             if step.kind == "consent":
-                await self._consent(tx, session, request.boxes)
-            elif step.kind == "input-check":
+                return await self._consent(tx, session, request.boxes, may_consent)
+            if step.kind == "input-check":
                 await self._check_input(tx, session, request)
             elif step.kind in ("practice", "round"):
                 await self._ready(tx, session, step, request.done)
@@ -84,6 +87,7 @@ class ParticipantActions:
             else:
                 await self._refuse_unanswered(tx, session, step)
                 await running.progress.advance(tx, session)
+        return True
 
     async def skip_unplayable(self, session: ParticipantSession) -> None:
         """Past rounds whose map cannot be varied, of which the experimenter is told. Raises Busy.
@@ -115,7 +119,9 @@ class ParticipantActions:
             if any(not item.is_text and item.id not in given for item in items):
                 raise StepRefused("unanswered", "Some questions have no answer yet; it may be that you prefer none.")
 
-    async def _consent(self, tx: Transaction, session: ParticipantSession, boxes: Sequence[str]) -> None:
+    async def _consent(
+        self, tx: Transaction, session: ParticipantSession, boxes: Sequence[str], may_consent: Callable[[], bool]
+    ) -> bool:
         consent = self._study.consent
         if any(box.required and box.id not in boxes for box in consent.boxes):
             raise StepRefused("boxes", "Please tick the boxes that are required, or say that you do not agree.")
@@ -123,8 +129,11 @@ class ParticipantActions:
         ticked = [box.id for box in consent.boxes if box.id in boxes]
         shown = filled(self._study, consent.text, language)
         if not await tx.run(self._store.has_consented, session.pid, consent.version):
+            if not may_consent():
+                return False
             await tx.run(self._store.consent, session.pid, consent.version, language, shown, ticked)
         await self._running.progress.advance(tx, session)
+        return True
 
     async def _check_input(self, tx: Transaction, session: ParticipantSession, request: StepRequest) -> None:
         running, required, rtt_ms = self._running, self._study.gate, request.rtt_ms

@@ -12,6 +12,7 @@ from movingout.server.study.transaction import Transaction
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Outcome, Study
 from movingout.study.design.steps import steps
+from movingout.study.errors import StoreError
 from movingout.study.store.identity import UNMISTAKABLE
 from movingout.study.store.removal import drop_undecided
 from movingout.study.store.store import DoneUnit, Participant
@@ -31,10 +32,11 @@ class Participants:
     def __init__(self, study: Study, databases: StudyDatabases) -> None:
         self._study = study
         self._store = databases.store
+        self._databases = databases
         self._identities = databases.identities
         self._sessions: dict[str, ParticipantSession] = {}
         self._done_units: tuple[DoneUnit, ...] = ()
-        self._unscrubbed = True  # whether somebody declined since the identities were scrubbed, or before a kill
+        self._unscrubbed = False  # whether identities were deleted since their database was scrubbed
         self._scrub_at = time.monotonic() + SCRUB_S
         self._declined = deque[ParticipantSession](maxlen=MOST_DECLINED)
         self._first_steps = steps(study, assign(study, 0))  # the same for every slot until the unit is formed
@@ -64,6 +66,7 @@ class Participants:
             if seen_ms is not None:
                 session.away_before_s = max(0.0, (self._store.now() - seen_ms) / 1e3)
         self._done_units = await tx.run(self._store.done_units)
+        self._unscrubbed = await tx.run(self._identities.database.is_unscrubbed)
         return back_s
 
     async def _follow_clock(self, tx: Transaction) -> float:
@@ -95,13 +98,17 @@ class Participants:
         self._declined.append(session)
         del self._sessions[session.pid]
 
-    async def scrub_identities(self, tx: Transaction, now: float) -> None:
-        """Overwrite the ids of those who declined, once in a while: anybody with the link can decline often."""
-        tx.check()
+    async def scrub_identities(self, now: float) -> None:
+        """Overwrite the ids of those who did not agree, once in a while: anybody with the link can decline often.
+
+        In no transaction: it may take long, and wait for another program that reads them.
+        """
         if self._unscrubbed and now >= self._scrub_at:
-            self._scrub_at = now + SCRUB_S
-            await tx.run(self._identities.database.scrub)
-            self._unscrubbed = False
+            self._scrub_at, self._unscrubbed = now + SCRUB_S, False
+            try:
+                await self._databases.run(self._identities.database.scrub)
+            except StoreError:  # the experimenter was alerted, and it is tried again
+                self._unscrubbed = True
 
     async def drop_undecided(self, tx: Transaction, now: float) -> None:
         """Forget who opened the link and left without an answer to the consent: a row stays only with a consent."""
@@ -110,6 +117,7 @@ class Participants:
             await tx.run(drop_undecided, self._store, pids)
             # a code is the experimenter's, and stays good; whoever came with a link is known anew by it
             await tx.run(self._identities.drop, [pid for pid in pids if self._sessions[pid].source != CODE])
+            self._unscrubbed = True
             for pid in pids:
                 del self._sessions[pid]
 

@@ -140,7 +140,8 @@ class RunningStudy:
                 await self.units.move_to_first_step(tx, unit)
                 if unit.lacks_member:
                     await self.departures.release_partners(tx, unit)
-        self.deletions.resume(one.pid for one in self.participants if one.record.keep is False and one.finished)
+        left = [one.pid for one in self.participants if one.record.keep is False and one.finished]
+        self.deletions.resume(left, await self.databases.run(self.databases.store.database.is_unscrubbed))
 
     def _tell_of_clock(self, back_s: float) -> None:
         if back_s:
@@ -155,5 +156,5 @@ class RunningStudy:
             async with asyncio.timeout(NOTE_S), self.transaction() as tx:
                 await self.participants.note_absences(tx)
                 await self.participants.note_last_seen(tx)
-                await self.participants.scrub_identities(tx, inf)
+        await self.participants.scrub_identities(inf)
         await asyncio.to_thread(self.databases.close)  # a query may have to be given up first

@@ -236,6 +236,7 @@ def _remove(folder: Path, paths: set[Path]) -> None:
         _remove_summaries(folder)  # first: once the recordings are gone, nobody would look here again
         for path in paths:
             path.unlink(missing_ok=True)
+        forget_recordings(folder, {_episode(path) for path in paths})  # what was said meanwhile
         _remove_summaries(folder)  # a server may have made them again meanwhile
     except RecordingError as error:
         raise StudyError(f"nothing is deleted yet, because copies are elsewhere: {error}") from None

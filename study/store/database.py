@@ -14,7 +14,7 @@ from typing import Any, Literal
 from alembic import command
 from alembic.config import Config
 from alembic.util import CommandError
-from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url, text
+from sqlalchemy import URL, Connection, Engine, create_engine, event, inspect, make_url, text
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 from sqlalchemy.schema import CreateSchema
 
@@ -27,6 +27,7 @@ ANSWER_S = 5  # the same for PostgreSQL, and for any answer of it
 FENCED_S = 3  # after which the database gives up a transaction of a server that hangs, so that another can go on
 UPGRADE = 7_306_412  # a lock of PostgreSQL, while tables are made: any number that nobody else uses
 SERVED = 7_306_413  # another one: fenced servers share it, who deletes or serves alone has it for itself
+UNSCRUBBED = "movingout_unscrubbed"  # a table that is there while something deleted has not been overwritten
 NUL = "\0"  # the one character that PostgreSQL keeps in no text
 _TRIES, _BETWEEN_TRIES_S = 8, 0.25  # for the lock of servers that have just ended
 _MIGRATIONS = Path(__file__).parent / "migrations"
@@ -102,6 +103,15 @@ class Database:
         if newest != self._fence:
             raise StoreFenced(_FENCED)
 
+    def mark_deleted(self, connection: Connection) -> None:
+        """Remember, in the transaction that deletes something, that `scrub` is due: a kill may come before it."""
+        connection.exec_driver_sql(f"CREATE TABLE IF NOT EXISTS {UNSCRUBBED} (number integer)")
+
+    def is_unscrubbed(self) -> bool:
+        """Whether something was deleted, here or before a kill, that has not been overwritten."""
+        with self.read() as connection:
+            return inspect(connection).has_table(UNSCRUBBED)
+
     def scrub(self) -> None:
         """Overwrite what was deleted, also in the write-ahead log. Raises StoreFenced while another node serves."""
         if self._fence:
@@ -114,6 +124,9 @@ class Database:
                     connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
             else:
                 self._vacuum()
+        if self.is_unscrubbed():
+            with self.write() as connection:
+                connection.exec_driver_sql(f"DROP TABLE IF EXISTS {UNSCRUBBED}")
 
     def _vacuum(self) -> None:
         self._patient = True
@@ -121,8 +134,10 @@ class Database:
             with self._engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
                 usual = connection.exec_driver_sql("SHOW statement_timeout").scalar_one()
                 connection.exec_driver_sql("SET statement_timeout = 0")
-                connection.exec_driver_sql("VACUUM FULL")
-                connection.exec_driver_sql(f"SET statement_timeout = '{usual}'")
+                try:
+                    connection.exec_driver_sql("VACUUM FULL")
+                finally:
+                    connection.exec_driver_sql(f"SET statement_timeout = '{usual}'")
         finally:
             self._patient = False
 
@@ -179,6 +194,7 @@ def _reason(error: DBAPIError) -> str:
         "not a database": _DAMAGED,
         "malformed": _DAMAGED,
         "statement timeout": "another program may hold it",
+        "lock timeout": "another program holds it",
         "closed the connection": "it ended, or did not answer in time",
         "timeout expired": "it does not answer",
     }
@@ -230,6 +246,7 @@ def _give_up_soon(connection: Any, record: Any) -> None:
 def _hurry(connection: Any, record: Any) -> None:
     with connection.cursor() as cursor:
         cursor.execute(f"SET statement_timeout = '{ANSWER_S}s'")
+        cursor.execute(f"SET lock_timeout = '{ANSWER_S}s'")  # also of a VACUUM, which may take longer than a statement
     connection.commit()
 
 

@@ -103,6 +103,7 @@ class IdentityStore:
     def drop(self, pids: Sequence[str]) -> None:
         """Delete people who did not consent; `Database.scrub` overwrites them, which is dear, for many at once."""
         with self.database.write() as connection:
+            self.database.mark_deleted(connection)
             connection.execute(delete(identities).where(identities.c.pid.in_(pids)))
 
     def forget(self, pid: str) -> int:

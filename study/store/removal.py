@@ -88,6 +88,8 @@ def _withdraw(store: Store, recordings: Mapping[str, int]) -> int:
             if rows or number:
                 record(connection, store.now(), "participant", "withdraw", pid, rows=rows, recordings=number)
             whole += rows
+        if whole:
+            store.database.mark_deleted(connection)
     return whole
 
 

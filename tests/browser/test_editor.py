@@ -371,3 +371,20 @@ def test_two_tabs_go_on_with_what_was_drawn_in_the_other(open_page: OpenPage, pi
     first.locator("#undo").click()
     first.locator("#undo").click()
     assert drawn(first)["title"] != "Zwei" and drawn(first)["goals"] != []
+
+
+@pytest.mark.slow
+def test_two_tabs_with_two_maps_keep_to_their_own(open_page: OpenPage) -> None:
+    first = open_page("/editor")
+    second = first.context.new_page()
+    second.goto("/editor")
+    for page in (first, second):
+        page.wait_for_function("() => window.__editor?.checks().known")
+    first.locator("#title").fill("One")
+    expect(second.locator("#title")).to_have_value("One")
+    second.locator("#start").select_option("-")
+    second.locator("#title").fill("Two")
+    first.locator("#title").fill("One!")
+    second.locator("#title").fill("Two!")
+    first.wait_for_timeout(200)
+    assert (drawn(first)["title"], drawn(second)["title"]) == ("One!", "Two!")

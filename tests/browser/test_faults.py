@@ -177,24 +177,27 @@ def test_while_a_server_lets_its_rounds_end_who_is_ready_reads_why_nothing_begin
     try:
         playing, lobby = server.make_room("Simple", red="idle", limit_ticks=900), server.make_room("Simple", red="idle")
         result = server.make_room("Simple", red="idle", maps=("Simple", "HandOff"), limit_ticks=15)
+        last = server.make_room("Simple", red="idle", limit_ticks=15)
         pages = []
-        for room in (playing, lobby, result):
+        for room in (playing, lobby, result, last):
             page = browser.new_context(base_url=server.url, viewport=NARROW, locale=language).new_page()
             page.context.add_init_script(seat_tokens_script(room))
             page.goto(room["join_path"])
             pages.append(page)
-        for page in (pages[0], pages[2]):
+        for page in (pages[0], *pages[2:]):
             page.locator("#ready .button-primary").click()
         wait_for(pages[0], "game.phase === 'playing'")
         wait_for(pages[2], "game.phase === 'round_over'")
+        wait_for(pages[3], "game.phase === 'series_over'")
         process.send_signal(signal.SIGUSR1)
         pages[1].locator("#ready .button-primary").click()
         expect(pages[1].locator("#ready")).to_contain_text(why)
-        pages[2].locator(".result-ways button").first.click()
-        expect(pages[2].locator(".result-company")).to_contain_text(why)
-        expect(pages[2].locator(".result-company")).to_be_in_viewport()
-        assert pages[2].get_by_role("heading", level=1).is_visible(), "the result stays"
-        for name, page in zip(("lobby", "result"), pages[1:], strict=True):
+        for page, way in ((pages[2], 0), (pages[3], 1)):  # the next round, and the only one again
+            page.locator(".result-ways button").nth(way).click()
+            expect(page.locator(".result-company")).to_contain_text(why)
+            expect(page.locator(".result-company")).to_be_in_viewport()
+            assert page.get_by_role("heading", level=1).is_visible(), "the result stays"
+        for name, page in zip(("lobby", "result"), pages[1:3], strict=True):
             for width, height in ((375, 553), (568, 320)):
                 page.set_viewport_size({"width": width, "height": height})
                 page.screenshot(path=pictures / f"restart_soon-{name}-{language}-{width}.png")

@@ -26,6 +26,7 @@ import { Trial, solutionText } from "./trial.js";
 /** @typedef {import("./pointing.js").Settings} Settings */
 
 const MEMORY = "movingout.editor"; // localStorage: the map as it is
+const WHICH = "movingout.editor.which"; // whose id that is: another one for each file and map that is opened
 const MOST_BYTES = 64 * 1024;
 const TOOLS = /** @type {const} */ (["select", "wall", "goal", "item"]);
 /** What each tool draws. @type {Partial<Record<Settings["tool"], "walls" | "goals" | "items">>} */
@@ -37,6 +38,7 @@ const settings = { tool: "select", shape: "star", size: "small", snap: true };
 let trial = null;
 /** @type {GameMap | null} */
 let checked = null; // the map that was last sent to be checked
+let which = remembered(WHICH) ?? ""; // tabs with the same one draw the same map
 let adopting = false; // the map that comes now is kept already
 /** @type {GameMap[]} */
 let starts = [];
@@ -79,16 +81,18 @@ function changed(map) {
 /** @param {GameMap} map */
 function keep(map) {
   try {
+    localStorage.setItem(WHICH, which);
     localStorage.setItem(MEMORY, JSON.stringify(map));
   } catch {
     // nothing to keep it in
   }
 }
 
-/** Goes on with what another tab has drawn, which keeps it: the next change here would overwrite it. */
+/** Goes on with what another tab has drawn of this map, and keeps it: the next change here would overwrite it. */
 function adopt() {
+  if ((remembered(WHICH) ?? "") !== which) return;
   adopting = true;
-  const adopted = drawing.adopt(remembered());
+  const adopted = drawing.adopt(keptMap(remembered(MEMORY)));
   adopting = false;
   if (!adopted) return;
   titleField.value = drawing.map.title; // also of a field that has the keyboard
@@ -194,6 +198,7 @@ async function open(file) {
 /** @param {GameMap} map */
 function replace(map) {
   drawing.selected = null;
+  which = `${Date.now()}-${Math.random()}`;
   drawing.change(map);
   bringToSight(arena);
 }
@@ -325,16 +330,17 @@ async function loadOffers() {
   startSelect.replaceChildren(el("option", { value: "" }, say("editor.start.choose")), blank, ...options);
 }
 
-function remembered() {
+/** @param {string} key */
+function remembered(key) {
   try {
-    return keptMap(localStorage.getItem(MEMORY));
+    return localStorage.getItem(key);
   } catch {
     return null; // storage is forbidden
   }
 }
 
 await prepareTexts();
-const drawing = new Drawing(remembered() ?? emptyMap(say("editor.untitled")));
+const drawing = new Drawing(keptMap(remembered(MEMORY)) ?? emptyMap(say("editor.untitled")));
 const panel = new Panel(drawing);
 const checks = new Checks(
   (part) => {

@@ -34,6 +34,7 @@ export class Series {
   /** @type {import("./game.js").RoundResult | null} */
   #shown = null;
   #stoppedHere = false;
+  #asked = false; // for a further round in this room
   #going = false; // a further room is being opened
   #problem = problemBox();
   #company = el("p", { class: "muted result-company" }); // the announcer says it aloud
@@ -58,7 +59,8 @@ export class Series {
   update(game, view) {
     const over = isOver(game.phase);
     if (over && game.result !== null && this.#isNew(game.result)) this.#showResult(game, view);
-    if (!over && this.showsResult) this.#hideResult();
+    const answered = this.#asked && game.own.some((seat) => game.room?.seats[seat]?.ready);
+    if (this.showsResult && (!over || (answered && !heldText(game.room)))) this.#hideResult();
     const told = over && game.own.length > 0 && COMPLETE.includes(game.result?.outcome ?? "");
     const company = told ? companyText(game.room, game.own) : ""; // why a round was cut short is in its result
     if (company !== this.#company.textContent) this.#company.textContent = company;
@@ -109,12 +111,11 @@ export class Series {
     const start = { text: say("play.over.lobby"), href: "/" };
     const seats = sameSeats(game.room?.seats ?? [], game.own);
     const over = game.phase === "series_over";
-    const again = { text: say("play.result.again"), onclick: () => this.#playOn(game, this.actions.again) };
+    const again = { text: say("play.result.again"), onclick: () => this.#playOn(this.actions.again) };
     const anew = { text: say("play.result.again"), onclick: () => void this.#goOn(game, "same") };
     const next = { text: say("play.result.next"), onclick: () => void this.#goOn(game, "next") };
     if (game.own.length === 0) return [start];
-    if (!over)
-      return [{ text: say("play.result.next"), onclick: () => this.#playOn(game, this.actions.next) }, again, start];
+    if (!over) return [{ text: say("play.result.next"), onclick: () => this.#playOn(this.actions.next) }, again, start];
     if (game.round?.practice) return [start, again];
     const repeat = COMPLETE.includes(outcome) ? again : seats ? anew : null;
     const other = { text: say("play.result.partner"), ...toChoose(game.round) };
@@ -159,6 +160,7 @@ export class Series {
   }
 
   #hideResult() {
+    this.#asked = false;
     this.#box.hidden = true;
     this.#box.replaceChildren();
     this.#play.toggleAttribute("data-result", false);
@@ -166,11 +168,11 @@ export class Series {
   }
 
   /**
-   * A further round in this room; where none can begin yet, the result stays until it does.
-   * @param {Game} game @param {() => void} action
+   * A further round in this room: the server says whether one can begin yet, and until it can the result stays.
+   * @param {() => void} action
    */
-  #playOn(game, action) {
-    if (!heldText(game.room)) this.#hideResult();
+  #playOn(action) {
+    this.#asked = true;
     action();
   }
 

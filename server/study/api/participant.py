@@ -106,11 +106,12 @@ class ParticipantApi:
 
     async def next(self, request: Request) -> dict[str, View]:
         session, done = await self._session(request), await body_of(request, StepRequest)
+        gate = self._running.host.admission
         if session is not None:
             self._limit_changes(session)
-            if not session.has_consented and not self._running.host.admission.may_consent(address_of(request)):
+            address = address_of(request)
+            if not await self._actions.complete_step(session, done, lambda: gate.may_consent(address)):
                 raise _too_many()
-            await self._actions.complete_step(session, done)
         return await self._shown(session)
 
     async def answer(self, request: Request) -> dict[str, bool]:

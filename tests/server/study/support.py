@@ -114,12 +114,7 @@ class Served:
 
     def look(self) -> None:
         """Run the checks that the server makes once a second."""
-
-        async def once() -> None:
-            async with self.running.transaction() as tx:
-                await self.monitor.check(tx)
-
-        asyncio.run_coroutine_threadsafe(once(), self.live.loop).result(WAIT_S)
+        asyncio.run_coroutine_threadsafe(self.monitor.look(), self.live.loop).result(WAIT_S)
 
     def later(self, seconds: float, staying: "Visitor | None" = None) -> None:
         """As if all pages, but that of who stays, had been silent for so long."""

@@ -120,6 +120,9 @@ def test_who_leaves_before_the_game_costs_no_look_at_the_recordings(
     store = solo.running.databases.store
     wait_until(lambda: not left & {row["pid"] for row in store.rows(answers)}, "the deletion")
     assert not looks and scrubs.count(store.database) <= 1
+    solo.running.deletions._scrub_at = 0.0
+    wait_until(lambda: not solo.running.deletions._unscrubbed, "the overwriting")
+    assert scrubs.count(store.database) <= 2, "one at the first deletion, one for all that came after it"
 
 
 def test_the_database_overwrites_what_was_deleted_once_a_minute_and_at_the_end(
@@ -136,6 +139,29 @@ def test_the_database_overwrites_what_was_deleted_once_a_minute_and_at_the_end(
             wait_until(lambda: not store.rows(answers), "the deletion")
         assert scrubs.count(store.database) <= 1
     assert scrubs.count(store.database) == 2, "what was deleted since, at the latest now"
+
+
+def test_a_start_looks_once_for_who_left_before_and_overwrites_only_after_a_kill(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(deletions, "LOOK_AGAIN_S", (0.1, 0.1, 0.1))
+    with served(tmp_path) as study:
+        visitor = study.visitor().go_to("practice")
+        visitor.stop(False)
+        wait_until(lambda: not study.running.databases.store.rows(answers), "the deletion")
+    scrubs, looks = count_calls(monkeypatch, Database, "scrub"), count_calls(monkeypatch, deletions.Deletions, "_look")
+    with served(tmp_path) as study:
+        wait_until(lambda: not study.running.deletions._wishes, "the look")
+        assert (len(looks), study.running.deletions._unscrubbed) == (1, False)
+        database = study.running.databases.store.database
+        with database.write() as connection:
+            database.mark_deleted(connection)  # as a deletion does, and then it is killed
+    assert not scrubs
+    with served(tmp_path) as study:
+        wait_until(lambda: study.running.deletions._unscrubbed, "the mark is read")
+    assert len(scrubs) == 1, "at the end at the latest"
+    with served(tmp_path) as study:
+        assert not study.running.deletions._unscrubbed
 
 
 def count_calls(monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> list[object]:

@@ -50,6 +50,8 @@ def test_one_address_agrees_so_many_times_a_day_and_who_has_agreed_goes_on(
     few = AdmissionControl(limits(study_consents_per_day=2), lambda: now)
     monkeypatch.setattr(solo.live.host, "admission", few)
     visitors = [solo.visitor() for _ in range(3)]
+    for key, boxes in ((visitors[2].step["key"], list[str]()), ("another", ["adult"])):
+        visitors[2].call("next", {"key": key, "boxes": boxes})  # neither agrees, and neither counts
     for visitor in visitors[:2]:
         visitor.agree()
     status, answer = visitors[2].call("next", {"key": visitors[2].step["key"], "boxes": ["adult"]})
@@ -337,33 +339,3 @@ def test_the_live_stream_begins_with_everybody_and_goes_on_with_changes(solo: Se
             changed = json.loads(line[6:])["participants"] if line.startswith(b"data: ") else []
             if any(row["pid"] == visitor.pid and row["outcome"] for row in changed):
                 break
-
-
-def test_who_declines_costs_no_overwriting_of_the_whole_database_while_others_wait(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with served(tmp_path) as study:
-        participants, identities = study.running.participants, study.running.databases.identities
-        scrubs: list[str] = []
-        monkeypatch.setattr(identities.database, "scrub", lambda: scrubs.append("identities"))
-        study.live.run(lambda: setattr(participants, "_unscrubbed", False))
-        visitors = [study.visitor(PROLIFIC_PID=f"5f3c{number}") for number in range(5)]
-        for visitor in visitors:
-            visitor.decline()
-        study.look()
-        assert (scrubs, identities.everybody()) == ([], {})
-        participants._scrub_at = 0.0
-        study.look()
-        study.look()
-        assert scrubs == ["identities"], "once for all of them"
-        study.visitor(PROLIFIC_PID="5f3c9").decline()
-    assert len(scrubs) == 2, "the last one at the end"
-
-
-def test_ids_of_who_declined_are_overwritten_after_a_kill_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with served(tmp_path) as study:
-        scrubs: list[str] = []
-        monkeypatch.setattr(study.running.databases.identities.database, "scrub", lambda: scrubs.append("identities"))
-        study.running.participants._scrub_at = 0.0
-        study.look()
-        assert scrubs == ["identities"]

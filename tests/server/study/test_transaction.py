@@ -30,7 +30,7 @@ from movingout.study.store.tables import participants
 from tests.server.study.support import SOLO
 
 READERS = {
-    Participants: {"get", "is_full"},
+    Participants: {"get", "is_full", "scrub_identities"},
     Units: {"get", "of", "heard", "last_round", "waiting_since"},
     Progress: {"is_paused", "note_sleep", "note_standing"},
     StudyRooms: {"prepare", "map_of", "map_name", "refresh", "shown_map"},
@@ -39,14 +39,14 @@ READERS = {
     },
     Departures: {"delete_data"},
 }  # fmt: skip
-"""All public methods that may be called at any time; `heard` marks presence, `delete_data` begins in the background."""
+"""All public methods that may be called at any time; `heard` marks presence, `delete_data` begins in the background,
+`scrub_identities` moves nobody."""
 
 Change = Callable[[RunningStudy, Transaction, ParticipantSession, StudyUnit], Any]
 CHANGES: dict[str, Change] = {
     "Participants.restore": lambda study, tx, one, unit: study.participants.restore(tx, {}),
     "Participants.arrive": lambda study, tx, one, unit: study.participants.arrive(tx, "PNEW", "en", "link"),
     "Participants.decline": lambda study, tx, one, unit: study.participants.decline(tx, one),
-    "Participants.scrub_identities": lambda study, tx, one, unit: study.participants.scrub_identities(tx, inf),
     "Participants.move": lambda study, tx, one, unit: study.participants.move(tx, one, "debrief"),
     "Participants.finish": lambda study, tx, one, unit: study.participants.finish(tx, one, "done"),
     "Participants.refresh": lambda study, tx, one, unit: study.participants.refresh(tx, one),

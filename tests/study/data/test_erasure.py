@@ -8,6 +8,7 @@ import pytest
 
 from movingout.recordings import finalise
 from movingout.recordings.annotation.search import SEARCH_NAME, search_failures
+from movingout.recordings.annotation.verdicts import VerdictLine, add_verdict, verdicts_of
 from movingout.recordings.episode import SeatInfo
 from movingout.recordings.storage.listing import Summary
 from movingout.server.cli import main
@@ -246,3 +247,17 @@ def test_purging_keeps_no_data_longer_than_participants_agreed_to(
     told = capsys.readouterr()
     assert f"due: 0 identities, {due} participants" in told.out
     assert ("participants agreed to; their periods are used" in told.err) == (promised == "30d")
+
+
+def test_a_verdict_that_is_clicked_during_a_deletion_goes_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file, really = tmp_path / "episode.mcap", Path.unlink
+    file.touch()
+
+    def unlink(path: Path, missing_ok: bool = False) -> None:
+        if path == file:
+            add_verdict(tmp_path, VerdictLine("episode:keeps:0:0:1", "confirmed", "Ada", "1"))
+        really(path, missing_ok)
+
+    monkeypatch.setattr(Path, "unlink", unlink)
+    erasure._remove(tmp_path, {file})
+    assert verdicts_of(tmp_path) == []

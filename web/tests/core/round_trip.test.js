@@ -24,4 +24,5 @@ test("a link has the colour for its player that it has for the experimenter", ()
 test("the check before a study has no limits of its own", () => {
   const check = readFileSync(new URL("../../study/input_check/input_check.js", import.meta.url), "utf8");
   assert.match(check, /roundTripTone\(this\.#rtt\)/);
+  assert.doesNotMatch(check, /rtt\)?\s*[<>]=?\s*\d|\d\s*[<>]=?\s*(this\.#)?rtt/);
 });
