@@ -141,6 +141,7 @@ def test_the_database_overwrites_what_was_deleted_once_a_minute_and_at_the_end(
     assert scrubs.count(store.database) == 2, "what was deleted since, at the latest now"
 
 
+@pytest.mark.slow
 def test_a_start_looks_once_for_who_left_before_and_overwrites_only_after_a_kill(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -151,7 +152,7 @@ def test_a_start_looks_once_for_who_left_before_and_overwrites_only_after_a_kill
         wait_until(lambda: not study.running.databases.store.rows(answers), "the deletion")
     scrubs, looks = count_calls(monkeypatch, Database, "scrub"), count_calls(monkeypatch, deletions.Deletions, "_look")
     with served(tmp_path) as study:
-        wait_until(lambda: not study.running.deletions._wishes, "the look")
+        wait_until(lambda: looks and not study.running.deletions._wishes, "the look")
         assert (len(looks), study.running.deletions._unscrubbed) == (1, False)
         database = study.running.databases.store.database
         with database.write() as connection:

@@ -43,6 +43,7 @@ def test_who_declines_costs_no_overwriting_of_the_whole_database_while_others_wa
     assert scrubs == [False, False], "the last one at the end"
 
 
+@pytest.mark.slow
 def test_a_start_overwrites_identities_only_where_some_were_deleted_before(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
