@@ -121,9 +121,10 @@ def _row(slot: int, number: int, levels: tuple[int, int, int]) -> tuple[int, int
 
 
 def _stride(study: Study, block: Block) -> int:
-    """By how many rows of maps one partner is from the next.
+    """How many rows of maps lie between one partner and the next.
 
-    From rule 3 on such that a row of partners, which some rows of maps go with, does not tell which map comes first.
+    By rule 3 their common factor: by it rows of partners and of maps move in step, and with any other number some maps
+    would come more often at some places of a session.
     """
     _, partners, maps = _levels(block)
     return gcd(partners, maps) if study.allocation >= BY_PARTNER else 1
