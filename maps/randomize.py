@@ -91,10 +91,8 @@ def pair_text(pair: Pair) -> str:
     return " ".join(pair)
 
 
-def randomize(spec: MapSpec, seed: int, split: Split = "train", attempts: int = _ATTEMPTS) -> MapSpec:
+def randomize(spec: MapSpec, seed: int, split: Split = "train") -> MapSpec:
     """The variant of a map as designed for a seed from 0; the same arguments give the same variant.
-
-    With fewer `attempts` it is the same one, or none.
 
     Raises MapError when the map is itself a variant, or so tight that no playable variant was found.
     """
@@ -105,13 +103,13 @@ def randomize(spec: MapSpec, seed: int, split: Split = "train", attempts: int = 
     if seed < 0:
         raise MapError(f"a seed is a whole number from 0, not {seed}")
     generator = np.random.default_rng([seed, zlib.crc32(spec.name.encode()), SPLITS.index(split)])
-    for _ in range(attempts):
+    for _ in range(_ATTEMPTS):
         others = _with_other_items(spec, pairs_of(split, spec), generator)
         variant = None if unplaced_items(others, _SPARE) else _placed(others, generator)
         if variant is not None and _has_ways(variant):
             return replace(variant, variant=f"challenge2-{split}-{seed}")
     raise MapError(
-        f"no playable {split} variant of {spec.name} for seed {seed} in {attempts} attempts; give the map more room"
+        f"no playable {split} variant of {spec.name} for seed {seed} in {_ATTEMPTS} attempts; give the map more room"
     )
 
 

@@ -56,8 +56,7 @@ REWARDS: dict[RewardName, Callable[[MapSpec], Reward]] = {
     "official-dense": OfficialDenseReward,
 }
 SEEDS = 2**31  # from which those of variants and partners are drawn
-_FURTHER_SEEDS = 19  # for a variant of one episode, where the first seed has none
-_FURTHER_ATTEMPTS = 10  # with each of them: together about as long as the first seed takes
+_SEEDS_TRIED = 20  # for a variant of one episode
 _NO_METRICS = dict.fromkeys((metric.key for metric in METRICS), math.nan)
 _REBUILT = ("_world", "_encode", "_metrics", "_reward", "_state", "_window")  # what a copy makes anew
 
@@ -256,17 +255,20 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return spec
 
     def _variant(self, designed: MapSpec, split: Split) -> MapSpec:
-        """That of the next seed that has a playable one: on a tight map, some have none. Raises MapError after 20."""
-        try:
-            return randomize(designed, self._next_seed(), split)
-        except MapError:
-            for _ in range(_FURTHER_SEEDS):
-                with suppress(MapError):
-                    return randomize(designed, self._next_seed(), split, _FURTHER_ATTEMPTS)
-            raise
+        """That of the next seed that has a playable one: on a tight map, some have none. Raises MapError after 20.
 
-    def _next_seed(self) -> int:
-        return int(self.np_random.integers(SEEDS))
+        Always with all attempts, so that the seed of an episode alone says which variant it has.
+        """
+        for tried in range(_SEEDS_TRIED - 1):
+            with suppress(MapError):
+                return self._next_variant(designed, split)
+            if not tried:
+                sentence = f"on {designed.name} not every seed has a playable {split} variant"
+                warnings.warn(f"{sentence}; others are tried, which may take minutes", stacklevel=3)
+        return self._next_variant(designed, split)
+
+    def _next_variant(self, designed: MapSpec, split: Split) -> MapSpec:
+        return randomize(designed, int(self.np_random.integers(SEEDS)), split)
 
     def _start(self, map_spec: MapSpec) -> None:
         self._encode = layout_named(self._layout).make(map_spec).encode_both

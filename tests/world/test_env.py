@@ -83,36 +83,24 @@ def test_a_seed_without_a_playable_variant_is_passed_over(monkeypatch: pytest.Mo
     """Training on a tight map ended at some episode, and a run that was continued came to the same one."""
     calls: list[int] = []
 
-    def tight(designed: MapSpec, seed: int, split: Split, attempts: int = 200) -> MapSpec:
+    def tight(designed: MapSpec, seed: int, split: Split) -> MapSpec:
         calls.append(seed)
         if len(calls) % 4:
             raise MapError(f"no playable variant for seed {seed}")
-        return randomize(designed, seed, split, attempts)
+        return randomize(designed, seed, split)
 
     monkeypatch.setattr("movingout.world.env.randomize", tight)
     env = MovingOutEnv("HandOff", split="train")
     variants = []
     for _ in range(2):
-        env.reset(seed=3)
+        with pytest.warns(
+            UserWarning, match="on HandOff not every seed has a playable train variant; others are tried"
+        ):
+            env.reset(seed=3)
         variants.append(env.current_map.variant)
     assert len(calls) == 8
     assert len(set(calls)) == 4
     assert variants == [f"challenge2-train-{calls[3]}"] * 2
-
-
-def test_a_map_without_variants_says_so_after_the_attempts_of_two_seeds(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Twenty seeds with all their attempts took minutes without a word."""
-    attempted: list[int] = []
-
-    def hopeless(designed: MapSpec, seed: int, split: Split, attempts: int = 200) -> MapSpec:
-        attempted.append(attempts)
-        raise MapError(f"none in {attempts} attempts")
-
-    monkeypatch.setattr("movingout.world.env.randomize", hopeless)
-    with pytest.raises(MapError, match="none in 200 attempts"):
-        MovingOutEnv("HandOff", split="train").reset(seed=3)
-    assert len(attempted) == 20
-    assert sum(attempted) <= 2 * 200
 
 
 def test_an_episode_is_truncated_at_its_limit_with_the_metrics() -> None:
