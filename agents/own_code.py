@@ -7,7 +7,6 @@ import inspect
 import os
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 from movingout.agents.adapters.policy_file import POLICY_FILES
@@ -40,7 +39,7 @@ def source_sha256(called: Callable[..., object]) -> str:
 
 def _code_of(called: Callable[..., object]) -> Callable[..., object]:
     """The function or class itself: within decorators, of a partial, or the class of an object that can be called."""
-    with suppress(ValueError):  # of an object that answers to every name there is no end of wrappers
+    with contextlib.suppress(ValueError):  # of an object that answers to every name there is no end of wrappers
         called = inspect.unwrap(called)
     if isinstance(called, functools.partial):
         return _code_of(called.func)

@@ -21,6 +21,7 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign, letters
 from movingout.study.design.balance import seat_imbalance
 from movingout.study.design.definition import Study
+from movingout.study.design.study_file import retention_of
 from movingout.study.errors import StudyError
 from movingout.study.store import Store
 from movingout.study.store.frozen_study import frozen_study
@@ -156,14 +157,12 @@ def _purge(args: argparse.Namespace) -> int:
 
 
 def _keeping_promises(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
-    """With no period longer than what participants agreed to, and none longer than the file says today."""
-    try:
-        begun = folder.as_frozen(store, file.parent).study.retention
-    except StudyError as error:
-        print(f"warning: {error}; the periods of {file} are used", file=sys.stderr)
-        return folder
+    """With no period longer than what participants agreed to, and none longer than the file says today.
+
+    Raises StudyError.
+    """
     today = folder.study.retention
-    kept = today.shortest(begun)
+    kept = today.shortest(retention_of(frozen_study(store).file_text))
     if kept != today:
         print(f"warning: {file} keeps data longer than participants agreed to; their periods are used", file=sys.stderr)
     return replace(folder, study=folder.study.model_copy(update={"retention": kept}))

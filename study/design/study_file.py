@@ -22,7 +22,7 @@ from movingout.maps.yaml_document import (
     list_needed,
     path_text,
 )
-from movingout.study.design.definition import Study
+from movingout.study.design.definition import Retention, Study
 from movingout.study.design.instruments import instrument_names
 from movingout.study.design.map_files import MapFiles
 from movingout.study.errors import StudyError, StudyFileError
@@ -63,6 +63,15 @@ def parse_study(
     if found:
         raise StudyFileError(name, sorted(found))
     return study
+
+
+def retention_of(text: str) -> Retention:
+    """The periods of a study file, of which the rest may have become unreadable. Raises StudyError."""
+    try:
+        document: Any = YamlDocument(text).value
+        return Retention.model_validate(document.get("retention") or {})
+    except (YamlError, AttributeError, ValidationError) as error:
+        raise StudyError(f"the periods of `retention` cannot be read: {error}") from None
 
 
 def complete_text(path: Path) -> str:

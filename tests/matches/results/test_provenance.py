@@ -261,3 +261,17 @@ def test_a_map_file_that_was_changed_is_played_as_it_is_now(tmp_path: Path) -> N
     for x in (0.02, 0.05):
         play(Still, "idle", _map_file(tmp_path / "own.json", x), ticks=1)
     assert starts == [0.02, 0.05]
+
+
+class AnswersToEverything:
+    """As a handle of a remote object: each name is there, `__wrapped__` too."""
+
+    def __getattr__(self, name: str) -> "AnswersToEverything":
+        return AnswersToEverything()
+
+    def __call__(self, *_: object) -> float:
+        return 0.0
+
+
+def test_an_object_that_answers_to_every_name_has_the_hash_of_its_class() -> None:
+    assert source_sha256(AnswersToEverything()) == source_sha256(AnswersToEverything)

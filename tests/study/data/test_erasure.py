@@ -234,12 +234,15 @@ def test_an_identity_is_found_where_study_and_folder_were_renamed_together(tmp_p
     assert left.pids("5f3c") == []
 
 
+@pytest.mark.parametrize("gone", [False, True])
 @pytest.mark.parametrize(("promised", "today", "due"), [("30d", "5y", 1), ("5y", "30d", 1), ("5y", "5y", 0)])
 def test_purging_keeps_no_data_longer_than_participants_agreed_to(
-    promised: str, today: str, due: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    promised: str, today: str, due: int, gone: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     begun, now = (re.sub("(?m)^  trials: .*", f"  trials: {period}", TEXT) for period in (promised, today))
     folder = StudyFolder(parse_study(begun), tmp_path)
+    if gone:
+        begun += "maps_of_an_earlier_version: 1\n"  # so that the rest cannot be read
     open_store(folder.own, text=begun).arrive(PID, "en")  # by the clock of tests, in September 2026
     file = tmp_path / "study.yaml"
     file.write_text(now, encoding="utf-8")
