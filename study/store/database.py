@@ -132,6 +132,11 @@ class Database:
             with self.write() as connection:
                 connection.exec_driver_sql(f"DROP TABLE IF EXISTS {UNSCRUBBED}")
 
+    def scrub_rest(self) -> None:
+        """Overwrite what was deleted before a kill or an error, where there is any."""
+        if self.is_unscrubbed():
+            self.scrub()
+
     def _vacuum(self) -> None:
         self._patient = True
         try:
