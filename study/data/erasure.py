@@ -102,12 +102,15 @@ def due_now(folder: StudyFolder, store: Store) -> DueForErasure:
 
 
 def purge(folder: StudyFolder, store: Store) -> DueForErasure:
-    """Remove what is due; returns what was removed."""
+    """Remove what is due, also from the files where that was interrupted before; returns what was removed."""
     with folder.existing_identities() as identities:
         found = _due(folder.study, store, identities.everybody() if identities else ())
         gone = tuple(pid for pid in found.identities if identities and identities.forget(pid))
+        if identities:
+            identities.database.scrub_rest()
     for pid in found.trials:
         _erase(folder, store, pid)
+    store.database.scrub_rest()
     store.audit("experimenter", "purge", identities=len(gone), participants=len(found.trials))
     return DueForErasure(gone, found.trials)
 

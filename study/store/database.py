@@ -113,7 +113,10 @@ class Database:
             return inspect(connection).has_table(UNSCRUBBED)
 
     def scrub(self) -> None:
-        """Overwrite what was deleted, also in the write-ahead log. Raises StoreFenced while another node serves."""
+        """Overwrite what was deleted, also in the write-ahead log. Raises StoreFenced while another node serves.
+
+        Raises StoreError while another program reads a file: what it reads stays. No StoreLocked, others can write.
+        """
         if self._fence:
             with self.write():
                 pass
@@ -121,12 +124,18 @@ class Database:
             if self._engine.dialect.name == "sqlite":
                 with self._engine.execution_options(begin="").connect() as connection:
                     connection.exec_driver_sql("VACUUM")
-                    connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
+                    if connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)").one()[0]:
+                        raise StoreError(f"what was deleted is still in {shown(self.address)}: {_READ}")
             else:
                 self._vacuum()
         if self.is_unscrubbed():
             with self.write() as connection:
                 connection.exec_driver_sql(f"DROP TABLE IF EXISTS {UNSCRUBBED}")
+
+    def scrub_rest(self) -> None:
+        """Overwrite what was deleted before a kill or an error, where there is any."""
+        if self.is_unscrubbed():
+            self.scrub()
 
     def _vacuum(self) -> None:
         self._patient = True
@@ -180,6 +189,7 @@ def shown(address: Path | str) -> str:
 
 
 _DAMAGED = "the file is damaged, or no database; bring back the last backup: movingout study restore"
+_READ = "another program reads it; close it, and the next start of the study, or `study purge --apply`, overwrites it"
 _FENCED = "another node runs the study now"
 
 

@@ -109,6 +109,7 @@ class IdentityStore:
     def forget(self, pid: str) -> int:
         """Delete a participant; returns the number of rows."""
         with self.database.write() as connection:
+            self.database.mark_deleted(connection)
             removed = connection.execute(delete(identities).where(identities.c.pid == pid)).rowcount
         self.database.scrub()
         return int(removed)

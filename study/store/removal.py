@@ -29,6 +29,7 @@ def remove_participant(store: Store, pid: str, recordings: int) -> int:
     """
     unit = store.participant(pid).unit
     with store.database.write() as connection:
+        store.database.mark_deleted(connection)
         subject = subject_of(connection, pid)
         rows = _rows(connection, pid, unit)
         values = {"subject": subject, "at_ms": store.now(), "rows": rows, "recordings": recordings}
