@@ -374,7 +374,7 @@ def test_two_tabs_go_on_with_what_was_drawn_in_the_other(open_page: OpenPage, pi
 
 
 @pytest.mark.slow
-def test_two_tabs_with_two_maps_keep_to_their_own(open_page: OpenPage) -> None:
+def test_two_tabs_with_two_maps_keep_to_their_own_also_after_a_reload(open_page: OpenPage) -> None:
     first = open_page("/editor")
     second = first.context.new_page()
     second.goto("/editor")
@@ -388,3 +388,6 @@ def test_two_tabs_with_two_maps_keep_to_their_own(open_page: OpenPage) -> None:
     second.locator("#title").fill("Two!")
     first.wait_for_timeout(200)
     assert (drawn(first)["title"], drawn(second)["title"]) == ("One!", "Two!")
+    for page, title in ((first, "One!"), (second, "Two!")):
+        page.reload()
+        expect(page.locator("#title")).to_have_value(title)

@@ -16,7 +16,8 @@ import { announce, turnText } from "./announcements.js";
 import { Canvas } from "./canvas.js";
 import { Checks, askServer } from "./checks.js";
 import { faultText, faultyParts, partName } from "./faults.js";
-import { Drawing, keptMap } from "./history.js";
+import { Drawing } from "./history.js";
+import { MAP, keep, keepHere, keptHere, keptLast } from "./memory.js";
 import { drawEditor, drawMoment } from "./overlay.js";
 import { Panel } from "./panel.js";
 import { MOST, SHAPES, SIZES, duplicated, emptyMap, nameOf, removed, turnedTo, thing, TURN } from "./parts.js";
@@ -25,8 +26,6 @@ import { Trial, solutionText } from "./trial.js";
 /** @typedef {import("./parts.js").GameMap} GameMap */
 /** @typedef {import("./pointing.js").Settings} Settings */
 
-const MEMORY = "movingout.editor"; // localStorage: the map as it is
-const WHICH = "movingout.editor.which"; // whose id that is: another one for each file and map that is opened
 const MOST_BYTES = 64 * 1024;
 const TOOLS = /** @type {const} */ (["select", "wall", "goal", "item"]);
 /** What each tool draws. @type {Partial<Record<Settings["tool"], "walls" | "goals" | "items">>} */
@@ -38,8 +37,8 @@ const settings = { tool: "select", shape: "star", size: "small", snap: true };
 let trial = null;
 /** @type {GameMap | null} */
 let checked = null; // the map that was last sent to be checked
-let which = remembered(WHICH) ?? ""; // tabs with the same one draw the same map
-let adopting = false; // the map that comes now is kept already
+let which = ""; // tabs with the same one draw the same map
+let drawnHere = false; // unlike what was kept, and what another tab has drawn
 /** @type {GameMap[]} */
 let starts = [];
 
@@ -75,25 +74,16 @@ function changed(map) {
   endTrial();
   message.replaceChildren();
   setButtons();
-  if (!adopting) keep(map);
-}
-
-/** @param {GameMap} map */
-function keep(map) {
-  try {
-    localStorage.setItem(WHICH, which);
-    localStorage.setItem(MEMORY, JSON.stringify(map));
-  } catch {
-    // nothing to keep it in
-  }
+  (drawnHere ? keep : keepHere)(which, map);
 }
 
 /** Goes on with what another tab has drawn of this map, and keeps it: the next change here would overwrite it. */
 function adopt() {
-  if ((remembered(WHICH) ?? "") !== which) return;
-  adopting = true;
-  const adopted = drawing.adopt(keptMap(remembered(MEMORY)));
-  adopting = false;
+  const last = keptLast();
+  if (last.which !== which) return;
+  drawnHere = false;
+  const adopted = drawing.adopt(last.map);
+  drawnHere = true;
   if (!adopted) return;
   titleField.value = drawing.map.title; // also of a field that has the keyboard
   aboutField.value = drawing.map.description;
@@ -286,7 +276,7 @@ function listen() {
     settings.snap = snap.checked;
     draw();
   });
-  window.addEventListener("storage", ({ key }) => key === MEMORY && adopt());
+  window.addEventListener("storage", ({ key }) => key === MAP && adopt());
   window.addEventListener("pageshow", ({ persisted }) => persisted && adopt());
   listenForFiles();
   listenForItem();
@@ -330,17 +320,10 @@ async function loadOffers() {
   startSelect.replaceChildren(el("option", { value: "" }, say("editor.start.choose")), blank, ...options);
 }
 
-/** @param {string} key */
-function remembered(key) {
-  try {
-    return localStorage.getItem(key);
-  } catch {
-    return null; // storage is forbidden
-  }
-}
-
 await prepareTexts();
-const drawing = new Drawing(keptMap(remembered(MEMORY)) ?? emptyMap(say("editor.untitled")));
+const begun = keptHere();
+which = begun.which;
+const drawing = new Drawing(begun.map ?? emptyMap(say("editor.untitled")));
 const panel = new Panel(drawing);
 const checks = new Checks(
   (part) => {
@@ -365,5 +348,6 @@ new Canvas(arena, drawing, settings, {
 });
 listen();
 refresh();
+drawnHere = true;
 loadOffers().catch((error) => tell("bad", sayError(error)));
 Object.assign(window, { __editor: { drawing, checks: () => checks, trial: () => trial } });
