@@ -7,8 +7,10 @@ question, so `comment` is ours.
 Knows neither storage nor network: the server serves `as_json()` and checks what comes back with `check_answer`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from random import Random
+from types import MappingProxyType
 from typing import Final, Literal, get_args
 
 from movingout.maps.errors import MovingOutError
@@ -18,11 +20,14 @@ LIKERT_MAX: Final = 7  # strongly agree
 NO_ANSWER: Final = -1  # "I prefer not to answer", and the value of every text answer
 TEXT_LIMIT: Final = 4000  # characters
 
-USUAL_ENDS: Final = ("strongly disagree", "strongly agree")  # the page says them in its language: form.low, form.high
 TLX_MAX: Final = 20  # 21 gradations, 0 to 20, worth 5 points each of the usual 0 to 100
 
 Kind = Literal["likert7", "tlx", "choice", "text"]
 KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
+USUAL_ENDS: Final[Mapping[Kind, tuple[str, str]]] = MappingProxyType(
+    {"likert7": ("strongly disagree", "strongly agree"), "tlx": ("very low", "very high")}
+)
+"""What the two ends of a scale mean; the page says them in its language: form.low, form.high, form.tlxLow, form.tlxHigh."""
 
 
 class AnswerError(MovingOutError):

@@ -89,5 +89,5 @@ def _scale(item: QuestionnaireItem) -> str:
         return "; ".join(["-1: no answer", *options]) + expected
     if item.kind == "text":
         return "free text"
-    low, high = item.ends if any(item.ends) else USUAL_ENDS
+    low, high = item.ends if any(item.ends) else USUAL_ENDS[item.kind]
     return f"{item.allowed()[0]} to {item.allowed()[-1]} ({low} to {high}){expected}, -1 no answer"

@@ -12,6 +12,8 @@ from tests.browser.pages import THEMES, overflow, violations
 from tests.browser.support import DESKTOP, PHONE, complaints
 from tests.recordings.support import record
 
+PAPER = {"width": 716, "height": 1010}  # A4 with its usual margins
+
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -44,4 +46,24 @@ def test_on_a_phone_nothing_sticks_out(browser: Browser, report: Path) -> None:
     page = context.new_page()
     page.goto(report.as_uri())
     assert overflow(page) == 0
+    context.close()
+
+
+def test_on_paper_no_column_is_cut_and_what_is_folded_is_shown(browser: Browser, report: Path) -> None:
+    options: dict[str, Any] = {"viewport": PAPER}
+    context = browser.new_context(**options)
+    page = context.new_page()
+    page.goto(report.as_uri())
+    page.emulate_media(media="print")
+    assert (
+        page.evaluate(
+            "[...document.querySelectorAll('.scroll')].filter((box) => box.scrollWidth > box.clientWidth).length"
+        )
+        == 0
+    )
+    assert overflow(page) == 0
+    page.evaluate(
+        "document.querySelector('main').append(Object.assign(document.createElement('details'), {innerHTML: '<p>folded</p>'}))"
+    )
+    assert page.locator("details p").evaluate("(text) => text.checkVisibility({contentVisibilityAuto: true})")
     context.close()

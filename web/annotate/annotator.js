@@ -9,9 +9,11 @@ import { say } from "../text/catalogue.js";
 const KEY = "movingout.annotator";
 const NAME = "[\\p{L}\\p{N}_][\\p{L}\\p{M}\\p{N}_ .'’`´·\\-]{0,39}"; // recordings/annotation/verdicts.py
 
+/** The name that is kept, "" for none and for one that the server would refuse. */
 export function keptName() {
   try {
-    return localStorage.getItem(KEY) ?? "";
+    const kept = localStorage.getItem(KEY) ?? "";
+    return new RegExp(`^(?:${NAME})$`, "u").test(kept) ? kept : "";
   } catch {
     return "";
   }

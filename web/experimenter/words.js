@@ -230,9 +230,12 @@ export function facts({ counts: { finished, planned, group }, server }) {
   ];
 }
 
-/** The reader's clock, "14:05". @param {number} seconds since the epoch */
-export function atWords(seconds) {
-  return new Date(seconds * 1000).toLocaleTimeString(currentLanguage(), { hour: "2-digit", minute: "2-digit" });
+/** The reader's clock, "14:05"; of another day with its date. @param {number} seconds since the epoch @param {Date} [now] */
+export function atWords(seconds, now = new Date()) {
+  const at = new Date(seconds * 1000);
+  const clock = at.toLocaleTimeString(currentLanguage(), { hour: "2-digit", minute: "2-digit" });
+  if (at.toDateString() === now.toDateString()) return clock;
+  return `${at.toLocaleDateString(currentLanguage(), { day: "numeric", month: "short", year: "numeric" })}, ${clock}`;
 }
 
 /**

@@ -24,7 +24,7 @@ const MOST = 300; // maps and variants; the oldest are forgotten
 export function countRound(round, result, storage = lastingStorage()) {
   try {
     /** @type {Record<string, Kept>} */
-    const all = JSON.parse(storage.getItem(KEY) ?? "{}");
+    const all = keptBests(storage);
     const key = keyOf(round);
     const kept = all[key] ?? null;
     if (result.recording !== "" && kept?.last === result.recording) return kept.before;
@@ -34,7 +34,23 @@ export function countRound(round, result, storage = lastingStorage()) {
     storage.setItem(KEY, JSON.stringify(newest(all)));
     return before;
   } catch {
-    return null; // no storage, or somebody else's value under our key
+    return null; // no storage
+  }
+}
+
+/**
+ * What is kept; a value of somebody else under our key counts as nothing, and is written over.
+ * @param {Pick<Storage, "getItem">} storage
+ * @returns {Record<string, Kept>}
+ */
+function keptBests(storage) {
+  const text = storage.getItem(KEY) ?? "{}";
+  try {
+    const all = JSON.parse(text);
+    const isOurs = all !== null && typeof all === "object" && !Array.isArray(all);
+    return isOurs ? Object.fromEntries(Object.entries(all).filter(([, kept]) => Number.isFinite(kept?.ticks))) : {};
+  } catch {
+    return {};
   }
 }
 

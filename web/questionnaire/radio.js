@@ -43,5 +43,6 @@ export function noAnswer(item, given, save) {
 
 /** What the two ends of a scale mean. @param {Item} item @returns {[string, string]} */
 export function endsOf(item) {
-  return item.ends ?? [say("form.low"), say("form.high")];
+  if (item.ends) return item.ends;
+  return item.kind === "tlx" ? [say("form.tlxLow"), say("form.tlxHigh")] : [say("form.low"), say("form.high")];
 }

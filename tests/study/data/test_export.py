@@ -153,9 +153,10 @@ def test_the_codebook_says_the_ends_that_a_line_without_its_own_shows(tmp_path: 
     study, text = template("agent_survey", **SHORT)
     study = parse_study(f"{text}\nquestionnaires:\n{line}at_end: [load]\n")
     book = codebook(study, open_store(tmp_path))
-    assert "| effort | 0 to 20 (strongly disagree to strongly agree), -1 no answer | Effort |" in book
+    assert "| effort | 0 to 20 (very low to very high), -1 no answer | Effort |" in book
     words = json.loads((ROOT / "web" / "words" / "en.json").read_text(encoding="utf-8"))
-    assert (words["form.low"], words["form.high"]) == USUAL_ENDS
+    shown = {"likert7": (words["form.low"], words["form.high"]), "tlx": (words["form.tlxLow"], words["form.tlxHigh"])}
+    assert shown == USUAL_ENDS
 
 
 def test_a_question_with_a_bar_or_several_lines_stays_one_row_of_the_codebook(tmp_path: Path) -> None:

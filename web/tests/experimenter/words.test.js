@@ -4,6 +4,7 @@ import { test } from "node:test";
 
 import {
   actionsFor,
+  atWords,
   codeWords,
   facts,
   GROUPS,
@@ -194,4 +195,11 @@ test("a note of an action names it as the menu does", () => {
   assert.equal(noteWords("invalid: kick: again"), "Mark the last round invalid: kick: again");
   assert.equal(noteWords("valid: A mistake"), "Count the round again: A mistake");
   assert.equal(noteWords("They said: fine"), "They said: fine");
+});
+
+test("notes and alerts of another day say the day", () => {
+  const now = new Date(2026, 10, 28, 9, 0);
+  const at = (/** @type {number} */ day) => new Date(2026, 10, day, 14, 5).getTime() / 1000;
+  assert.match(atWords(at(28), now), /^(14:05|02:05.PM)$/);
+  assert.match(atWords(at(27), now), /Nov.* 27.*2026.*05/);
 });

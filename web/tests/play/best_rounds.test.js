@@ -50,6 +50,15 @@ test("a round that is shown again after a reload is not compared with itself", (
   assert.deepEqual(countRound(round("HandOff"), shown, storage), { delivered: 2, ticks: 500 });
 });
 
+test("what is no best round under our key is written over, so that later rounds are kept again", () => {
+  for (const broken of ["[1", "[]", "null", '"x"', '{"HandOff": 3}']) {
+    const storage = memory();
+    storage.setItem("movingout.best", broken);
+    assert.equal(countRound(round("HandOff"), result(2, 500), storage), null);
+    assert.deepEqual(countRound(round("HandOff"), result(4, 400), storage), { delivered: 2, ticks: 500 });
+  }
+});
+
 test("what somebody else keeps under our key, or no storage at all, is no reason to fail", () => {
   const broken = { getItem: () => "[1", setItem: () => {} };
   assert.equal(countRound(round("HandOff"), result(1, 1), broken), null);
