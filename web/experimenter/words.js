@@ -230,7 +230,11 @@ export function facts({ counts: { finished, planned, group }, server }) {
   ];
 }
 
-/** The reader's clock, "14:05"; of another day with its date. @param {number} seconds since the epoch @param {Date} [now] */
+/**
+ * The reader's clock, "14:05"; of another day with its date.
+ * @param {number} seconds since the epoch
+ * @param {Date} [now]
+ */
 export function atWords(seconds, now = new Date()) {
   const at = new Date(seconds * 1000);
   const clock = at.toLocaleTimeString(currentLanguage(), { hour: "2-digit", minute: "2-digit" });
