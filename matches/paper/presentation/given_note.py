@@ -3,6 +3,7 @@
 from collections.abc import Collection
 
 from movingout.maps.suggestion import counted
+from movingout.matches.paper.given_players import AGENTS, players_of
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import GroupedRecording, counted_people, people_of_groups, read_groups, simulation
 
@@ -19,6 +20,8 @@ def _note(challenge: int, rows: list[GroupedRecording]) -> str:
     groups = people_of_groups(rows)
     sizes = [len(people - {""}) for people in groups.values()]
     divided = f", in groups of {' and '.join(map(str, sizes))}" if len(sizes) > 1 else ""
-    people = counted_people(set().union(*groups.values()))
+    names = set().union(*groups.values())
+    agents = len(names - {""}) if players_of(rows) == AGENTS else 0
+    people = counted(agents, "agent") if agents else counted_people(names)
     note = f"Challenge {challenge}: learned from {counted(len(rows), 'given recording')} of {people}{divided}"
     return f"{note}; {simulation(rows)}." if any(row.simulated for row in rows) else f"{note}."
