@@ -81,8 +81,9 @@ def _row(entry: PaperEntry, space: Workspace, day: str, players: str) -> tuple[s
     measured = [(cell, one) for cell, one in found if one is not None]
     made = any(one.defined is None for _, one in measured) or entry.drawn()
     spent = _seconds(entry, space) if made else 0.0
+    whose = "" if entry.own_episodes else players
     return (
-        f"`{entry.label}`", _status(entry, found), _made_with(measured, space, day, "" if entry.own_episodes else players) if made else "–",
+        f"`{entry.label}`", _status(entry, found), _made_with(measured, space, day, whose) if made else "–",
         "<br>".join(_headline(measured)) or "–", _counts(measured), span(spent) if spent else "–",
         _differs(entry, cells),
     )  # fmt: skip
