@@ -1,10 +1,11 @@
 """Who plays in given recordings, in a word or two: programs are not to pass for people."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
+from movingout.maps.suggestion import counted
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.exports.split import has_people
-from movingout.recordings.groups import GroupedRecording, read_groups
+from movingout.recordings.groups import GroupedRecording, counted_people, people_of_groups, read_groups
 from movingout.recordings.storage.listing import read_players
 
 PEOPLE, SIMULATED, AGENTS = "people", "simulated participants", "agents"
@@ -22,6 +23,13 @@ def players_of(rows: Iterable[GroupedRecording]) -> str:
     """Agents only where nobody else played in any episode. Raises RecordingError for a file that cannot be read."""
     found = {_player(row) for row in rows}
     return " and ".join(name for name in (PEOPLE, SIMULATED) if name in found) or (AGENTS if found else "")
+
+
+def counted_players(rows: Sequence[GroupedRecording]) -> str:
+    """How many these are, as `4 participants` or `2 agents`. Raises RecordingError for a file that cannot be read."""
+    names = set[str]().union(*people_of_groups(rows).values())
+    agents = len(names - {""}) if players_of(rows) == AGENTS else 0
+    return counted(agents, "agent") if agents else counted_people(names)
 
 
 def _player(row: GroupedRecording) -> str:

@@ -18,6 +18,7 @@ from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.methods import DATA_SETS, METHODS, trained_id
 from movingout.matches.paper.training import LARGEST_SEED, training_seed, training_words
 from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.episode import SeatKind
 from movingout.recordings.groups import grouped, write_groups
 from tests.agents.learning import recorded
 
@@ -50,7 +51,7 @@ def test_of_given_recordings_people_are_imitated_and_not_the_agents_that_they_pl
 def test_a_card_does_not_call_programs_people(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     space = Workspace(budget=SMOKE, given=(tmp_path,))
-    human = "human", "human"
+    human: tuple[SeatKind, SeatKind] = ("human", "human")
     people, programs = (recorded(tmp_path / f"{on}", f"{on}", simulated=on, kinds=human) for on in (False, True))
     agents = recorded(tmp_path / "agents", "agents", kinds=("agent", "agent"))
     for files, who in (
