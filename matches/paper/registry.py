@@ -14,7 +14,7 @@ from movingout.matches.paper.methods import NOISE_LEVELS, ORDER_MAPS, PICTURE_MA
 from movingout.matches.paper.other_labels import NO_PEOPLE, OTHER_LABELS
 from movingout.matches.paper.published import PublishedRow
 from movingout.matches.paper.rows.diversity import augmented_cell, diversity_cell, equal_cell, equal_maps, recorded_maps
-from movingout.matches.paper.rows.measurements import accuracy
+from movingout.matches.paper.rows.measurements import accuracy, noise_episodes
 from movingout.matches.paper.rows.method_rows import (
     bass_zero_shot,
     by_challenge,
@@ -273,8 +273,9 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         'over 8 ticks',
         notes=(
             "Map 10 is SingleRotation; agents learn from its episodes alone and play with themselves. States of an "
-            "episode count together in the ± of valid; `small` has eight episodes.",
+            "episode count together in the ± of valid; of scripted people, `small` has eight episodes.",
         ),
+        folder_notes=noise_episodes,
         rows=named_rows(**{level: noise(level) for level in NOISE_LEVELS}),
     ),
     PaperEntry(
