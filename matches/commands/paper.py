@@ -218,7 +218,7 @@ def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
     for path in paths:
         if not path.exists():
             raise MatchError(f"there are no recordings at {path}")
-    return tuple(path.resolve() for path in paths)
+    return tuple(dict.fromkeys(path.resolve() for path in paths))
 
 
 def _made(entries: Sequence[PaperEntry], space: Workspace) -> tuple[list[Path], dict[str, str]]:

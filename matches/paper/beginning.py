@@ -1,5 +1,7 @@
 """What a folder of tables was begun with, in its `paper.json`; another budget or other recordings need another folder.
 
+The folder and the recordings may be moved: names and sizes of recordings tell whether they are the same.
+
 How many trainings and matches there are may grow: what is there already is used, and the rest is added.
 """
 
@@ -15,6 +17,7 @@ from filelock import FileLock, Timeout
 
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import GROWING, Budget, budget_of
+from movingout.matches.paper.data_sets import list_anew
 from movingout.matches.paper.workspace import DATA, TIMES, Workspace
 from movingout.matches.results.results_folder import write_whole
 from movingout.recordings.storage.study_rounds import uncounted_episodes
@@ -53,7 +56,11 @@ def begin(space: Workspace) -> None:
     A folder in which nothing was made yet, because its recordings were refused, is begun anew.
     """
     check_beginning(space)
-    write_whole(BEGUN, json.dumps({**_note(space), FINISHED: _finished()}, indent=1) + "\n")
+    note = _note(space)
+    if _is_begun() and _is_elsewhere(note, _begun_with()):
+        for challenge in (1, 2):
+            list_anew(challenge, space)
+    write_whole(BEGUN, json.dumps({**note, FINISHED: _finished()}, indent=1) + "\n")
 
 
 def finish(space: Workspace) -> None:
@@ -67,7 +74,8 @@ def check_beginning(space: Workspace) -> None:
     mine = _note(space)
     if _is_begun():
         theirs = _begun_with()
-        other = [name for name in _fixed(mine) if theirs.get(name) != mine[name]]
+        moved = _is_elsewhere(mine, theirs)
+        other = [name for name in _fixed(mine) if theirs.get(name) != mine[name] and not (moved and name == "data")]
         if other:
             said = ", ".join(f"{name} {theirs.get(name)}" for name in other)
             raise MatchError(f"{Path.cwd()} was begun with {said}; choose another folder with --out")
@@ -126,6 +134,13 @@ def _note(space: Workspace) -> dict[str, Any]:
 
 def _fixed(note: dict[str, Any]) -> list[str]:
     return [name for name in note if name not in (*GROWING, RECORDINGS)]
+
+
+def _is_elsewhere(mine: dict[str, Any], theirs: dict[str, Any]) -> bool:
+    """Whether the same recordings were given, and lie or are called otherwise by now."""
+    if not mine["data"] or not theirs.get("data"):
+        return False
+    return bool(mine["data"] != theirs["data"] and mine[RECORDINGS] == theirs.get(RECORDINGS))
 
 
 def _digest(space: Workspace) -> str:

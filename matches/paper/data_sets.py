@@ -10,7 +10,8 @@ from movingout.matches.paper.given_choice import on_paper_maps, with_people
 from movingout.matches.paper.given_variants import fair_variants
 from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
 from movingout.matches.run import OnProgress
-from movingout.recordings.groups import GroupedRecording, grouped, grouped_by_style, is_varied, write_groups
+from movingout.recordings.groups import NEEDED, GroupedRecording, grouped, grouped_by_style, is_varied, write_groups
+from movingout.recordings.spreadsheet import read_rows
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_summary
 
@@ -34,6 +35,24 @@ def list_episodes(challenge: int, space: Workspace) -> None:
     Raises RecordingError or MatchError for recordings that the tables cannot be made from.
     """
     write_groups(space.listing(f"c{challenge}"), listed_episodes(challenge, space))
+
+
+def list_anew(challenge: int, space: Workspace) -> None:
+    """Write the list again, where there is one, of recordings that lie elsewhere by now.
+
+    Raises MatchError where other episodes or groups come of it, and what `list_episodes` raises.
+    """
+    listing = space.listing(f"c{challenge}")
+    if not listing.exists():
+        return
+    rows = listed_episodes(challenge, space)
+    before = [(line["episode"], line["group"]) for _, line in read_rows(listing, NEEDED)]
+    if [(row.episode, str(row.group)) for row in rows] != before:
+        raise MatchError(
+            f"of the recordings of --data, others or other groups would be learned from than {listing.resolve()} has; "
+            "choose another folder with --out"
+        )
+    write_groups(listing, rows)
 
 
 def listed_episodes(challenge: int, space: Workspace) -> list[GroupedRecording]:

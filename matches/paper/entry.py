@@ -14,6 +14,7 @@ from movingout.matches.paper.published import (
     published_tables,
     shown_columns,
 )
+from movingout.matches.paper.workspace import Workspace
 
 Kind = Literal["table", "figure", "sentence", "illustration"]
 RowGrouping = Literal["rule", "column", "line"]
@@ -60,6 +61,7 @@ class PaperEntry:
     drawing: Drawing | None = None  # of a figure without numbers
     differs: str = ""  # for docs/reproduction.md: in a phrase, what differs from the paper and why
     notes: tuple[str, ...] = ()  # what differs from the paper
+    folder_notes: Callable[[Workspace], list[str]] = lambda space: []  # what to know of the episodes of a folder
     earlier: Earlier | None = None
     against: Mapping[str, str] = field(default_factory=dict)  # by group: that which changes in % are relative to
     grouping: RowGrouping = "rule"

@@ -12,7 +12,8 @@ from movingout.matches.paper.presentation.pictures import (
     tcl_distances,
 )
 from movingout.matches.paper.published import PublishedRow
-from movingout.matches.paper.rows.definitions import DATA_ROWS, MAPPO_ROWS, POLICY_ROWS, REWARD_ROWS
+from movingout.matches.paper.rows.data_sizes import DATA_ROWS, SIZES
+from movingout.matches.paper.rows.definitions import MAPPO_ROWS, POLICY_ROWS, REWARD_ROWS
 from movingout.matches.paper.rows.measurements import decision_time
 from movingout.matches.paper.rows.reinforced import EPISODES, behaviour
 
@@ -61,8 +62,9 @@ _SENTENCES = (
     PaperEntry(
         label="text:data_sets", kind="sentence", rows=DATA_ROWS, own_episodes=True, grouping="line",
         row_heads=("Size",),
-        differs="the sizes of the budget `full`, for scripted people, who finish; smaller budgets have fewer; a "
-        "tenth of the people of Challenge 1 is kept for validation",
+        differs="the sizes of the budget `full`, for scripted people, who finish; smaller budgets have fewer; with "
+        "`--data` those of the recordings; a tenth of the people of Challenge 1 is kept for validation",
+        notes=(SIZES,),
     ),
     PaperEntry(
         label="text:training_time", kind="sentence",

@@ -13,8 +13,8 @@ from movingout.matches.paper.entry import Earlier, PaperEntry, RowCells
 from movingout.matches.paper.methods import NOISE_LEVELS, ORDER_MAPS, PICTURE_MAP
 from movingout.matches.paper.other_labels import NO_PEOPLE, OTHER_LABELS
 from movingout.matches.paper.published import PublishedRow
-from movingout.matches.paper.rows.diversity import augmented_cell, diversity_cell, equal_cell
-from movingout.matches.paper.rows.measurements import accuracy
+from movingout.matches.paper.rows.diversity import augmented_cell, diversity_cell, equal_cell, equal_maps, recorded_maps
+from movingout.matches.paper.rows.measurements import accuracy, noise_episodes
 from movingout.matches.paper.rows.method_rows import (
     bass_zero_shot,
     by_challenge,
@@ -118,7 +118,8 @@ RECOMBINED = (
     "other episode, as in the paper's example, and the path ends where that way does. The paper's method and what "
     "agents learn from here (8 ticks) exchange the stretch alone. Beside the recorded episodes stand up to four times "
     "as many recombined ones (of all of them 24 per map), which share the way of one robot with a recorded one; sets "
-    "of other sizes are not alike in spread and entropy."
+    "of other sizes are not alike in spread and entropy. No value: no map has three, or, of valid, no two episodes "
+    "have a matching stretch."
 )
 
 
@@ -134,6 +135,7 @@ _ENTRIES: tuple[PaperEntry, ...] = (
             "Challenge 2, on variants of the maps. A map of which one population has fewer than three episodes is left "
             "out.",
         ),
+        folder_notes=equal_maps,
         differs="units and kernels are ours, the paper gives none: compare rows; `movingout recordings diversity` "
         "measures any recordings, with means over draws",
         rows=named_rows(**{
@@ -257,6 +259,7 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         "either-end --confirm no`); diversity: recombined paths go on in the other episode to its end",
         otherwise="",
         notes=("Each with itself. All three have no pose noise, so that recombination alone differs.", RECOMBINED),
+        folder_notes=recorded_maps,
         rows=named_rows(**{
             "Multi-agent Recombination": recombined("dp-recombined", "both-ends"),
             "Single-agent Recombination": recombined("dp-recombined-single", "either-end"),
@@ -270,8 +273,9 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         'over 8 ticks',
         notes=(
             "Map 10 is SingleRotation; agents learn from its episodes alone and play with themselves. States of an "
-            "episode count together in the ± of valid; `small` has eight episodes.",
+            "episode count together in the ± of valid; of scripted people, `small` has eight episodes.",
         ),
+        folder_notes=noise_episodes,
         rows=named_rows(**{level: noise(level) for level in NOISE_LEVELS}),
     ),
     PaperEntry(
@@ -314,7 +318,7 @@ _ENTRIES: tuple[PaperEntry, ...] = (
         }),
     ),
     PaperEntry(
-        label="text:augmentation", kind="sentence", notes=(RECOMBINED,),
+        label="text:augmentation", kind="sentence", notes=(RECOMBINED,), folder_notes=recorded_maps,
         differs="recombined paths go on in the other episode to its end, as in the paper's example; valid: the engine "
         "plays the piece and ends within 0.06 u",
         rows=named_rows(**{

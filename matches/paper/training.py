@@ -14,6 +14,7 @@ from movingout.agents.kinds.registry import KINDS
 from movingout.maps.commands.parser import CommandParser
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import Budget
+from movingout.matches.paper.given_players import players_of
 from movingout.matches.paper.imitation import seat_choice
 from movingout.matches.paper.methods import METHODS, Method, TrainedId
 from movingout.matches.paper.workspace import DATA, Workspace
@@ -133,9 +134,6 @@ def _population(data: str, space: Workspace) -> str:
 
 
 def _given_people(data: str, space: Workspace) -> str:
-    """Programs that took part in a rehearsal are not to pass for people on a card."""
+    """Agents, and programs that took part in a rehearsal, are not to pass for people on a card."""
     mine = set(space.episodes(data))
-    simulated = {row.simulated for row in read_groups(space.listing(data)) if row.path in mine}
-    if simulated == {True}:
-        return "simulated participants"
-    return "people, some of them simulated," if True in simulated else "people"
+    return players_of(row for row in read_groups(space.listing(data)) if row.path in mine)

@@ -13,6 +13,7 @@ from movingout.matches.errors import MatchError
 from movingout.matches.paper.cells import EmptyCell, Found
 from movingout.matches.paper.costs import span
 from movingout.matches.paper.entry import EntryCell, PaperEntry, played_cells
+from movingout.matches.paper.given_players import given_players
 from movingout.matches.paper.page.page_labels import (
     DRAWN,
     HEADS,
@@ -49,10 +50,10 @@ def write_page(page: Path, entries: Iterable[PaperEntry], space: Workspace, day:
 
 def _measured(entries: list[PaperEntry], space: Workspace, day: str, earlier: Mapping[str, PageLabel]) -> str:
     shown = [entry for entry in entries if entry.kind != "illustration" or entry.differs]
-    tables = _in_full(shown, space)
+    tables, players = _in_full(shown, space), given_players(space)
     labels = []
     for entry in shown:
-        now = PageLabel(line(_row(entry, space, day)), tables.get(entry.label, ""))
+        now = PageLabel(line(_row(entry, space, day, players)), tables.get(entry.label, ""))
         then = earlier.get(entry.label)
         if then is not None and then.has_numbers:
             kept = reworded(then, entry, space, _differs(entry, list(entry.cells())))
@@ -73,23 +74,25 @@ def _better(then: PageLabel, now: PageLabel) -> PageLabel:
     return then if then.is_better_than(now) or (now.has_numbers and then.has_numbers_of(now)) else now
 
 
-def _row(entry: PaperEntry, space: Workspace, day: str) -> tuple[str, ...]:
+def _row(entry: PaperEntry, space: Workspace, day: str, players: str) -> tuple[str, ...]:
+    """`players`: who played what was learned from, where it was given."""
     cells = list(entry.cells())
     found = [(cell, cell.ours.found(space)) for cell in cells]
     measured = [(cell, one) for cell, one in found if one is not None]
     made = any(one.defined is None for _, one in measured) or entry.drawn()
     spent = _seconds(entry, space) if made else 0.0
+    whose = "" if entry.own_episodes else players
     return (
-        f"`{entry.label}`", _status(entry, found), _made_with(measured, space, day) if made else "–",
+        f"`{entry.label}`", _status(entry, found), _made_with(measured, space, day, whose) if made else "–",
         "<br>".join(_headline(measured)) or "–", _counts(measured), span(spent) if spent else "–",
         _differs(entry, cells),
     )  # fmt: skip
 
 
-def _made_with(measured: list[tuple[EntryCell, Found]], space: Workspace, day: str) -> str:
+def _made_with(measured: list[tuple[EntryCell, Found]], space: Workspace, day: str, players: str) -> str:
     trainings = max((one.between.n for _, one in measured if one.between), default=1)
     several = f", {trainings} {TRAININGS}" if trainings > 1 else ""
-    return f"{space.budget.name}, {day}" + several + (", people" if space.given else "")
+    return f"{space.budget.name}, {day}" + several + (f", {players}" if players else "")
 
 
 def _status(entry: PaperEntry, found: list[tuple[EntryCell, Found | None]]) -> str:

@@ -3,8 +3,9 @@
 from collections.abc import Collection
 
 from movingout.maps.suggestion import counted
+from movingout.matches.paper.given_players import counted_players
 from movingout.matches.paper.workspace import Workspace
-from movingout.recordings.groups import GroupedRecording, counted_people, people_of_groups, read_groups, simulation
+from movingout.recordings.groups import GroupedRecording, people_of_groups, read_groups, simulation
 
 
 def given_notes(space: Workspace, challenges: Collection[int]) -> list[str]:
@@ -19,6 +20,6 @@ def _note(challenge: int, rows: list[GroupedRecording]) -> str:
     groups = people_of_groups(rows)
     sizes = [len(people - {""}) for people in groups.values()]
     divided = f", in groups of {' and '.join(map(str, sizes))}" if len(sizes) > 1 else ""
-    people = counted_people(set().union(*groups.values()))
-    note = f"Challenge {challenge}: learned from {counted(len(rows), 'given recording')} of {people}{divided}"
+    recordings = f"{counted(len(rows), 'given recording')} of {counted_players(rows)}"
+    note = f"Challenge {challenge}: learned from {recordings}{divided}"
     return f"{note}; {simulation(rows)}." if any(row.simulated for row in rows) else f"{note}."

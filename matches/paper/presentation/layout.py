@@ -256,7 +256,7 @@ def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], foun
         )
     if any(_of_groups(cell) for cell in cells):
         notes += group_notes(space)
-    notes += entry.notes
+    notes += [*entry.notes, *entry.folder_notes(space)]
     if entry.published and entry.published.about:
         notes.append(entry.published.about)
     empty = {cell.row.name: cell.ours.reason for cell in cells if isinstance(cell.ours, EmptyCell) and cell.ours.reason}

@@ -4,12 +4,9 @@ from collections.abc import Iterator, Mapping
 
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.reinforcement.mappo_config import ADAM_EPSILON, CRITIC_LOSS, ON_COORDINATION, PAPER
-from movingout.maps import map_names
 from movingout.maps.flood_fill import PAPER_CELLS
 from movingout.maps.spec import ARENA_HALF
-from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import DefinedCell
-from movingout.matches.paper.data_sets import EXPERTS
 from movingout.matches.paper.entry import RowCells
 from movingout.matches.paper.methods import POSE_NOISE
 from movingout.matches.paper.published import published_tables
@@ -96,15 +93,6 @@ _POLICIES = dict(row for name in ("dp", "mlp", "gru") for row in _of_policy(name
 }
 _NAMED = {(row.group, row.name) for row in published_tables()["text:policy_parameters"].rows}
 POLICY_ROWS: Mapping[tuple[str, str], RowCells] = {name: row for name, row in _POLICIES.items() if name in _NAMED}
-_FULL, _MAPS = BUDGETS["full"], len(map_names())
-DATA_ROWS: Mapping[tuple[str, str], RowCells] = {
-    ("Challenge 1", "Participants"): _defined(2 * _FULL.people),
-    ("Challenge 1", "Episodes per pair and map"): _defined(_FULL.episodes),
-    ("Challenge 1", "Episodes"): _defined(_MAPS * _FULL.people * _FULL.episodes),  # two populations, in pairs
-    ("Challenge 2", "Participants"): _defined(EXPERTS),
-    ("Challenge 2", "Episodes per map"): _defined(_FULL.variants),
-    ("Challenge 2", "Episodes"): _defined(_MAPS * _FULL.variants),
-}
 
 
 def pose_shift(deviation: float) -> DefinedCell:

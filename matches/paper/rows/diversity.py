@@ -15,6 +15,7 @@ import numpy as np
 from movingout.agents.bass.recombination import LearnedPart, Matching, RecombinedPiece, augmentation, draw_pieces
 from movingout.agents.data.dataset import Trajectory, learned_seats, read_trajectories
 from movingout.agents.data.diversity import path_of
+from movingout.maps.suggestion import counted
 from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.imitation import seat_choice
 from movingout.matches.paper.workspace import Measured, Workspace
@@ -31,7 +32,8 @@ PIECES = 4  # recombined paths per recorded one, at most
 def diversity_cell(data: str, field: str) -> MeasuredCell:
     """A measure of the recorded episodes of a data set."""
     about = f"diversity of the episodes of {data}"
-    return MeasuredCell(Measurement(f"diversity-of-{data}", about, partial(_recorded, data), data=(data,)), field)
+    perform = partial(_recorded, data)
+    return MeasuredCell(Measurement(f"diversity-of-{data}", about, perform, data=(data,)), field, may_lack=True)
 
 
 def equal_cell(data: str, field: str) -> MeasuredCell:
@@ -53,7 +55,26 @@ def augmented_cell(matching: Matching, field: str) -> MeasuredCell:
     """A measure of the episodes of Challenge 1 with recombined ones, or the share of valid pieces."""
     about = f"diversity after recombination, {matching}"
     perform = partial(_augmented, matching)
-    return MeasuredCell(Measurement(f"diversity-of-{matching}", about, perform, data=("c1",)), field)
+    return MeasuredCell(Measurement(f"diversity-of-{matching}", about, perform, data=("c1",)), field, may_lack=True)
+
+
+def recorded_maps(space: Workspace) -> list[str]:
+    """A sentence where some map has too few episodes of Challenge 1 for diversity; once they have been listed."""
+    listing = space.listing("c1")
+    return _maps_with_enough(Counter(row.map for row in read_groups(listing)), "recorded") if listing.exists() else []
+
+
+def equal_maps(space: Workspace) -> list[str]:
+    """A sentence where some map has too few episodes of one challenge; once those of both have been listed."""
+    listed = all(space.listing(data).exists() for data in ("c1", "c2"))
+    return _maps_with_enough(equal_sizes(space), "of each population") if listed else []
+
+
+def _maps_with_enough(episodes: Mapping[str, int], which: str) -> list[str]:
+    enough = sum(number >= LEAST for number in episodes.values())
+    said = f"{enough} of {counted(len(episodes), 'map')} {'has' if enough == 1 else 'have'} as many {which}"
+    needed = f"Diversity needs {LEAST} episodes of a map, and leaves out others"
+    return [f"{needed}; {said}."] if enough < len(episodes) else []
 
 
 def learned_parts(trajectories: Sequence[Trajectory], space: Workspace) -> list[LearnedPart]:

@@ -11,6 +11,7 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.dataset import read_trajectories
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import load_map
+from movingout.maps.suggestion import counted
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import Budget
 from movingout.matches.paper.cells import MeasuredCell, Measurement
@@ -87,6 +88,13 @@ def _noise_validity(deviation: float, space: Workspace, training: int) -> Measur
     valid = valid_after_noise(trajectories, deviation, noise_samples(space.budget), space.seed)
     found = estimate_of_copies(valid)
     return {} if found is None else {"valid_share": found}
+
+
+def noise_episodes(space: Workspace) -> list[str]:
+    """On how many episodes its error rests, in a sentence; once they have been listed."""
+    listing = space.listing("c1")
+    number = sum(row.map == NOISE_MAP for row in read_groups(listing)) if listing.exists() else 0
+    return [f"Here ± of valid rests on {counted(number, 'episode')} of {NOISE_MAP}."] if number else []
 
 
 def decision_time(method: str, options: str) -> MeasuredCell:

@@ -9,9 +9,12 @@ import pytest
 
 from movingout.matches.commands import paper
 from movingout.matches.errors import MatchError
+from movingout.matches.paper import data_sets
 from movingout.matches.paper.beginning import BEGUN, alone, begin, begun, finish, grown
 from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.data_sets import list_episodes
 from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.groups import grouped, read_groups, write_groups
 from movingout.server.cli import main
 from tests.agents.learning import recorded
 
@@ -97,6 +100,49 @@ def test_recordings_that_changed_since_are_refused(here: Path) -> None:
     recorded(here / "theirs", "two")
     with pytest.raises(MatchError, match=r"the recordings of --data are not those that .* was begun with"):
         begin(space)
+
+
+def test_recordings_and_folder_may_be_moved(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(data_sets, "map_names", lambda: ("HandOff",))  # of the twelve
+    for name in "abcd":
+        recorded(here / "theirs", name, 9, people=(name, f"{name}2"))
+    space = Workspace(budget=SMOKE, given=(here / "theirs",))
+    _begun(space)
+    list_episodes(1, space)
+    before = [row._replace(path=Path(row.path.name)) for row in read_groups(space.listing("c1"))]
+    (here / "theirs").rename(here / "ours")
+    moved = replace(space, given=(here / "ours",))
+    begin(moved)
+    assert begun().given == moved.given
+    rows = read_groups(space.listing("c1"))
+    assert {row.path.parent.name for row in rows} == {"ours"}
+    assert [row._replace(path=Path(row.path.name)) for row in rows] == before
+    (here / "ours").rename(here / "hers")
+    recorded(here / "hers", "e", 9)
+    with pytest.raises(MatchError, match=r"was begun with data .*ours"):
+        begin(replace(space, given=(here / "hers",)))
+
+
+def test_a_list_that_would_have_other_groups_stays(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(data_sets, "map_names", lambda: ("HandOff",))
+    for name in "ab":
+        recorded(here / "theirs", name, 9, people=(name, f"{name}2"))
+    space = Workspace(budget=SMOKE, given=(here / "theirs",))
+    _begun(space)
+    write_groups(space.listing("c1"), grouped(space.given_files(), 1))
+    before = space.listing("c1").read_text(encoding="utf-8")
+    (here / "theirs").rename(here / "ours")
+    with pytest.raises(MatchError, match=r"others or other groups would be learned from than .*c1.csv has"):
+        begin(replace(space, given=(here / "ours",)))
+    assert space.listing("c1").read_text(encoding="utf-8") == before and begun().given == space.given
+
+
+def test_the_same_recordings_twice_are_the_same_recordings(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(paper, "carry_out", lambda steps, space, where: None)
+    recorded(here / "theirs", "one", 9)
+    table = ["paper", "tables", "mappo_parameters", "--budget", "smoke", "-o", "out", "--data", "theirs"]
+    assert main(table) == 0 == main([*table, "theirs"])
+    assert len(json.loads((here / "out" / BEGUN).read_text(encoding="utf-8"))["data"]) == 1
 
 
 def test_recordings_that_are_refused_do_not_claim_the_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

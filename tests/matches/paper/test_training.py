@@ -18,6 +18,7 @@ from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.methods import DATA_SETS, METHODS, trained_id
 from movingout.matches.paper.training import LARGEST_SEED, training_seed, training_words
 from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.episode import SeatKind
 from movingout.recordings.groups import grouped, write_groups
 from tests.agents.learning import recorded
 
@@ -47,14 +48,18 @@ def test_of_given_recordings_people_are_imitated_and_not_the_agents_that_they_pl
     assert _said(words, "--seats") == seats
 
 
-def test_a_card_does_not_call_programs_of_a_rehearsal_people(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_card_does_not_call_programs_people(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     space = Workspace(budget=SMOKE, given=(tmp_path,))
-    people, programs = (recorded(tmp_path / f"{on}", f"{on}", simulated=on) for on in (False, True))
+    human: tuple[SeatKind, SeatKind] = ("human", "human")
+    people, programs = (recorded(tmp_path / f"{on}", f"{on}", simulated=on, kinds=human) for on in (False, True))
+    agents = recorded(tmp_path / "agents", "agents", kinds=("agent", "agent"))
     for files, who in (
         ([people], "people of the given recordings"),
         ([programs], "simulated participants of the given recordings"),
-        ([people, programs], "people, some of them simulated, of the given recordings"),
+        ([people, programs], "people and simulated participants of the given recordings"),
+        ([agents], "agents of the given recordings"),
+        ([agents, people], "people of the given recordings"),
     ):
         write_groups(space.listing("c1"), grouped(files, 1))
         assert _said([str(word) for word in training_words(trained_id("dp@c1"), space)], "--population") == who

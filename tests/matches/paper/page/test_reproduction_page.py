@@ -244,6 +244,23 @@ def test_numbers_that_were_measured_otherwise_give_way_to_as_many_of_today_with_
     assert written("2026-12-01", 10, *both)[2] == "small, 2026-11-30", "both are of today"
 
 
+def test_a_page_says_who_played_the_given_recordings(here: Path) -> None:
+    page, label = here / "page.md", "tab:pose_noise_ablation"
+    space = Workspace(budget=SMOKE, given=(here,))
+    space.keep("noise-by-episode-0.2", {"valid_share": Estimate(0.5, 0.1, 20)})
+    people = recorded(here, "people", 9, kinds=("human", "agent"))
+    simulated = recorded(here, "simulated", 9, kinds=("human", "human"), simulated=True)
+    agents = recorded(here, "agents", 9, kinds=("agent", "agent"))
+    for files, who in (
+        ([people], "people"), ([agents], "agents"), ([simulated], "simulated participants"),
+        ([simulated, people, agents], "people and simulated participants"),
+    ):  # fmt: skip
+        page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+        write_groups(space.listing("c1"), grouped(files, 1))
+        write_page(page, [ENTRIES[label]], space, "2026-11-28")
+        assert _row(page, label)[2] == f"smoke, 2026-11-28, {who}"
+
+
 def test_the_command_writes_the_page_of_a_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "out").mkdir()
     page = here / "page.md"

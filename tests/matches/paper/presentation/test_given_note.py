@@ -21,7 +21,8 @@ def test_given_recordings_are_counted_and_those_of_a_rehearsal_are_named(
     monkeypatch.chdir(tmp_path)
     space = Workspace(budget=BUDGETS["smoke"], given=(tmp_path,))
     assert given_notes(space, {1, 2}) == []
-    write_groups(space.listing("c1"), grouped([recorded(tmp_path, n, 9, people=(n, f"{n}2")) for n in "ab"], 2))
+    files = [recorded(tmp_path, n, 9, people=(n, f"{n}2"), kinds=("human", "human")) for n in "ab"]
+    write_groups(space.listing("c1"), grouped(files, 2))
     varied = replace(load_map("HandOff"), variant="one")
     write_groups(space.listing("c2"), grouped([recorded(tmp_path, "c", 9, the_map=varied, simulated=True)], 1))
     first = "Challenge 1: learned from 2 given recordings of 4 participants, in groups of 2 and 2."
@@ -51,6 +52,14 @@ def test_agents_that_people_played_with_are_no_participants(tmp_path: Path, monk
     half_named = recorded(tmp_path, "half", 9, people=("P1", ""), kinds=("human", "human"))
     write_groups(space.listing("c1"), rows := grouped([nameless, half_named], 1))
     assert group_sentences(rows) == ["group 1: 2 episodes of 1 participant and people without a name"]
+
+
+def test_agents_alone_are_called_agents(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    space = Workspace(budget=BUDGETS["smoke"], given=(tmp_path,))
+    rows = grouped([recorded(tmp_path, name, 9, people=(f"dp@{name}", "bass@all")) for name in "ab"], 1)
+    write_groups(space.listing("c1"), rows)
+    assert given_notes(space, {1}) == ["Challenge 1: learned from 2 given recordings of 3 agents."]
 
 
 def test_a_group_of_agents_beside_people_is_called_so(tmp_path: Path) -> None:

@@ -9,11 +9,14 @@ from movingout.agents.bass.dynamics import AutoEncoder
 from movingout.agents.checkpoint.card import DynamicsSpec
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import DefinedCell
-from movingout.matches.paper.presentation.layout import plain
+from movingout.matches.paper.presentation.layout import laid_out, plain
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.rows.definitions import LINEAR_LAYERS, NO_EPSILON, NO_TARGET, pose_shift
 from movingout.matches.paper.rows.measurements import noise_samples
+from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.groups import grouped, write_groups
 from movingout.server.cli import main
+from tests.agents.learning import recorded
 
 
 @pytest.mark.parametrize(
@@ -50,6 +53,25 @@ def test_the_full_budget_has_the_papers_data_sets() -> None:
         if isinstance(cell.ours, DefinedCell) and not (cell.theirs and cell.theirs.says(cell.ours.value))
     ]
     assert len(cells) == 6 and others == [(("Challenge 1", "Episodes"), 12 * 18 * 6)]
+
+
+def test_sizes_of_given_recordings_are_theirs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    space, entry = Workspace(budget=BUDGETS["smoke"], given=(tmp_path,)), ENTRIES["text:data_sets"]
+    assert [row[1] for row in laid_out(entry, space).rows] == ["not measured"] * 6
+    files = [
+        recorded(tmp_path, f"{number}", 9, people=(name, "bass@all"), kinds=("human", "agent"))
+        for number, name in enumerate(("P1", "P1", "P2"))
+    ]
+    write_groups(space.listing("c1"), grouped(files, 2))
+    table = laid_out(entry, space)
+    assert [row[1] for row in table.rows] == ["2", "1.5", "3", *["not measured"] * 3]
+    assert any("With --data they are counted in the recordings" in note for note in table.notes)
+    nameless = recorded(tmp_path, "nameless", 9, people=("P1", ""), kinds=("human", "human"))
+    write_groups(space.listing("c2"), grouped([nameless], 1))
+    assert laid_out(entry, space).rows[3][1] == "1 participant and people without a name"
+    write_groups(space.listing("c2"), grouped([recorded(tmp_path, "agents", 9, people=("dp@all", "dp@c1"))], 1))
+    assert laid_out(entry, space).rows[3][1] == "2 agents"
 
 
 def test_settings_that_are_words_are_words_of_the_paper() -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell
+from movingout.matches.paper.entry import measurements
 from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.registry import ENTRIES, RECOMBINED
 from movingout.matches.paper.rows.diversity import (
@@ -49,6 +50,28 @@ def test_single_episodes_have_no_diversity_and_the_table_says_so(
     table = laid_out(ENTRIES["table:task_1_diversity"], space)
     assert [row[1] for row in table.rows] == ["no value", "not measured", "not measured"]
     assert "has fewer than three episodes is left out" in " ".join(table.notes)
+    needed = "Diversity needs 3 episodes of a map, and leaves out others"
+    assert f"{needed}; 0 of 1 map have as many of each population." in table.notes
+
+
+@pytest.mark.parametrize("label", ["text:augmentation", "tab:w1_recombination"])
+def test_where_nothing_can_be_recombined_the_table_has_no_value_and_says_why(
+    label: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    space = Workspace(budget=BUDGETS["smoke"])
+    assert not any("episodes of a map" in note for note in laid_out(ENTRIES[label], space).notes)
+    files = [recorded(tmp_path / "c1", f"c1{k}", 20, k, (f"a{k}", f"b{k}")) for k in range(3)]
+    write_groups(space.listing("c1"), grouped(files[:1], 1))
+    for one in measurements([ENTRIES[label]]):
+        space.keep(one.name, one.perform(space, 0))
+    table = laid_out(ENTRIES[label], space)
+    assert {row[1] for row in table.rows} <= {"no value", "–"}  # of valid, or, of recorded ones, of nothing
+    assert "No value: no map has three, or, of valid" in " ".join(table.notes)
+    said = "Diversity needs 3 episodes of a map, and leaves out others; 0 of 1 map have as many recorded."
+    assert said in table.notes
+    write_groups(space.listing("c1"), grouped(files, 1))
+    assert not any("episodes of a map" in note for note in laid_out(ENTRIES[label], space).notes)
 
 
 def test_a_map_with_two_episodes_has_no_variance_and_takes_no_error_away() -> None:

@@ -1,0 +1,38 @@
+"""Who plays in given recordings, in a word or two: programs are not to pass for people."""
+
+from collections.abc import Iterable, Sequence
+
+from movingout.maps.suggestion import counted
+from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.exports.split import has_people
+from movingout.recordings.groups import GroupedRecording, counted_people, people_of_groups, read_groups
+from movingout.recordings.storage.listing import read_players
+
+PEOPLE, SIMULATED, AGENTS = "people", "simulated participants", "agents"
+
+
+def given_players(space: Workspace) -> str:
+    """Of the lists that have been made; empty where scripted people recorded, or nothing has been listed."""
+    if not space.given:
+        return ""
+    lists = [path for path in map(space.listing, ("c1", "c2")) if path.exists()]
+    return players_of(row for path in lists for row in read_groups(path))
+
+
+def players_of(rows: Iterable[GroupedRecording]) -> str:
+    """Agents only where nobody else played in any episode. Raises RecordingError for a file that cannot be read."""
+    found = {_player(row) for row in rows}
+    return " and ".join(name for name in (PEOPLE, SIMULATED) if name in found) or (AGENTS if found else "")
+
+
+def counted_players(rows: Sequence[GroupedRecording]) -> str:
+    """How many these are, as `4 participants` or `2 agents`. Raises RecordingError for a file that cannot be read."""
+    names = set[str]().union(*people_of_groups(rows).values())
+    agents = len(names - {""}) if players_of(rows) == AGENTS else 0
+    return counted(agents, "agent") if agents else counted_people(names)
+
+
+def _player(row: GroupedRecording) -> str:
+    if row.simulated:
+        return SIMULATED
+    return PEOPLE if has_people(read_players(row.path)) else AGENTS
