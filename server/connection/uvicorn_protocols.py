@@ -293,8 +293,8 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
             scope["extensions"][WIRE] = self
 
     def send_receive_event_to_app(self) -> None:
-        """A text that is none is the client's fault: Uvicorn would log a traceback of ours."""
-        if self.curr_msg_data_type == "text" and not is_utf8(b"".join(self.frames)):
+        """A text that is none is the client's fault: Uvicorn would log a traceback. After a close none is read."""
+        if not self.close_sent and self.curr_msg_data_type == "text" and not is_utf8(b"".join(self.frames)):
             self.frames = []
             self.conn.send_close(INVALID_DATA)
             self.handle_parser_exception()

@@ -69,6 +69,16 @@ def test_a_websocket_that_was_closed_counts_until_its_client_hangs_up_too(tmp_pa
         turned_away(live).close()
 
 
+def test_a_text_that_is_none_after_the_servers_close_is_not_read(live: Live, caplog: pytest.LogCaptureFixture) -> None:
+    """It was to be closed once more, which raised: a traceback in the log for each."""
+    with turned_away(live) as client:
+        client.sendall(b"\x81\x82" + bytes(4) + b"\xff\xff")
+        client.sendall(b"\x88\x80" + bytes(4))
+        while client.recv(10_000):
+            pass
+    assert not caplog.records
+
+
 def test_who_never_hangs_up_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(uvicorn_protocols, "GOODBYE_S", 0.2)
     with serve(tmp_path) as live, turned_away(live):
