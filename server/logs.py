@@ -28,7 +28,7 @@ class RateLimit(logging.Filter):
         self._buckets: dict[tuple[str, int, str], tuple[TokenBucket, list[int]]] = {}
 
     def filter(self, record: logging.LogRecord) -> bool:
-        key = record.name, record.levelno, str(record.msg)[:200]
+        key = record.name, record.levelno, _template(record)
         if key not in self._buckets:
             if len(self._buckets) >= MOST_KINDS:
                 del self._buckets[next(iter(self._buckets))]
@@ -40,6 +40,12 @@ class RateLimit(logging.Filter):
         setattr(record, _LEFT_OUT, left_out[0])
         left_out[0] = 0
         return True
+
+
+def _template(record: logging.LogRecord) -> str:
+    """asyncio has none: of its texts, what comes before the first object, which is named by its address."""
+    text = str(record.msg)[:200]
+    return re.split(r"[\n<(]", text, maxsplit=1)[0] if record.name == "asyncio" else text
 
 
 class TextFormatter(logging.Formatter):

@@ -19,6 +19,7 @@ from starlette.applications import Starlette
 from movingout.maps.errors import MovingOutError
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.connection_limits import ConnectionLimits, both_forms
+from movingout.server.connection.hosts import find_own_name
 from movingout.server.connection.tls_acceptor import TlsAcceptor
 from movingout.server.connection.uvicorn_protocols import (
     GOODBYE_S,
@@ -127,6 +128,7 @@ class GameServer(uvicorn.Server):
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         self._loop = asyncio.get_running_loop()
+        find_own_name()
         if self.config.is_ssl and sockets:  # Uvicorn would hear of connections only after their handshakes
             most = int(HANDSHAKES * self._connections.most)
             self._acceptor = TlsAcceptor(sockets[0], self.adopt, most, self.elsewhere)

@@ -3,7 +3,7 @@
 import ipaddress
 import re
 import socket
-from functools import lru_cache
+import threading
 
 from movingout.server.connection.origin import Headers, header
 from movingout.server.settings import Settings
@@ -43,7 +43,7 @@ def host_allowed(headers: Headers, settings: Settings) -> bool:
         return True
     if settings.trusted_proxies and not settings.allowed_hosts:
         return True
-    return "." not in name or name.endswith((".local", ".localhost")) or _is_address(name) or name in _own_names()
+    return "." not in name or name.endswith((".local", ".localhost")) or _is_address(name) or name in _own_names
 
 
 def _is_address(name: str) -> bool:
@@ -54,7 +54,10 @@ def _is_address(name: str) -> bool:
     return True
 
 
-@lru_cache(1)
-def _own_names() -> frozenset[str]:
-    """What this machine calls itself."""
-    return frozenset({socket.gethostname().lower(), socket.getfqdn().lower()})
+_own_names = {socket.gethostname().lower()}  # what this machine calls itself, as far as known
+
+
+def find_own_name() -> None:
+    """Ask for the whole name of this machine, in a thread: where no DNS answers, that takes half a minute."""
+    ask = threading.Thread(target=lambda: _own_names.add(socket.getfqdn().lower()), name="own-name", daemon=True)
+    ask.start()

@@ -15,6 +15,7 @@ from movingout.server.connection.websocket_frames import (
     begins_small_binary,
     frame_end,
     frame_of,
+    is_ascii_handshake,
     is_small_binary,
     is_utf8,
 )
@@ -283,14 +284,17 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
             self._drop = self.loop.call_later(GOODBYE_S, self.transport.abort)
 
     def handle_connect(self, event: Any) -> None:
+        """What is not ASCII is answered as no handshake: a refusal that quotes it could not be encoded."""
+        if not is_ascii_handshake(event.headers.raw_items()):
+            return
         super().handle_connect(event)
         scope = getattr(self, "scope", None)  # missing when the handshake was refused
         if scope is not None:
             scope["extensions"][WIRE] = self
 
     def send_receive_event_to_app(self) -> None:
-        """A text that is none is the client's fault: Uvicorn would log a traceback of ours."""
-        if self.curr_msg_data_type == "text" and not is_utf8(b"".join(self.frames)):
+        """A text that is none is the client's fault: Uvicorn would log a traceback. After a close none is read."""
+        if not self.close_sent and self.curr_msg_data_type == "text" and not is_utf8(b"".join(self.frames)):
             self.frames = []
             self.conn.send_close(INVALID_DATA)
             self.handle_parser_exception()
@@ -371,6 +375,16 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
     def abort(self) -> None:
         """Drop the connection at once, with whatever is still queued."""
         self.transport.abort()
+
+    def shutdown(self) -> None:
+        """Uvicorn calls it for all connections in turn: an error of one would keep the server from its own end."""
+        if self.transport.is_closing():  # perhaps by the client, to whom no second goodbye may be sent
+            return
+        try:
+            super().shutdown()
+        except Exception:
+            self.logger.exception("a websocket could not be closed in order")
+            self.transport.abort()
 
     def _is_flood(self, head: int) -> bool:
         """Whether frames that are no message of their own, of which this is one by its first byte, are too many."""

@@ -1,6 +1,7 @@
-"""The frames of websockets (RFC 6455, 5.2): where one of a client ends, and one of the server as bytes."""
+"""Handshakes and frames of websockets (RFC 6455, 4.2 and 5.2): which are whole, and one of the server as bytes."""
 
 import struct
+from collections.abc import Iterable
 
 FINAL_TEXT = 0x81
 FINAL_BINARY = 0x82
@@ -8,6 +9,12 @@ MASKED = 0x80
 LONG = 126  # from here on the length field says that the real one follows, in two (126) or in eight bytes (127)
 _LONG_HEAD = struct.Struct(">BBH")
 LONGEST = 0xFFFF  # that it can say
+NEGOTIATED = ("connection", "upgrade", "sec-websocket-")  # how the headers begin that make a handshake
+
+
+def is_ascii_handshake(headers: Iterable[tuple[str, str]]) -> bool:
+    """Whether what makes a handshake is ASCII, as it has to be; cookies and headers of proxies need not be."""
+    return all(value.isascii() for name, value in headers if name.lower().startswith(NEGOTIATED))
 
 
 def is_utf8(data: bytes) -> bool:

@@ -2,6 +2,7 @@
 
 import logging
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -33,7 +34,7 @@ class Alerts:
     def __init__(self, now: Callable[[], float] = time.time) -> None:
         self._now = now
         self._alerts: list[Alert] = []
-        self._number = 0
+        self.counts: Counter[AlertCode] = Counter()  # of each code, older ones included
 
     def add(self, about: AlertCode, text: str, /, detail: str = "", **values: Any) -> bool:
         """Add an alert, and log it: returns whether it is new. `text` is in English and says the same as `values`.
@@ -46,17 +47,17 @@ class Alerts:
         if any(one.values == values and one.text == _with_detail(text, one.detail) for one in recent):
             return False
         text = _with_detail(text, detail)
-        log.warning("alert: %s", text)
-        self._number += 1
+        log.warning(f"alert {about}: %s", text)  # a template each: what strangers cause leaves out no other
+        self.counts[about] += 1
         alike = [one for one in self._alerts if one.about == about]
         kept = [one for one in self._alerts if len(alike) < MOST_ALIKE or one is not alike[0]]
-        self._alerts = [*kept, Alert(self._number, now, about, text, values, detail)][-MAX_ALERTS:]
+        self._alerts = [*kept, Alert(self.number, now, about, text, values, detail)][-MAX_ALERTS:]
         return True
 
     @property
     def number(self) -> int:
         """How many there have been, older ones included."""
-        return self._number
+        return self.counts.total()
 
     def to_json(self) -> list[dict[str, Any]]:
         """The newest first."""

@@ -2,10 +2,12 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from typing import get_args
 
-from prometheus_client.core import GaugeMetricFamily, Metric
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 
 from movingout.server.metrics import counter, gauge
+from movingout.server.notices import AlertCode
 from movingout.server.study.running_study import RunningStudy
 
 
@@ -19,7 +21,10 @@ def study_metrics(running: RunningStudy) -> Iterator[Metric]:
     yield gauge("study_planned", "Participants that the study needs", running.study.participants)
     yield gauge("study_waiting", "People who wait for a partner", running.units.waiting_count)
     yield counter("study_rounds_recorded", "Rounds with a recording", running.rooms.finished.recorded)
-    yield counter("study_alerts", "Alerts to the experimenter", running.alerts.number)
+    alerts = CounterMetricFamily("movingout_study_alerts", "Alerts to the experimenter", labels=["code"])
+    for code in get_args(AlertCode):
+        alerts.add_metric([code], running.alerts.counts[code])
+    yield alerts
 
 
 def study_faults(running: RunningStudy) -> Iterator[str]:

@@ -77,3 +77,17 @@ def test_what_uvicorn_says_of_strangers_is_json_too_and_no_flood(tmp_path: Path)
     assert closed.value.rcvd is not None and closed.value.rcvd.code == 1007
     rows = [json.loads(line) for line in stream.getvalue().splitlines()]
     assert [row["message"] for row in rows] == ["Invalid HTTP request received."] * 2 * PER_MINUTE
+
+
+def test_errors_that_asyncio_reports_of_one_place_are_of_one_kind() -> None:
+    """Their text names objects by their addresses: each was a kind of its own, without a limit."""
+    stream = io.StringIO()
+    log_to(stream)
+    for count in range(100):
+        place = f"<object at 0x{count:x}>"
+        logging.getLogger("asyncio").error(f"Fatal error on transport\ntransport: {place}")
+        logging.getLogger("asyncio").error(f"Exception in callback {place}\nhandle: {place}")
+        logging.getLogger("asyncio").error(f"Exception in callback Room.tick({place})\nhandle: {place}")
+    text = stream.getvalue()
+    for kind in ("Fatal error on transport", "Exception in callback <", "Exception in callback Room.tick("):
+        assert text.count(kind) == 2 * PER_MINUTE

@@ -104,7 +104,9 @@ def test_dashboard_alerts_and_documentation_use_metrics_that_exist(tmp_path: Pat
     with served(tmp_path) as study:
         study.visitor()
         study.live.call("/metrics", token="x" * 22)
-        known = {name.partition(",")[0] for name in scraped(study.live)}
+        found = scraped(study.live)
+    assert found["movingout_study_alerts_total,code=disk"] == 0, "the alerts of one code apart from all others"
+    known = {name.partition(",")[0] for name in found}
     # Of agents, which this study has none of: tests/server/processes/test_health.py.
     known |= {"movingout_agent_load", "movingout_agent_seats", "movingout_agent_restarts_total", "movingout_rooms"}
     known |= {"movingout_agent_overruns_total"}

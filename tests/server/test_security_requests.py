@@ -20,7 +20,7 @@ from movingout.server.api.pages import WEB
 from movingout.server.connection import admission
 from movingout.server.persistence import work_process
 from movingout.server.security.certificate import certificate_in
-from tests.server.live import ADMIN, WAIT_S, Live, limits, raw_socket, serve
+from tests.server.live import ADMIN, WAIT_S, Live, handshake, limits, raw_socket, serve
 from tests.server.threats import close_code, player
 
 pytestmark = pytest.mark.slow
@@ -230,6 +230,16 @@ def test_12_no_name_leads_out_of_the_recordings(live: Live, name: str) -> None:
 )
 def test_12_only_what_pages_are_made_of_is_served(live: Live, path: str) -> None:
     assert live.call(path)[0] == 404
+
+
+def test_12_a_websocket_among_the_files_of_pages_is_refused_as_at_any_other_address(
+    live: Live, caplog: pytest.LogCaptureFixture
+) -> None:
+    for path in ("/static/messages.js", "/nothing"):
+        with raw_socket(live) as client:
+            client.sendall(handshake(path))
+            assert client.recv(100).startswith(b"HTTP/1.1 403")
+    assert not caplog.records
 
 
 def test_12_a_recording_is_sent_as_an_attachment(live: Live) -> None:

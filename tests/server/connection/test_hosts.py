@@ -2,14 +2,17 @@
 
 import http.client
 import os
+import socket
+import threading
 from pathlib import Path
 
 import pytest
 
 from movingout.server import messages as m
+from movingout.server.connection import hosts
 from movingout.server.connection.hosts import host_allowed
 from movingout.server.settings import Settings
-from tests.server.live import Live, raw_socket, serve
+from tests.server.live import WAIT_S, Live, raw_socket, serve, wait_until
 
 
 def allowed(host: str, **settings: object) -> bool:
@@ -67,6 +70,31 @@ def test_a_request_with_several_hosts_is_refused_wherever_its_host_is_used(live:
                 client.sendall(line + b"HTTP/1.1\r\n" + hosts + more)
                 answer = b"".join(iter(lambda: client.recv(10_000), b""))
             assert answer.startswith(b"HTTP/1.1 400") and b"several Host headers" in answer, answer
+
+
+def test_no_request_waits_until_the_dns_says_what_this_machine_is_called(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first strange Host made the server ask, and every game wait for the answer."""
+    answers = threading.Event()
+
+    def full_name() -> str:
+        answers.wait(WAIT_S)
+        return "LabPC.uni.example"
+
+    def is_known(live: Live) -> bool:
+        with raw_socket(live) as client:
+            client.sendall(b"GET / HTTP/1.1\r\nHost: labpc.uni.example:8000\r\n\r\n")
+            status = client.recv(3000)[:12]
+        assert status in (b"HTTP/1.1 200", b"HTTP/1.1 421")
+        return status.endswith(b"200")
+
+    monkeypatch.setattr(hosts, "_own_names", set())
+    monkeypatch.setattr(socket, "getfqdn", full_name)
+    with serve(tmp_path) as live:
+        assert not is_known(live) and not answers.is_set()
+        answers.set()
+        wait_until(lambda: is_known(live))
 
 
 @pytest.mark.slow

@@ -12,11 +12,17 @@ import pytest
 from fastapi import FastAPI
 from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
+from starlette.types import Receive, Scope, Send
+from uvicorn import Config
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from uvicorn.server import ServerState
 
+from movingout.server import messages as m
 from movingout.server import uvicorn_server
 from movingout.server.app import create_app
 from movingout.server.connection import uvicorn_protocols
 from movingout.server.connection.connection_limits import ConnectionLimits
+from movingout.server.host import Host
 from movingout.server.security.certificate import certificate_in
 from movingout.server.settings import Settings
 from tests.server.live import WAIT_S, Live, handshake, limits, raw_socket, serve, wait_until
@@ -61,6 +67,16 @@ def test_a_websocket_that_was_closed_counts_until_its_client_hangs_up_too(tmp_pa
             client.close()
         wait_until(lambda: live.host.admission.sockets == 0)
         turned_away(live).close()
+
+
+def test_a_text_that_is_none_after_the_servers_close_is_not_read(live: Live, caplog: pytest.LogCaptureFixture) -> None:
+    """It was to be closed once more, which raised: a traceback in the log for each."""
+    with turned_away(live) as client:
+        client.sendall(b"\x81\x82" + bytes(4) + b"\xff\xff")
+        client.sendall(b"\x88\x80" + bytes(4))
+        while client.recv(10_000):
+            pass
+    assert not caplog.records
 
 
 def test_who_never_hangs_up_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -268,3 +284,98 @@ def test_requests_that_come_together_are_answered_in_order(live: Live) -> None:
         read = b""
         while read.count(b"HTTP/1.1 200") <= uvicorn_protocols.MOST_PIPELINED:
             read += client.recv(10_000)
+
+
+WRONG_HEADS = {
+    "subprotocol": handshake().replace(m.SUBPROTOCOL.encode(), b"\xe4"),
+    "version": handshake().replace(b": 13", b": 13\xff"),
+    "key": handshake().replace(b"dGhl", b"dGh\x80"),
+    "connection": handshake().replace(b"upgrade: w", b"connection: \xc3\xa4\r\nupgrade: w"),
+}
+
+
+@pytest.mark.parametrize("head", WRONG_HEADS.values(), ids=WRONG_HEADS.keys())
+def test_a_handshake_that_is_not_ascii_is_answered_and_leaves_nothing(
+    live: Live, caplog: pytest.LogCaptureFixture, head: bytes
+) -> None:
+    """It was never answered, kept for ever, and at its end the server stumbled over it and did nothing else."""
+    server = live.server
+    assert server is not None
+    with raw_socket(live) as client:
+        client.sendall(head)
+        answer = b"".join(iter(lambda: client.recv(10_000), b""))
+    assert answer.startswith(b"HTTP/1.1 400") and answer.endswith(b"not the handshake of a websocket.\n"), answer
+    wait_until(lambda: not any(one.transport.is_closing() for one in {*server.server_state.connections}))
+    assert not caplog.records
+
+
+def test_a_cookie_of_a_handshake_need_not_be_ascii(live: Live) -> None:
+    with raw_socket(live) as client:
+        client.sendall(handshake().replace(b"upgrade: w", b"cookie: name=J\xfcrgen\r\nupgrade: w"))
+        assert read_until(client, b"\r\n\r\n").startswith(b"HTTP/1.1 101")
+
+
+def test_a_connection_that_cannot_be_closed_keeps_the_server_from_nothing_at_its_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    closed: list[object] = []
+    stopped: list[bool] = []
+
+    def shutdown(protocol: WebSocketsSansIOProtocol) -> None:
+        closed.append(protocol)
+        raise RuntimeError("the handler is closed")
+
+    async def stop(host: Host) -> None:
+        await stopping(host)
+        stopped.append(True)
+
+    stopping = Host.stop
+    monkeypatch.setattr(WebSocketsSansIOProtocol, "shutdown", shutdown)
+    monkeypatch.setattr(Host, "stop", stop)
+    with contextlib.ExitStack() as clients, serve(tmp_path) as live:
+        for _ in range(2):
+            client = clients.enter_context(raw_socket(live))
+            client.sendall(handshake())
+            read_until(client, b"\r\n\r\n")
+    assert len(closed) == 2 and closed[0] is not closed[1] and stopped == [True]
+    assert [record.getMessage() for record in caplog.records] == ["a websocket could not be closed in order"] * 2
+
+
+class FullTransport(asyncio.Transport):
+    """One whose client takes nothing: once it is closing, it stays so."""
+
+    closing = False
+
+    def write(self, data: bytes | bytearray | memoryview) -> None:
+        pass
+
+    def close(self) -> None:
+        self.closing = True
+
+    def is_closing(self) -> bool:
+        return self.closing
+
+
+def test_a_client_that_said_goodbye_and_takes_none_is_not_told_again(caplog: pytest.LogCaptureFixture) -> None:
+    """Saying so raised, at which the server ended without keeping what it had."""
+
+    async def app(scope: Scope, receive: Receive, send: Send) -> None:
+        await send({"type": "websocket.accept"})
+        while (await receive())["type"] != "websocket.disconnect":
+            pass
+
+    async def end() -> None:
+        config = Config(app, ws_per_message_deflate=False, log_config=None)
+        config.load()
+        protocol = uvicorn_protocols.GameWebSocketProtocol(config, ServerState(), {})
+        protocol.connection_made(FullTransport())
+        protocol.data_received(handshake())
+        await asyncio.sleep(0)
+        protocol.data_received(CLOSE_FRAME[:1] + b"\x80" + bytes(4))
+        assert protocol.transport.is_closing() and not protocol.close_sent
+        protocol.shutdown()
+        await asyncio.gather(*protocol.tasks)
+        protocol.connection_lost(None)
+
+    asyncio.run(end())
+    assert not caplog.records

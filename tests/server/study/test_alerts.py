@@ -1,5 +1,8 @@
 """Alerts for the experimenter: one is said once a minute, however its detail changes, and many hide no other."""
 
+import io
+
+from movingout.server.logs import PER_MINUTE, log_to
 from movingout.server.study.alerts import MAX_ALERTS, MOST_ALIKE, REPEAT_S, Alerts
 
 
@@ -39,3 +42,15 @@ def test_many_alerts_of_one_kind_hide_no_other() -> None:
     found = alerts.to_json()
     assert [one["about"] for one in found] == ["away"] * MOST_ALIKE + ["disk"]
     assert found[0]["values"] == {"pid": f"P{2 * MAX_ALERTS - 1}"} and alerts.number == 2 * MAX_ALERTS + 1
+
+
+def test_alerts_that_strangers_cause_silence_no_others_in_the_log() -> None:
+    stream = io.StringIO()
+    log_to(stream)
+    alerts = Alerts()
+    for number in range(100):
+        alerts.add("controls", f"P{number} went on without trying every key.", pid=f"P{number}")
+    alerts.add("database", "It could not be read.")
+    lines = stream.getvalue().splitlines()
+    assert len(lines) == 2 * PER_MINUTE + 1 and lines[-1].endswith("alert database: It could not be read.")
+    assert alerts.counts == {"controls": 100, "database": 1}
