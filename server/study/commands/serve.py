@@ -23,7 +23,12 @@ from movingout.server.connection.asgi import App
 from movingout.server.host import Host
 from movingout.server.logs import log_to
 from movingout.server.options import values_of
-from movingout.server.persistence.data_folder import exclusive_data_folder, refuse_cluster_folder, told_interrupted
+from movingout.server.persistence.data_folder import (
+    exclusive_data_folder,
+    refuse_cluster_folder,
+    told_interrupted,
+    told_of_other_studies,
+)
 from movingout.server.persistence.recording_uploads import check_bucket
 from movingout.server.processes.front import Front
 from movingout.server.processes.front_endpoint import FrontEndpoint
@@ -52,7 +57,7 @@ def serve(args: argparse.Namespace) -> int:
     study = read_study(args.file)
     found = review(study)
     _refuse_missing(found, args.file)
-    settings = _settings(args)
+    settings = _settings(args, study.id)
     admission = Admission(args.codes, args.signed, args.any_device, simulated=args.rehearse is not None)
     if settings.in_cluster:
         folder = folder_of_node(as_node(settings), study, args.database, args.identities)
@@ -90,7 +95,7 @@ def serve(args: argparse.Namespace) -> int:
         server_of = game_server if settings.processes == 1 else front_server
         server = server_of(app, settings, certificate, on_ready=lambda: print(links, flush=True))
         server.run([listening])
-    if told := told_interrupted(settings.data):
+    if told := told_interrupted(settings.data, study.id):
         print(told)
     return 0 if server.started else 1
 
@@ -135,7 +140,7 @@ def text_to_freeze(file: Path, begun_with: str | None) -> str:
     return begun_with if begun_with and begun_with.replace(QUOTED_MARK, '"') == complete else complete
 
 
-def _settings(args: argparse.Namespace) -> Settings:
+def _settings(args: argparse.Namespace, study: str) -> Settings:
     speed: float = 1.0 if args.rehearse is None else args.rehearse
     if not 0.1 <= speed <= FASTEST:
         raise StudyError(f"--rehearse must be from 0.1 to {FASTEST:g}, not {speed:g}")
@@ -158,6 +163,7 @@ def _settings(args: argparse.Namespace) -> Settings:
         **values_of(args, Settings),
         countdown_s=Settings().countdown_s / speed,
         tick_s=Settings().tick_s / speed,
+        study=study,
         lobby=False,
         limits=limits,
     )
@@ -174,4 +180,6 @@ def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> 
     )
     lines += [f"  Experimenter   {bases[0]}/experimenter", f"  Token          {shown_token(settings, token)}"]
     lines += [f"  Data           {settings.data.resolve()}", ""]
+    if told := told_of_other_studies(settings.data, folder.study.id):
+        lines += [told, ""]
     return "\n".join(lines + hints(settings, "movingout study serve FILE"))
