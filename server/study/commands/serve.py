@@ -42,14 +42,13 @@ from movingout.server.study.commands.serve_node import folder_of_node, serve_nod
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.review import Review, review
-from movingout.study.design.study_file import complete_text, read_study
+from movingout.study.design.study_file import complete_text, plain_text, read_study
 from movingout.study.errors import StudyError
 from movingout.study.store.frozen_study import frozen_study
 
 SWITCH_S = 0.0005  # the database thread yields to a tick within this time
 AT_ONE_ADDRESS = 1000  # a whole class may share one address
 FASTEST = 50.0
-QUOTED_MARK = '"\\U0000feff'  # before the text of a file that Notepad wrote, as earlier versions kept it
 
 
 def serve(args: argparse.Namespace) -> int:
@@ -132,12 +131,15 @@ def _begun_with(folder: StudyFolder) -> str | None:
 
 
 def text_to_freeze(file: Path, begun_with: str | None) -> str:
-    """With the texts that the study keeps in files; studies of earlier versions began without them, or with marks."""
-    text = file.read_text(encoding="utf-8")
-    if text == begun_with:
-        return text
+    """With the texts that the study keeps in files; studies of earlier versions began without them, or with marks.
+
+    Neither these nor ends of lines, which programs of Windows write by themselves, make another text of it.
+    """
+    begun = None if begun_with is None else plain_text(begun_with)
+    if begun_with is not None and begun == plain_text(file.read_text(encoding="utf-8")):
+        return begun_with
     complete = complete_text(file)
-    return begun_with if begun_with and begun_with.replace(QUOTED_MARK, '"') == complete else complete
+    return begun_with if begun_with is not None and begun == plain_text(complete) else complete
 
 
 def _settings(args: argparse.Namespace, study: str) -> Settings:
