@@ -27,6 +27,7 @@ from movingout.server.own_maps.workers import MapWorkers
 from movingout.server.persistence.answer_log import AnswerLog
 from movingout.server.persistence.recording_service import RecordingService
 from movingout.server.persistence.recording_uploads import RecordingUploads
+from movingout.server.persistence.room_store import episodes_of_other_studies
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.prepared_maps import PreparedMaps, Variant
 from movingout.server.rooms.room import Room
@@ -227,10 +228,14 @@ class PublicHost(ABC):
             self._recording_service = RecordingService(self.settings.recordings)
 
     def _recover_journals(self, resumed: set[str]) -> None:
-        """Finish the journals of the last run, except those of rounds that go on."""
+        """Finish the journals of the last run, except those of rounds that go on, here or with another study."""
+        going_on = resumed | self._left_to_others()
         for journal in sorted(self.settings.recordings.glob(f"*{JOURNAL_SUFFIX}")):
-            if journal.name.removesuffix(JOURNAL_SUFFIX) not in resumed:
+            if journal.name.removesuffix(JOURNAL_SUFFIX) not in going_on:
                 self.recording_service.recover(journal)
+
+    def _left_to_others(self) -> set[str]:
+        return {*episodes_of_other_studies(self.settings.rooms, self.settings.study)}
 
     async def _stop_public(self) -> None:
         await self.recording_service.close()

@@ -85,7 +85,7 @@ class RoomHost:
         return True
 
     def _room_store(self) -> RoomStore:
-        return RoomStore(self.settings.rooms)
+        return RoomStore(self.settings.rooms, self.settings.study)
 
     async def start_rooms(self) -> None:
         """Begin to tick; rooms may have been restored before."""

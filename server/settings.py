@@ -232,6 +232,7 @@ class Settings:
     )  # fmt: skip
     log_format: str = option("text", "form of the log: text or json (%(default)s)", metavar="FORM", parse=log_form)
     admin_token: str = ""  # made at start when empty
+    study: str = ""  # the id of the study that is served
     lobby: bool = True  # whether anybody may open a room; a study opens its own
     tick_s: float = TICK_SECONDS  # real seconds per tick; less only to rehearse a study faster than people play
     limits: Limits = field(default_factory=Limits)

@@ -1,6 +1,7 @@
 """The data folder of a server: that it can be written to, and that one server alone uses it."""
 
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,7 +10,7 @@ from filelock import FileLock, Timeout
 
 from movingout.maps.errors import MovingOutError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
-from movingout.server.persistence.room_store import episodes_of_rooms
+from movingout.server.persistence.room_store import episodes_of_other_studies, episodes_of_rooms
 from movingout.server.settings import NODES
 
 LOCK = "serving.lock"
@@ -113,9 +114,26 @@ def refuse_served_folder(folder: Path) -> None:
             ) from None
 
 
-def told_interrupted(folder: Path) -> str:
-    """What to say at the end about rounds that were being played, empty for none."""
-    journals = [path.name.removesuffix(JOURNAL_SUFFIX) for path in (folder / "recordings").glob(f"*{JOURNAL_SUFFIX}")]
+def told_of_other_studies(folder: Path, study: str) -> str:
+    """What to say at the start about rounds of other studies, which wait until those are served; empty for none."""
+    others = episodes_of_other_studies(folder / "rooms", study)
+    waiting = Counter(others[episode] for episode in others.keys() & _unfinished(folder))
+    return "\n".join(
+        f"1 round of the study {id} was interrupted; it goes on when that study is served again."
+        if count == 1
+        else f"{count} rounds of the study {id} were interrupted; they go on when that study is served again."
+        for id, count in sorted(waiting.items())
+    )
+
+
+def _unfinished(folder: Path) -> set[str]:
+    """The episodes of all journals."""
+    return {path.name.removesuffix(JOURNAL_SUFFIX) for path in (folder / "recordings").glob(f"*{JOURNAL_SUFFIX}")}
+
+
+def told_interrupted(folder: Path, study: str = "") -> str:
+    """What to say at the end about rounds that were being played, empty for none; other studies' than `study` wait."""
+    journals = _unfinished(folder) - episodes_of_other_studies(folder / "rooms", study).keys()
     if not journals:
         return ""
     going_on = len(episodes_of_rooms(folder / "rooms").intersection(journals))

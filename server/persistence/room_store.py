@@ -8,7 +8,7 @@ import asyncio
 import contextlib
 import logging
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from threading import Lock
@@ -63,10 +63,11 @@ class RoomFile(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class RoomStore:
-    """The files of one folder."""
+    """The files of one folder; those of rooms of another study than this one, if it is named, are left alone."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, study: str = "") -> None:
         self._folder = folder
+        self._study = study
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="room-store")
         self._lock = Lock()
         self._waiting: dict[str, bytes | None] = {}  # None: delete
@@ -102,7 +103,7 @@ class RoomStore:
         for path in sorted(folder.glob("*.json")):
             if not mine(path.stem):
                 continue
-            if room := _read(path):
+            if (room := _read(path)) and not _is_of_another(room.config.study, self._study):
                 yield room
 
     def _queue(self, room_id: str, content: bytes | None) -> "Future[None] | None":
@@ -132,17 +133,36 @@ class RoomStore:
         return self._folder / f"{room_id}.json"
 
 
+class _Names(msgspec.Struct, frozen=True):
+    study: dict[str, str] = {}
+
+
 class _Playing(msgspec.Struct):
     episode: str = ""
+    config: _Names = _Names()
 
 
 def episodes_of_rooms(folder: Path) -> set[str]:
     """The rounds in progress that rooms go on with after the next start."""
-    found = set()
+    return {room.episode for room in _playing(folder)}
+
+
+def episodes_of_other_studies(folder: Path, study: str) -> dict[str, str]:
+    """The rounds in progress of other studies than this one, if it is named: the study's id by episode."""
+    rooms = [room for room in _playing(folder) if _is_of_another(room.config.study, study)]
+    return {room.episode: room.config.study["study"] for room in rooms}
+
+
+def _playing(folder: Path) -> Iterator[_Playing]:
     for path in folder.glob("*.json"):
         with contextlib.suppress(OSError, msgspec.MsgspecError):
-            found.add(msgspec.json.decode(path.read_bytes(), type=_Playing).episode)
-    return found - {""}
+            room = msgspec.json.decode(path.read_bytes(), type=_Playing)
+            if room.episode:
+                yield room
+
+
+def _is_of_another(names: Mapping[str, str], study: str) -> bool:
+    return bool(study) and names.get("study", study) != study
 
 
 def _read(path: Path) -> RoomFile | None:

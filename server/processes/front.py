@@ -280,7 +280,7 @@ class Front(PublicHost):
             self._recovering = asyncio.create_task(self._recover_left())
 
     async def _recover_left(self) -> None:
-        """Finish the journals of rounds that no room goes on with.
+        """Finish the journals of rounds that no room goes on with, here or with another study.
 
         The journals are listed first: a round that begins meanwhile is not among them, and one that ends meanwhile
         is known by the time its process answers.
@@ -290,7 +290,7 @@ class Front(PublicHost):
             found = await asyncio.gather(*(link.call(room_process.episodes) for link in self.links))
         except ProcessGone:
             return  # whoever takes its place comes back here
-        running = {episode for each in found for episode in each}
+        running = {episode for each in found for episode in each} | self._left_to_others()
         for journal in journals:
             left = journal.name.removesuffix(JOURNAL_SUFFIX) not in running and journal.exists()
             if left and not self.recording_service.knows(journal):

@@ -9,6 +9,7 @@ import msgspec
 
 from movingout.recordings.spreadsheet import safe_text
 from movingout.server.notices import Notice
+from movingout.server.security.tokens import new_id
 from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.earnings import earnings
 from movingout.server.study.participant_session import ParticipantSession
@@ -36,6 +37,7 @@ class ExperimenterRequest(msgspec.Struct):
     pid: str | None = None
     unit: int | None = None
     episode: str | None = None
+    pause: str | None = None  # which pause is to end, as `pause` named it
     reason: str = ""
     text: str = ""
 
@@ -48,18 +50,31 @@ class ExperimenterActions:
         self._databases = running.databases
         self._session_service = session_service
 
-    async def pause(self, request: ExperimenterRequest) -> None:
-        """Pause one unit, or everybody."""
-        await self._set_paused(request, True)
+    async def pause(self, request: ExperimenterRequest) -> dict[str, str]:
+        """Pause one unit, or everybody; `pause` is the name of a unit's pause, empty where it was paused already."""
+        async with self._running.transaction() as tx:
+            unit = self._unit_or_all(request)
+            name = new_id()
+            new = unit is not None and not unit.paused
+            await self._audit("pause", request)
+            await self._running.progress.set_paused(tx, True, unit)
+            if unit is not None:
+                unit.pause = name
+        return {"pause": name if new else ""}
 
     async def resume(self, request: ExperimenterRequest) -> None:
-        await self._set_paused(request, False)
-
-    async def _set_paused(self, request: ExperimenterRequest, paused: bool) -> None:
+        """Let one unit go on, or everybody; of a pause that is named only where nobody has paused the unit since."""
         async with self._running.transaction() as tx:
-            unit = self._unit(request) if request.pid or request.unit is not None else None
-            await self._audit("pause" if paused else "resume", request)
-            await self._running.progress.set_paused(tx, paused, unit)
+            unit = self._unit_or_all(request)
+            if request.pause is not None and (unit is None or unit.pause != request.pause):
+                return
+            await self._audit("resume", request)
+            await self._running.progress.set_paused(tx, False, unit)
+            if unit is not None:
+                unit.pause = None
+
+    def _unit_or_all(self, request: ExperimenterRequest) -> StudyUnit | None:
+        return self._unit(request) if request.pid or request.unit is not None else None
 
     async def restart_round(self, request: ExperimenterRequest) -> None:
         """End the running round, which does not count; it is played again from its map card."""

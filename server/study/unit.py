@@ -57,6 +57,7 @@ class StudyUnit:
     running_round: RunningRound | None = None
     finished_round: FinishedRound | None = None
     paused: bool = False
+    pause: str | None = None  # the name of the newest pause, since this server's start
     standing_since: float | None = None  # when a pause began that is still on, in seconds of the monotonic clock
     problem: str = ""  # why no round can begin now
     episode: str = ""  # the recording of the newest round

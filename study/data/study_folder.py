@@ -9,7 +9,7 @@ from filelock import FileLock, Timeout
 
 from movingout.maps.files.ownership import make_file, make_folder
 from movingout.study.design.definition import Study
-from movingout.study.design.study_file import parse_study
+from movingout.study.design.study_file import parse_study, plain_text
 from movingout.study.errors import StudyError
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import alone
@@ -104,7 +104,7 @@ class StudyFolder:
         Texts that the study keeps in files are read from the folder `beside`. Raises StudyError.
         """
         frozen = frozen_study(store)
-        study = parse_study(frozen.file_text, "the study as it began", beside, begun=True)
+        study = parse_study(plain_text(frozen.file_text), "the study as it began", beside, begun=True)
         return replace(self, study=study.allocated_by(frozen.allocation))
 
     def open_existing(self, now: Callable[[], int] = now_ms) -> Store:

@@ -28,6 +28,7 @@ from movingout.study.design.map_files import MapFiles
 from movingout.study.errors import StudyError, StudyFileError
 
 FILE_KEY = "file"
+QUOTED_MARK, QUOTED_CRLF = '"\\U0000feff', "\\r\\n"  # in texts of files, as earlier versions kept them
 
 
 def read_study(path: Path) -> Study:
@@ -80,7 +81,7 @@ def complete_text(path: Path) -> str:
     It says everything that participants read, also after these files have changed or are no longer there. Raises
     StudyError where it would be another study, or none: data that were recorded with it could not be exported.
     """
-    text, parts, end = path.read_text(encoding="utf-8"), [], 0
+    text, parts, end = path.read_text(encoding="utf-8-sig"), [], 0
     for start, stop, name in sorted(set(_file_places(text, yaml.compose(text, yaml.SafeLoader)))):
         parts += [text[end:start], _quoted(_text_beside(path.parent / name))]
         end = stop
@@ -150,8 +151,13 @@ def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Pat
 
 
 def _text_beside(file: Path) -> str:
-    """Without the mark before it that Notepad may write: behind one, a heading is none."""
-    return read_input(file).decode("utf-8-sig")
+    """Without the mark that Notepad may write, behind which a heading is none, and with plain ends of lines."""
+    return read_input(file).decode("utf-8-sig").replace("\r\n", "\n")
+
+
+def plain_text(complete: str) -> str:
+    """A complete text that an earlier version kept, without the marks and ends of lines that Windows had written."""
+    return complete.removeprefix("\ufeff").replace(QUOTED_MARK, '"').replace(QUOTED_CRLF, "\\n")
 
 
 # ---- faults of single fields ------------------------------------------------------------------------------------

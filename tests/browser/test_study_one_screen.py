@@ -127,3 +127,29 @@ def test_where_one_of_two_opens_their_link_again_the_other_stays_at_the_screen(
     )
     new = "token-of-person-3"
     assert kept == (([new, "kept-2"] if number == 1 else ["kept-1", new]) if other == "here" else [new, None])
+
+
+def test_what_somebody_has_set_is_kept_for_them_and_not_for_whoever_comes_next(open_page: OpenPage) -> None:
+    first = FakePerson([fake.code(shared_code=False)])
+    study = FakeStudy(people={"token-of-person-1": first}, coming=[first, FakePerson([fake.input_check()])])
+    page = open_page("/healthz")
+    page.evaluate(SET_BY_SOMEBODY)
+    study.open(page, "?code=AB-1")
+    heading(page, "Thank you")
+    assert page.evaluate(KEPT) == {"mapping": True, "sound": "off", "pads": "[7]"}
+    page.goto("/study?code=AB-2")
+    heading(page, "Try your controls")
+    expect(page.locator(".check-panel")).to_contain_text("W A S D")
+    assert page.evaluate(KEPT) == {"mapping": False, "sound": None, "pads": None}
+
+
+SET_BY_SOMEBODY = """() => {
+  localStorage.setItem("movingout.mapping", '{"keys": [{"up": "KeyT"}]}');
+  localStorage.setItem("movingout-sound", "off");
+  sessionStorage.setItem("movingout.pads.study", "[7]");
+}"""
+KEPT = """() => ({
+  mapping: localStorage.getItem("movingout.mapping") !== null,
+  sound: localStorage.getItem("movingout-sound"),
+  pads: sessionStorage.getItem("movingout.pads.study"),
+})"""

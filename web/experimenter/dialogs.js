@@ -65,15 +65,16 @@ export function askForAction(row, act) {
 }
 
 /**
- * The round stands still while the reason is typed, so that it does not end first; afterwards it goes on.
+ * The round stands still while the reason is typed, so that it does not end first; afterwards it goes on, unless
+ * somebody else has paused it.
  * @param {ParticipantRow} row @param {HTMLDialogElement} dialog @param {Do} act @param {HTMLElement} problem
  */
 async function hold({ pid }, dialog, act, problem) {
   const closed = new Promise((done) => dialog.addEventListener("close", done));
   try {
-    await act("pause", { pid });
+    const { pause } = /** @type {{pause: string}} */ (await act("pause", { pid }));
     await closed;
-    await act("resume", { pid });
+    if (pause) await act("resume", { pid, pause });
   } catch (error) {
     if (dialog.open) problem.prepend(sentence(error)); // afterwards the row shows the pause, and its button ends it
   }

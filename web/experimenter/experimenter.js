@@ -237,8 +237,9 @@ class Dashboard {
     const shown = { row, cells, watch, goOn, data };
     more.addEventListener("click", () =>
       askForAction(shown.data, async (action, body) => {
-        await this.act(action, body);
+        const answer = await this.act(action, body);
         await this.#ask();
+        return answer;
       }),
     );
     this.#rows.append(row);

@@ -105,6 +105,11 @@ export function saveMapping(storage, mapping) {
   }
 }
 
+/** @param {Pick<Storage, "removeItem">} storage */
+export function forgetMapping(storage) {
+  storage.removeItem(STORAGE_KEY);
+}
+
 /**
  * Puts `code` on an action. A key does one thing only: whoever had it gets the old key of this action.
  * @param {Mapping} mapping @param {number} set @param {KeyAction} action @param {string} code @returns {Mapping}

@@ -19,7 +19,7 @@ export class PadMemory {
    * @param {() => Pick<Storage, "getItem" | "setItem">} [storage]
    */
   constructor(scope, people = [0, 1], storage = () => sessionStorage) {
-    this.#key = `movingout.pads.${scope}`;
+    this.#key = keyOf(scope);
     this.#people = people;
     this.#storage = storage;
     try {
@@ -44,6 +44,16 @@ export class PadMemory {
       // As above.
     }
   }
+}
+
+/** @param {string} scope @param {Pick<Storage, "removeItem">} storage */
+export function forgetPads(scope, storage) {
+  storage.removeItem(keyOf(scope));
+}
+
+/** @param {string} scope */
+function keyOf(scope) {
+  return `movingout.pads.${scope}`;
 }
 
 export const STUDY_PADS = "study"; // the scope of a study: from "Try your controls" to the last round

@@ -23,7 +23,12 @@ from movingout.server.connection.asgi import App
 from movingout.server.host import Host
 from movingout.server.logs import log_to
 from movingout.server.options import values_of
-from movingout.server.persistence.data_folder import exclusive_data_folder, refuse_cluster_folder, told_interrupted
+from movingout.server.persistence.data_folder import (
+    exclusive_data_folder,
+    refuse_cluster_folder,
+    told_interrupted,
+    told_of_other_studies,
+)
 from movingout.server.persistence.recording_uploads import check_bucket
 from movingout.server.processes.front import Front
 from movingout.server.processes.front_endpoint import FrontEndpoint
@@ -37,14 +42,13 @@ from movingout.server.study.commands.serve_node import folder_of_node, serve_nod
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.review import Review, review
-from movingout.study.design.study_file import complete_text, read_study
+from movingout.study.design.study_file import complete_text, plain_text, read_study
 from movingout.study.errors import StudyError
 from movingout.study.store.frozen_study import frozen_study
 
 SWITCH_S = 0.0005  # the database thread yields to a tick within this time
 AT_ONE_ADDRESS = 1000  # a whole class may share one address
 FASTEST = 50.0
-QUOTED_MARK = '"\\U0000feff'  # before the text of a file that Notepad wrote, as earlier versions kept it
 
 
 def serve(args: argparse.Namespace) -> int:
@@ -52,7 +56,7 @@ def serve(args: argparse.Namespace) -> int:
     study = read_study(args.file)
     found = review(study)
     _refuse_missing(found, args.file)
-    settings = _settings(args)
+    settings = _settings(args, study.id)
     admission = Admission(args.codes, args.signed, args.any_device, simulated=args.rehearse is not None)
     if settings.in_cluster:
         folder = folder_of_node(as_node(settings), study, args.database, args.identities)
@@ -90,7 +94,7 @@ def serve(args: argparse.Namespace) -> int:
         server_of = game_server if settings.processes == 1 else front_server
         server = server_of(app, settings, certificate, on_ready=lambda: print(links, flush=True))
         server.run([listening])
-    if told := told_interrupted(settings.data):
+    if told := told_interrupted(settings.data, study.id):
         print(told)
     return 0 if server.started else 1
 
@@ -127,15 +131,18 @@ def _begun_with(folder: StudyFolder) -> str | None:
 
 
 def text_to_freeze(file: Path, begun_with: str | None) -> str:
-    """With the texts that the study keeps in files; studies of earlier versions began without them, or with marks."""
-    text = file.read_text(encoding="utf-8")
-    if text == begun_with:
-        return text
+    """With the texts that the study keeps in files; studies of earlier versions began without them, or with marks.
+
+    Neither these nor ends of lines, which programs of Windows write by themselves, make another text of it.
+    """
+    begun = None if begun_with is None else plain_text(begun_with)
+    if begun_with is not None and begun == plain_text(file.read_text(encoding="utf-8")):
+        return begun_with
     complete = complete_text(file)
-    return begun_with if begun_with and begun_with.replace(QUOTED_MARK, '"') == complete else complete
+    return begun_with if begun_with is not None and begun == plain_text(complete) else complete
 
 
-def _settings(args: argparse.Namespace) -> Settings:
+def _settings(args: argparse.Namespace, study: str) -> Settings:
     speed: float = 1.0 if args.rehearse is None else args.rehearse
     if not 0.1 <= speed <= FASTEST:
         raise StudyError(f"--rehearse must be from 0.1 to {FASTEST:g}, not {speed:g}")
@@ -158,6 +165,7 @@ def _settings(args: argparse.Namespace) -> Settings:
         **values_of(args, Settings),
         countdown_s=Settings().countdown_s / speed,
         tick_s=Settings().tick_s / speed,
+        study=study,
         lobby=False,
         limits=limits,
     )
@@ -174,4 +182,6 @@ def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> 
     )
     lines += [f"  Experimenter   {bases[0]}/experimenter", f"  Token          {shown_token(settings, token)}"]
     lines += [f"  Data           {settings.data.resolve()}", ""]
+    if told := told_of_other_studies(settings.data, folder.study.id):
+        lines += [told, ""]
     return "\n".join(lines + hints(settings, "movingout study serve FILE"))

@@ -7,11 +7,13 @@ import os
 import time
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from movingout.server.connection import client_connection
 from movingout.server.host import Host
-from movingout.server.persistence.room_store import RoomStore
+from movingout.server.persistence.room_snapshot import room_file
+from movingout.server.persistence.room_store import RoomStore, episodes_of_other_studies
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import hash_token
@@ -34,6 +36,23 @@ def test_a_finished_round_of_a_study_leaves_no_room_file(tmp_path: Path, study: 
     host.store.close()
     assert room.phase == "series_over"
     assert file.exists() == kept
+
+
+def test_rooms_and_rounds_of_another_study_in_the_folder_are_left_alone(tmp_path: Path) -> None:
+    host = Host(Settings(data=tmp_path))
+    host.settings.rooms.mkdir()
+    studies: list[dict[str, str]] = [{"study": "morning", "unit": "1"}, {"study": "afternoon", "unit": "1"}, {}]
+    for number, study in enumerate(studies):
+        seats = [Seat(0, "human", alias="person-1"), Seat(1, "idle")]
+        file = room_file(host.registry.open(RoomConfig(maps=("Simple",), study=study), seats), saved=0.0)
+        host.store.save(msgspec.structs.replace(file, episode=f"round-{number}"))
+    host.store.flush()
+    for served, found in (("morning", [0, 2]), ("afternoon", [1, 2]), ("", [0, 1, 2])):
+        kept = RoomStore(host.settings.rooms, served).load()
+        assert sorted(file.episode for file in kept) == [f"round-{number}" for number in found]
+    assert episodes_of_other_studies(host.settings.rooms, "morning") == {"round-1": "afternoon"}
+    assert episodes_of_other_studies(host.settings.rooms, "") == {}
+    host.store.close()
 
 
 @pytest.mark.slow

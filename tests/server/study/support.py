@@ -269,7 +269,14 @@ def served(
 ) -> Iterator[Served]:
     """Serve a study, whose file lies in the folder `beside`, for one `with` block; its data remain."""
     folder = StudyFolder(parse_study(text, folder=beside), data, database)
-    options = {"lobby": False, "tick_s": 0.1 / SPEED, "countdown_s": 0.05, "agent_workers": 0, **settings}
+    options = {
+        "study": folder.study.id,
+        "lobby": False,
+        "tick_s": 0.1 / SPEED,
+        "countdown_s": 0.05,
+        "agent_workers": 0,
+        **settings,
+    }
     made: list[Any] = []
 
     def app_of(chosen: Any) -> Any:

@@ -10,6 +10,7 @@ from sqlalchemy import update
 
 from movingout.recordings import verify
 from movingout.recordings.storage.index import list_recordings
+from movingout.server.persistence.data_folder import told_interrupted, told_of_other_studies
 from movingout.server.study.alerts import Alerts
 from movingout.server.study.databases import StudyDatabases
 from movingout.study.data.study_folder import StudyFolder
@@ -156,6 +157,23 @@ def test_a_server_that_is_stopped_in_a_round_goes_on_with_it(tmp_path: Path) -> 
         outcomes = [row["outcome"] for row in study.running.databases.store.rows(rounds)]
     assert outcomes == ["time"]
     assert len(list_recordings(tmp_path / "recordings")[0]) == 1
+
+
+@pytest.mark.slow
+def test_a_round_of_another_study_in_the_folder_waits_until_that_study_is_served_again(tmp_path: Path) -> None:
+    other = LONG.replace("id: solo", "id: afternoon")
+    with served(tmp_path, LONG) as study:
+        visitor = study.visitor().go_to("round")
+        visitor.next()
+        visitor.player().play(3, visitor.step["room"]["seat"])
+    told = "1 round of the study solo was interrupted; it goes on when that study is served again."
+    assert told_of_other_studies(tmp_path, "afternoon") == told
+    with served(tmp_path, other) as study:
+        assert study.live.host.registry.rooms == {}
+    assert told_interrupted(tmp_path, "afternoon") == "" != told_interrupted(tmp_path, "solo")
+    with served(tmp_path, LONG) as study:
+        assert Visitor(study, visitor.token, visitor.view).look()["step"]["state"] == "playing"
+        assert [row["outcome"] for row in study.running.databases.store.rows(rounds)] == [None]
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 // Four short sounds, made by WebAudio: grab, miss, delivery, ten seconds left. A sound that cannot play is left out.
 
 import { byId } from "../../core/dom.js";
+import { keepSound, wantsSound } from "../../core/sound_choice.js";
 import { ticksOf } from "../../core/ticks.js";
 import { EVENT } from "../../messages.js";
 import { say } from "../../text/catalogue.js";
@@ -10,7 +11,6 @@ import { say } from "../../text/catalogue.js";
 /** @typedef {"grab" | "miss" | "deliver" | "hurry"} SoundName */
 /** @typedef {{hz: number, toHz: number, atS: number, lastsS: number, wave: OscillatorType}} Tone */
 
-const KEY = "movingout-sound";
 const LOUDNESS = 0.12;
 const LATE_TICKS = ticksOf(10);
 
@@ -33,7 +33,7 @@ export class Sounds {
   #audio = null;
   #button = byId("mute", HTMLButtonElement);
   #words = byId("mute-words", HTMLElement);
-  #on = kept() !== "off";
+  #on = wantsSound();
   #tick = 0;
   /** How often each sound was started, for tests. @type {Record<SoundName, number>} */
   played = { grab: 0, miss: 0, deliver: 0, hurry: 0 };
@@ -67,11 +67,7 @@ export class Sounds {
 
   #toggle() {
     this.#on = !this.#on;
-    try {
-      localStorage.setItem(KEY, this.#on ? "on" : "off");
-    } catch {
-      // without storage the choice lasts as long as the page
-    }
+    keepSound(this.#on);
     this.#show();
     if (this.#on) this.#wake();
     this.#button.blur(); // it must not take the key that grabs
@@ -120,12 +116,4 @@ function start(audio, { hz, toHz, atS, lastsS, wave }) {
   oscillator.connect(gain).connect(audio.destination);
   oscillator.start(begin);
   oscillator.stop(end);
-}
-
-function kept() {
-  try {
-    return localStorage.getItem(KEY);
-  } catch {
-    return null;
-  }
 }

@@ -8,6 +8,7 @@ import pytest
 
 from movingout.server.cli import main
 from movingout.server.study.commands.serve import text_to_freeze
+from movingout.study.commands.data import as_frozen
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.data.versions import model_hashes
 from movingout.study.design.study_file import complete_text, read_study
@@ -107,3 +108,38 @@ def test_a_study_that_began_with_the_mark_of_notepad_goes_on(tmp_path: Path) -> 
     assert text_to_freeze(file, begun_with) == begun_with != complete_text(file)
     (tmp_path / "consent.md").write_text("# Other", encoding="utf-8-sig")
     assert text_to_freeze(file, begun_with) == complete_text(file)
+
+
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"], ids=["", "mark"])
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"], ids=["LF", "CRLF"])
+def test_files_that_windows_saves_without_changing_a_word_are_the_same_study(
+    tmp_path: Path, mark: bytes, end: bytes
+) -> None:
+    file, consent = tmp_path / "study.yaml", tmp_path / "consent.md"
+    texts = {file: WITH_FILE.encode(), consent: b"# Consent\n\nWe record how you play.\n"}
+    for path, text in texts.items():
+        path.write_bytes(text)
+    plain, study = complete_text(file), read_study(file)
+    earlier = "\ufeff" + plain.replace('"# Consent', '"\\U0000feff# Consent').replace("\\n", "\\r\\n")
+    for path, text in texts.items():
+        path.write_bytes(mark + text.replace(b"\n", end))
+    assert text_to_freeze(file, None) == complete_text(file) == plain
+    assert read_study(file) == study
+    assert text_to_freeze(file, earlier) == earlier
+    assert text_to_freeze(file, "\ufeff" + WITH_FILE) == "\ufeff" + WITH_FILE
+    consent.write_bytes(mark + b"# Consent")
+    assert text_to_freeze(file, earlier) != earlier
+
+
+def test_what_windows_wrote_into_the_files_of_a_begun_study_is_no_change_of_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, consent = tmp_path / "study.yaml", tmp_path / "consent.md"
+    file.write_text(WITH_FILE, encoding="utf-8")
+    consent.write_bytes(b"# Consent\r\n")
+    folder = StudyFolder(read_study(file), tmp_path / "data")
+    with closing(folder.open()) as store, closing(folder.open_identities()):
+        earlier = complete_text(file).replace("# Consent\\n", "\\U0000feff# Consent\\r\\n")
+        freeze_study(store, "solo", earlier, {}, {})
+        assert as_frozen(folder, store, file).study == folder.study
+    assert capsys.readouterr().err == ""
