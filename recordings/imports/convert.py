@@ -48,6 +48,7 @@ class ImportReport:
     recording: str = ""  # name of the file made, empty when refused
     ticks: int = 0
     differences: tuple[str, ...] = ()  # from the map as designed
+    varied: bool = False  # they are more than a hair: the episode counts for Challenge 2
     participants_known: bool = False  # else no participant-disjoint split can be made
     largest_magnitude: float = 0.0
     largest_angle: float = 0.0  # [rad], absolute
@@ -107,9 +108,10 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
     steps = parse(source.steps)
     designed = official_map(source.map_name)
     before = source.shape != "evaluator"
-    spec, differences = played_map(designed, steps, starts=before, masses=source.masses)
-    states, actions = _aligned(spec, steps, before)
-    simulated = _simulated(spec, actions)
+    played, differences = played_map(designed, steps, starts=before, masses=source.masses)
+    spec = played if played.variant else designed
+    states, actions = _aligned(played, steps, before)
+    simulated = _simulated(played, actions)
     drift_tick, drift = _drift(states, simulated)
     last = "recorded"
     if before:
@@ -117,6 +119,8 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
         states = [*states, simulated[len(states)]] if agrees else states
         actions = actions if agrees else actions[:-1]
         last = "simulated" if agrees else "left out"
+    if played != spec:  # as whoever simulates the recording will find
+        drift_tick, drift = _drift(states, _simulated(spec, actions))
     if not len(actions):
         raise RecordingError("there is no tick with a state before and after it")
     header = _header(source, salt, spec)
@@ -132,6 +136,7 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
         unchanged=unchanged,
         ticks=len(actions),
         differences=tuple(differences),
+        varied=bool(spec.variant),
         participants_known=bool(source.blue and source.red),
         **_checks(states, actions, steps),
         outcome=outcome,
