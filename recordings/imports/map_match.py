@@ -44,9 +44,9 @@ def played_map(
 ) -> tuple[MapSpec, list[str]]:
     """The map as the first state shows it, and what differs from the map as designed.
 
-    It is varied, a map of Challenge 2, unless `is_as_designed`. `starts` says that the first state is the one before any action; otherwise poses cannot be told from it. `masses`
-    are those of the items where the file says them; else they are as designed. Raises RecordingError for a state
-    that is no valid map.
+    It is varied, a map of Challenge 2, unless `is_as_designed`. `starts` says that the first state is the one before
+    any action; otherwise poses cannot be told from it. `masses` are those of the items where the file says them; else
+    they are as designed. Raises RecordingError for a state that is no valid map.
     """
     items = [_item(designed, index, item) for index, item in enumerate(steps.items)]
     if len(masses) == len(items):
@@ -71,7 +71,7 @@ def played_map(
 
 
 def is_as_designed(designed: MapSpec, found: MapSpec) -> bool:
-    """Whether a map is the one that was designed but for a hair: rounded numbers, or the order of its walls or goals."""
+    """Whether a map is the one that was designed, but for a hair: rounded numbers, or its walls in another order."""
     same_items = [(one.id, one.shape, one.size) for one in found.items] == [
         (one.id, one.shape, one.size) for one in designed.items
     ]
