@@ -190,6 +190,12 @@ def populations(episodes: Iterable[PathEpisode], by: str, styles: Styles | None 
     return {**named, ALL: list({episode.file: episode for episode in everything}.values())}
 
 
+def unnamed(episodes: Iterable[PathEpisode], groups: Populations) -> list[PathEpisode]:
+    """Those that are in no population but all together: they name nobody."""
+    named = {id(episode) for name, group in groups.items() if name != ALL for episode in group}
+    return [episode for episode in episodes if id(episode) not in named]
+
+
 def _by_style(episodes: Sequence[PathEpisode], styles: Styles) -> Callable[[PathEpisode], tuple[str, ...]]:
     of_people = styles_of((name for episode in episodes for name in episode.people), styles)
     return lambda episode: (style_of_pair(episode.people, of_people),) if episode.people else ()
