@@ -38,6 +38,11 @@ class SeatInfo:
     device: str = ""  # keyboard, gamepad, touch; empty for agents
 
 
+def is_person(kind: str) -> bool:
+    """Whether a person played in a seat of that kind, then or in the recording that it replays."""
+    return kind in ("human", "ghost")
+
+
 def is_simulated(study: Mapping[str, str]) -> bool:
     """Whether what a recording keeps about its study says that the participants were programs (a rehearsal)."""
     return study.get("simulated") == "yes"

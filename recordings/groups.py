@@ -20,7 +20,8 @@ from movingout.recordings.episode import FINISHED, is_simulated
 from movingout.recordings.errors import RecordingError, cannot, with_folder
 from movingout.recordings.exports.split import divided, has_people, participants, unmasked
 from movingout.recordings.spreadsheet import check_name, read_rows
-from movingout.recordings.storage.listing import Players, Summary, misnamed, read_players, read_summary, without_copies
+from movingout.recordings.storage.copies import without_copies
+from movingout.recordings.storage.listing import Players, Summary, misnamed, read_players, read_summary
 from movingout.recordings.storage.study_rounds import uncounted_episodes
 from movingout.recordings.styles import Styles, style_of_pair, styles_of
 

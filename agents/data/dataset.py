@@ -20,7 +20,7 @@ from movingout.agents.observation.features import Bytes, FeatureSet
 from movingout.maps import MapSpec
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import Episode, EpisodeHeader, read_episode
-from movingout.recordings.episode import SeatKind
+from movingout.recordings.episode import SeatKind, is_person
 from movingout.recordings.errors import with_folder
 from movingout.world.action import turned
 from movingout.world.state import Floats, Ints
@@ -60,8 +60,15 @@ class Trajectory:
 
     @property
     def people(self) -> frozenset[str]:
-        """The people in the episode; a trained agent is not one."""
+        """The people in the episode, without programs beside them; of programs alone, all but trained agents."""
+        if any(map(is_person, self.kinds)):
+            return frozenset(map(self.whose, (0, 1)))
         return frozenset(name for name in self.names if "@" not in name)
+
+    def whose(self, seat: int) -> str:
+        """Who a seat counts as where training and validation share nobody: a program beside a person as that person."""
+        beside = is_person(self.kinds[1 - seat]) and not is_person(self.kinds[seat])
+        return person(self.participants[1 - seat if beside else seat])
 
     def features(self, seat: int, layout: str | FeatureSet) -> Singles | Bytes:
         """Observations (T, D) of `seat` before each tick, in a layout or with memory."""
@@ -250,7 +257,7 @@ def trajectory_samples(
     for trajectory in trajectories:
         for seat in learned_seats(trajectory, seats):
             yield SeatSamples(
-                person(trajectory.participants[seat]),
+                trajectory.whose(seat),
                 trajectory.features(seat, seen),
                 trajectory.targets(seat, grasp),
                 trajectory.angles(seat, seen),

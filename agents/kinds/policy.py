@@ -106,7 +106,6 @@ def _train(kind: str, build: Build, run: TrainingRun[PolicyConfig]) -> Trained:
 def _recombined(run: TrainingRun[PolicyConfig], data: TrainingData, spec: PolicySpec) -> Iterator[SeatSamples]:
     """Samples by the paper's recombination: `config.recombine` times the recorded ticks."""
     from movingout.agents.bass.recombination import LENGTH, augmentation
-    from movingout.agents.data.dataset import person
 
     config, seen = run.config, FeatureSet.of(spec)
     if not config.recombine:
@@ -118,7 +117,7 @@ def _recombined(run: TrainingRun[PolicyConfig], data: TrainingData, spec: Policy
     for piece, trajectory in found:
         seat = piece.own.seat
         yield SeatSamples(
-            person(trajectory.participants[seat]),
+            trajectory.whose(seat),
             trajectory.features(seat, seen),
             piece.targets,
             trajectory.angles(seat, seen),

@@ -31,7 +31,7 @@ from movingout.agents.observation.features import FeatureSet
 from movingout.agents.partners.families import are_for_tests, group, name_of
 from movingout.agents.partners.identity import person_behind
 from movingout.maps.suggestion import counted
-from movingout.recordings.storage.listing import without_copies
+from movingout.recordings.storage.copies import without_copies
 from movingout.recordings.storage.study_rounds import counted_recordings
 from movingout.world.observation import LAYOUTS
 

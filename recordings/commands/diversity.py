@@ -19,6 +19,7 @@ from movingout.recordings.diversity.comparison import (
     over_maps,
 )
 from movingout.recordings.diversity.episodes import (
+    ALL,
     GROUPINGS,
     STYLE,
     PathEpisode,
@@ -27,6 +28,7 @@ from movingout.recordings.diversity.episodes import (
     by_map,
     populations,
     read_paths,
+    unnamed,
     with_maps_apart,
 )
 from movingout.recordings.diversity.measures import DEFAULT, DiversityOptions
@@ -104,10 +106,11 @@ def perform(args: argparse.Namespace) -> int:
         _write(args.out, groups, by_maps, overall, words, args.plot)
     if args.json:
         tables = {"overall": [one.to_json() for one in overall], "maps": [one.to_json() for one in by_maps]}
-        print_json({**tables, "method": words, "left_out": _left_out(reading)})
+        nameless = len(unnamed(episodes, groups))
+        print_json({**tables, "method": words, "left_out": _left_out(reading), "nameless": nameless})
     else:
         print(f"{population_table(overall)}\n\n{map_table(by_maps)}\n\n{words}")
-    for sentence in _remarks(args, reading, groups, overall):
+    for sentence in [*_of_nobody(episodes, groups), *_remarks(args, reading, groups, overall)]:
         print(f"movingout: {printable(sentence)}", file=sys.stderr)
     return 0
 
@@ -161,6 +164,16 @@ def _remarks(
     if args.out is not None:
         remarks.append(f"wrote {args.out}: diversity.md, two tables and a picture per map")
     return remarks
+
+
+def _of_nobody(episodes: Sequence[PathEpisode], groups: Populations) -> list[str]:
+    """That some episodes are in no population, where some are."""
+    count = len(unnamed(episodes, groups))
+    if not count:
+        return []
+    names, are = ("names", "is") if count == 1 else ("name", "are")
+    where = f"in “{ALL}” alone" if ALL in groups else "left out"
+    return [f"{counted(count, 'episode')} {names} nobody and {are} {where}"]
 
 
 def _left_out(reading: Reading) -> dict[str, int]:

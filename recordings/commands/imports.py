@@ -112,12 +112,11 @@ def _page(reports: Sequence[ImportReport], folder: Path, copies: int) -> list[st
     if not made:
         return lines
     exact = sum(report.drift_tick < 0 for report in made)
-    changed = sum(bool(report.differences) for report in made)
     nameless = sum(not report.participants_known for report in made)
     return [
         *lines,
         f"  replay: {exact} re-simulate exactly, {len(made) - exact} drift (largest {max(r.drift for r in made):.3g})",
-        f"  maps: {changed} differ from the map as designed",
+        *_maps(made),
         f"  actions: magnitude up to {max(r.largest_magnitude for r in made):.3g}, "
         f"angle up to {max(r.largest_angle for r in made):.3g} rad",
         f"  grasp: {sum(r.presses for r in made)} presses, {sum(r.idle_presses for r in made)} of them without effect, "
@@ -130,6 +129,19 @@ def _page(reports: Sequence[ImportReport], folder: Path, copies: int) -> list[st
         *([f"  ! {nameless} name no participants: {NAMELESS}"] if nameless else []),
         *_drifting(made),
     ]
+
+
+def _maps(made: Sequence[ImportReport]) -> list[str]:
+    """How many are on a map as designed, and by what the others differ, one line per map."""
+    changed, varied = (sum(map(bool, flags)) for flags in ([r.differences for r in made], [r.varied for r in made]))
+    hair = f", {changed - varied} of them by a hair: they count as designed" if changed > varied else ""
+    lines = [f"  maps: {changed} differ from the map as designed{hair}"]
+    for name in sorted({report.map for report in made if report.varied}):
+        there = [report for report in made if report.varied and report.map == name]
+        by = sorted({difference for report in there for difference in report.differences})
+        more = f" and {len(by) - 3} more" if len(by) > 3 else ""
+        lines.append(f"  ! {name}: {len(there)} count as varied (Challenge 2), by {', '.join(by[:3])}{more}")
+    return lines
 
 
 def _stopped(new: Sequence[ImportReport]) -> list[str]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from movingout.recordings.storage.listing import without_copies
+from movingout.recordings.storage.copies import without_copies
 from movingout.recordings.storage.study_rounds import counted_recordings
 
 

@@ -22,7 +22,7 @@ from movingout.recordings.groups import (
     write_groups,
 )
 from movingout.recordings.spreadsheet import check_name
-from movingout.recordings.storage.listing import without_copies
+from movingout.recordings.storage.copies import without_copies
 from movingout.recordings.styles import given_styles
 from movingout.recordings.terminal import printable
 

@@ -20,7 +20,7 @@ from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.imports.convert import import_source
 from movingout.recordings.imports.sources import SUFFIXES, find, read, without_copies
 from movingout.recordings.progress import map_in_processes
-from movingout.recordings.storage import listing
+from movingout.recordings.storage import copies as recorded_copies
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import Players, Unreadable
 from movingout.recordings.storage.study_rounds import counted_recordings
@@ -99,7 +99,7 @@ def _without_copies(files: Sequence[Path], seen: set[str]) -> list[Path]:
     """One file of each episode at a place, but none of those `seen` at an earlier place, to which these are added."""
     new = [file for file in files if os.path.realpath(file) not in seen]
     seen.update(map(os.path.realpath, new))
-    return listing.without_copies(new)
+    return recorded_copies.without_copies(new)
 
 
 def _recordings(place: Path, folder: Path, workers: int) -> list[Path]:
@@ -188,6 +188,12 @@ def populations(episodes: Iterable[PathEpisode], by: str, styles: Styles | None 
     if len(named) == 1:
         return named
     return {**named, ALL: list({episode.file: episode for episode in everything}.values())}
+
+
+def unnamed(episodes: Iterable[PathEpisode], groups: Populations) -> list[PathEpisode]:
+    """Those that are in no population but all together: they name nobody."""
+    named = {id(episode) for name, group in groups.items() if name != ALL for episode in group}
+    return [episode for episode in episodes if id(episode) not in named]
 
 
 def _by_style(episodes: Sequence[PathEpisode], styles: Styles) -> Callable[[PathEpisode], tuple[str, ...]]:

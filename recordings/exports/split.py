@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
 
 from movingout.maps.spec import SEAT_COLOURS
-from movingout.recordings.episode import SeatInfo
+from movingout.recordings.episode import SeatInfo, is_person
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.recorded_seat import GHOST
 from movingout.recordings.storage.listing import Players
@@ -14,18 +14,17 @@ from movingout.recordings.storage.listing import Players
 TRAIN, TEST = "train", "test"
 SplitBy = Literal["participant", "episode", "map"]
 SPLIT_BY: tuple[SplitBy, ...] = get_args(SplitBy)
-_PEOPLE = ("human", "ghost")  # kinds of seats
 
 
 def participants(players: Players) -> tuple[str, ...]:
     """The people of an episode, or its agents when no person took part; nobody when names are missing."""
-    people = [seat.name for seat in players.seats if seat.kind in _PEOPLE]
+    people = [seat.name for seat in players.seats if is_person(seat.kind)]
     return tuple(sorted({name for name in people or [seat.name for seat in players.seats] if name}))
 
 
 def has_people(players: Players) -> bool:
     """Whether a person took part, or is replayed."""
-    return any(seat.kind in _PEOPLE for seat in players.seats)
+    return any(is_person(seat.kind) for seat in players.seats)
 
 
 def split(episodes: Sequence[Players], share: float, seed: int = 0, by: SplitBy = "participant") -> list[str]:

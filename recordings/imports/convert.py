@@ -24,7 +24,7 @@ from movingout.recordings.imports.map_match import official_map, played_map
 from movingout.recordings.imports.sources import TrajectoryFile
 from movingout.recordings.imports.steps import OfficialSteps, parse
 from movingout.recordings.storage.finished import SUFFIX, finalise
-from movingout.recordings.storage.listing import read_summary
+from movingout.recordings.storage.listing import read_players, read_summary
 from movingout.world import World
 from movingout.world.constants import LIMIT_TICKS
 from movingout.world.scoring import delivered_items
@@ -48,6 +48,7 @@ class ImportReport:
     recording: str = ""  # name of the file made, empty when refused
     ticks: int = 0
     differences: tuple[str, ...] = ()  # from the map as designed
+    varied: bool = False  # they are more than a hair: the episode counts for Challenge 2
     participants_known: bool = False  # else no participant-disjoint split can be made
     largest_magnitude: float = 0.0
     largest_angle: float = 0.0  # [rad], absolute
@@ -107,9 +108,10 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
     steps = parse(source.steps)
     designed = official_map(source.map_name)
     before = source.shape != "evaluator"
-    spec, differences = played_map(designed, steps, starts=before, masses=source.masses)
-    states, actions = _aligned(spec, steps, before)
-    simulated = _simulated(spec, actions)
+    played, differences = played_map(designed, steps, starts=before, masses=source.masses)
+    spec = played if played.variant else designed
+    states, actions = _aligned(played, steps, before)
+    simulated = _simulated(played, actions)
     drift_tick, drift = _drift(states, simulated)
     last = "recorded"
     if before:
@@ -117,12 +119,14 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
         states = [*states, simulated[len(states)]] if agrees else states
         actions = actions if agrees else actions[:-1]
         last = "simulated" if agrees else "left out"
+    if played != spec:  # as whoever simulates the recording will find
+        drift_tick, drift = _drift(states, _simulated(spec, actions))
     if not len(actions):
         raise RecordingError("there is no tick with a state before and after it")
     header = _header(source, salt, spec)
     path = folder / f"{header.episode_id}{SUFFIX}"
     there = _made_before(path, known.get(_digest(spec, steps, before)))
-    unchanged = _known(there, source, path) if there else ""
+    unchanged = _known(there, header.seats, path) if there else ""
     outcome = _outcome(source, delivered_items(spec, states[-1].item_poses).tolist(), len(actions))
     path = there or _written(source, folder, header, states, actions, outcome)
     return ImportReport(
@@ -132,7 +136,8 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
         unchanged=unchanged,
         ticks=len(actions),
         differences=tuple(differences),
-        participants_known=bool(source.blue and source.red),
+        varied=bool(spec.variant),
+        participants_known=all(seat.name for seat in (read_players(there).seats if there else header.seats)),
         **_checks(states, actions, steps),
         outcome=outcome,
         outcome_known=outcome == source.outcome,
@@ -214,17 +219,19 @@ def _made_before(path: Path, alike: Path | None) -> Path | None:
     return None if alike == path else alike
 
 
-def _known(path: Path, source: TrajectoryFile, own: Path) -> str:
+def _known(path: Path, seats: tuple[SeatInfo, SeatInfo], own: Path) -> str:
     """What is said about a trajectory whose recording is there already, as `own` or as another: it is kept."""
-    seats = read_summary(path)
-    kept = tuple(seat.partition(" ")[0] for seat in (seats.blue, seats.red))
+    kept = read_players(path).seats
     said = "imported before" if path == own else f"recorded already, as {path.name}"
-    if kept == _kinds(source):
-        return f"{said}; nothing changed"
-    return (
-        f"{said}, with {kept[0]} in blue and {kept[1]} in red; nothing changed. "
-        f"To import it otherwise, move {path.name} away"
-    )
+    otherwise = f"To import it otherwise, move {path.name} away"
+    if [seat.kind for seat in kept] != [seat.kind for seat in seats]:
+        return f"{said}, with {kept[0].kind} in blue and {kept[1].kind} in red; nothing changed. {otherwise}"
+    if any(new.name and not old.name for old, new in zip(kept, seats, strict=True)):
+        return f"{said}, without names; nothing changed. To name its participants, import it into a new folder"
+    given = [(old.name, new.name) for old, new in zip(kept, seats, strict=True) if new.name]
+    if path == own and any(old != new for old, new in given):
+        return f"{said}, with other names (or another --salt); nothing changed. {otherwise}"
+    return f"{said}; nothing changed"
 
 
 def _written(

@@ -1,8 +1,7 @@
 """The recordings in a folder: one summary each, read from the metadata alone."""
 
 import os
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -134,7 +133,7 @@ def read_players(path: Path) -> Players:
         return Players(header.episode_id, header.seats, header.map.name, header.simulated)
     records = read_metadata(path)
     try:
-        record = _episode_record(path, records)
+        record = recorded_as(path, records)
         study = records.get(STUDY, {})
         return Players(record["episode_id"], seats_of(records), record.get("map", ""), is_simulated(study))
     except (KeyError, ValueError) as error:
@@ -149,42 +148,6 @@ def read_map(path: Path) -> MapSpec:
         return map_from_json(orjson.loads(text or b""))
     except (OSError, *UNREADABLE, MapError):
         return read_episode(path).header.map  # of a journal; of a damaged file, this says what is wrong
-
-
-def without_copies(paths: Sequence[Path]) -> list[Path]:
-    """One file of each episode, in order: a backup in a folder below is no second play. Unreadable ones stay.
-
-    Copies have the same id and began at the same time: what was made twice under one id is there twice. Of copies it
-    is a recording before a journal, a whole one before one that was cut off, one that is named by its episode before
-    one that was renamed, else the first.
-    """
-    files: dict[tuple[str, str], list[Path]] = {}
-    for path in paths:
-        with suppress(RecordingError):  # whoever reads it says so
-            files.setdefault(_identity(path), []).append(path)
-    copies: set[Path] = set()
-    for (episode_id, _), alike in files.items():
-        if len(alike) > 1:
-            ranks = [_rank(path, f"{episode_id}{SUFFIX}") for path in alike]
-            copies |= set(alike) - {alike[ranks.index(min(ranks))]}
-    return [path for path in paths if path not in copies]
-
-
-def _identity(path: Path) -> tuple[str, str]:
-    if path.name.endswith(JOURNAL_SUFFIX):
-        header = read_episode(path).header
-        return header.episode_id, str(header.started_ns)
-    record = _episode_record(path, read_metadata(path))
-    return record.get("episode_id", ""), record.get("started_ns", "")
-
-
-def _rank(path: Path, named: str) -> tuple[bool, bool, bool]:
-    """Of a copy, the best first."""
-    try:
-        complete = read_summary(path).complete
-    except RecordingError:
-        complete = False
-    return path.name.endswith(JOURNAL_SUFFIX), not complete, path.name != named
 
 
 def is_tutorial(path: Path) -> bool:
@@ -210,7 +173,8 @@ def read_metadata(path: Path) -> Mapping[str, Entries]:
         raise RecordingError(f"{path.name} is incomplete or damaged: its index is not complete") from error
 
 
-def _episode_record(path: Path, records: Mapping[str, Entries]) -> Entries:
+def recorded_as(path: Path, records: Mapping[str, Entries]) -> Entries:
+    """The record of its episode. Raises RecordingError, naming the file, where there is none."""
     try:
         return episode_record(records)
     except RecordingError as error:
@@ -218,7 +182,7 @@ def _episode_record(path: Path, records: Mapping[str, Entries]) -> Entries:
 
 
 def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
-    episode = _episode_record(path, records)
+    episode = recorded_as(path, records)
     closing = records[RECORDING]
     return Summary(
         path=path,

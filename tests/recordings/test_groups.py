@@ -11,8 +11,8 @@ from movingout.maps import load_map
 from movingout.recordings import read_episode
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import group_sentences, grouped, of_group, read_groups, write_groups
+from movingout.recordings.storage.copies import without_copies
 from movingout.recordings.storage.finished import recover
-from movingout.recordings.storage.listing import without_copies
 from movingout.server.cli import main
 from tests.agents.learning import recorded
 from tests.recordings.full_disk import limited
@@ -53,7 +53,7 @@ def test_live_rounds_that_were_broken_off_are_left_out(tmp_path: Path, capsys: p
     left = recorded(tmp_path, "left", ticks=9, source="live", outcome="left")
     with pytest.raises(RecordingError, match="none of 1 recording counts: they are tutorials, were broken off, or"):
         grouped([left], 1)
-    short = recorded(tmp_path, "short", ticks=9, source="import", outcome="stopped")
+    short = recorded(tmp_path, "short", ticks=9, source="import", outcome="stopped", seed=1)
     ended = recorded(tmp_path, "ended", ticks=9, source="live")
     assert {row.path for row in grouped([left, short, ended], 1)} == {short, ended}
     assert main(["recordings", "split", str(tmp_path), "--groups", "1", "-o", str(tmp_path / "groups.csv")]) == 0

@@ -66,6 +66,19 @@ def test_nobody_is_simulated_in_training_and_in_validation_whatever_they_are_cal
         assert all(group & held for group in compress(people, out)), "somebody new is in each episode of validation"
 
 
+def test_a_program_beside_a_person_is_no_participant() -> None:
+    """Where it was one, holding it out held out every episode that it played in."""
+    kinds: list[tuple[SeatKind, SeatKind]] = [("human", "agent"), ("agent", "ghost"), ("human", "human")]
+    played = [replace(walked(ticks=3, people=("Q1", "Q2")), kinds=both) for both in kinds]
+    assert [one.people for one in played] == [{"Q1"}, {"Q2"}, {"Q1", "Q2"}]
+    rounds = [replace(walked(ticks=3, people=(f"Q{n}", "scripted")), kinds=("human", "agent")) for n in range(10)]
+    windows = trajectory_windows(rounds, "official-v1", "hold")
+    assert windows.names == tuple(f"Q{n}" for n in range(10))
+    for seed in range(9):
+        assert held_out_episodes([one.people for one in rounds], 0.1, seed).sum() == 1
+        assert len(windows.split(0.1, seed)[1]) == 2 * 3, "both seats of one person's episode"
+
+
 def test_where_people_cannot_be_held_out_every_tenth_episode_is() -> None:
     for group in ({"ann", "bob"}, set()):  # two people who always play together; trained agents alone
         assert np.flatnonzero(held_out_episodes([group] * 25, 0.5, 0)).tolist() == [9, 19]

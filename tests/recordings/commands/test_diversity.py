@@ -249,3 +249,17 @@ def test_recordings_without_names_cannot_be_grouped_by_them(tmp_path: Path, caps
     finalise(record(tmp_path, ticks=12, seats=people("", ""))[0])
     assert main(["recordings", "diversity", str(tmp_path), "--by", "participant"]) == 2
     assert "no recording names its participants, so --by participant is impossible" in capsys.readouterr().err
+
+
+def test_episodes_that_name_nobody_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """They were in no row but the last one, without a word."""
+    for seed in range(3):
+        played(tmp_path, f"named-{seed}", "HandOff", "P1", "P2", seed=seed)
+        played(tmp_path, f"nameless-{seed}", "HandOff", "", "", seed=seed + 3)
+    found, said = measured(capsys, str(tmp_path), "--by", "participant")
+    assert "movingout: 3 episodes name nobody and are in “all together” alone\n" in said
+    assert found["nameless"] == 3 and {row["population"]: row["episodes"] for row in found["overall"]}[ALL] == 6
+    _, said = measured(capsys, str(tmp_path), "--by", "group")
+    assert "3 episodes name nobody and are left out" in said, "there is one group alone"
+    found, said = measured(capsys, str(tmp_path), "--by", "kind")
+    assert found["nameless"] == 0 and "name nobody" not in said

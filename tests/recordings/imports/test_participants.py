@@ -57,6 +57,28 @@ def test_names_of_people_are_imported_without_a_warning_with_a_salt_or_where_age
     assert capsys.readouterr().err == ""
 
 
+def test_names_that_come_too_late_are_not_said_to_be_known(
+    rows: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The second import said that nothing changed, and no longer that the recordings name nobody."""
+    first, who = json.loads(rows.read_text().splitlines()[0]), tmp_path / "who.csv"
+    rows.write_text(json.dumps(first))
+    who.write_text("trajectory_id,blue,red\nt0,Ada,Bo\n", encoding="utf-8")
+    command = ["recordings", "import", str(rows), "--workers", "1", "-o", str(tmp_path / "nameless")]
+    named = [*command[:-1], str(tmp_path / "named"), "--participants", str(who)]
+    assert main(command) == main([*command, "--participants", str(who), "--salt", "k3"]) == 0
+    said = capsys.readouterr().out
+    assert "imported before, without names; nothing changed. To name its participants, import it into a new" in said
+    assert said.count("! 1 name no participants") == 2
+    assert main([*named, "--salt", "k3"]) == main([*named, "--salt", "k3"]) == main([*command[:-1], named[6]]) == 0
+    said = capsys.readouterr().out
+    assert said.count("imported before; nothing changed\n") == 2 and "name no participants" not in said
+    assert main([*named, "--salt", "k4", "--json"]) == 0
+    (one,) = json.loads(capsys.readouterr().out)["trajectories"]
+    assert "with other names (or another --salt); nothing changed. To import" in one["unchanged"]
+    assert one["participants_known"]
+
+
 def test_a_list_that_a_german_spreadsheet_saved_is_read(tmp_path: Path) -> None:
     who = tmp_path / "who.csv"
     who.write_text("trajectory_id;blue;red\r\nt0;Ada;Bo\r\n", encoding="utf-8-sig")

@@ -1,0 +1,93 @@
+"""Recordings beside what was imported of their own export: nobody counts twice, nor in two groups."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from movingout.agents.training.training_data import read_training_data
+from movingout.recordings import Episode, SeatInfo, finalise, read_episode
+from movingout.recordings.diversity.episodes import read_paths
+from movingout.recordings.exports import export
+from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.groups import grouped
+from movingout.recordings.imports.convert import import_source
+from movingout.recordings.imports.sources import find, read
+from movingout.recordings.storage import copies
+from movingout.recordings.storage.copies import without_copies
+from tests.recordings.support import record
+
+
+def imported(places: list[Path], folder: Path, decimals: int = 99, salt: str = "salt") -> list[Path]:
+    """Our official export of recordings, imported."""
+    export("official", ExportPlan(places, folder.with_name(f"{folder.name}-export")))
+    made = []
+    for file in find([folder.with_name(f"{folder.name}-export") / "recorder"]):
+        rounded = json.loads(file.read_text(), parse_float=lambda number: round(float(number), decimals))
+        file.write_text(json.dumps(rounded))
+        made += [folder / import_source(source, folder, salt).recording for source in read(file)]
+    return sorted(made)
+
+
+@pytest.fixture
+def recordings(tmp_path: Path) -> list[Path]:
+    """Two pairs, and a third episode that is as long."""
+    made = []
+    for number in range(3):
+        seats = SeatInfo("human", f"P{2 * (number % 2)}"), SeatInfo("human", f"P{2 * (number % 2) + 1}")
+        folder, name = tmp_path / "both" / "recordings", f"e{number}"
+        journal, _ = record(folder, ticks=12, episode_id=name, seats=seats, seed=number, map_name="LeftRight")
+        made.append(finalise(journal))
+    return made
+
+
+@pytest.mark.parametrize("decimals", [99, 6])
+def test_an_import_beside_its_recordings_is_a_copy(tmp_path: Path, recordings: list[Path], decimals: int) -> None:
+    made = imported(recordings, tmp_path / "both" / "imported", decimals)
+    assert len(made) == 3
+    assert without_copies([*made, *recordings]) == recordings
+    assert [row.path for row in grouped([*made, *recordings], 2)] == recordings
+    assert len(read_training_data([tmp_path / "both"]).trajectories) == 3
+    reading = read_paths([tmp_path / "both"], workers=1)
+    assert (len(reading.episodes), reading.copies) == (3, 3)
+
+
+def test_an_import_without_its_recording_stays(tmp_path: Path, recordings: list[Path]) -> None:
+    made = imported(recordings, tmp_path / "both" / "imported")
+    assert len(without_copies([*made, *recordings[1:]])) == 3
+    assert without_copies(made) == made
+
+
+def test_of_two_imports_of_one_play_the_first_stays(tmp_path: Path, recordings: list[Path]) -> None:
+    whole = imported(recordings, tmp_path / "whole")
+    rounded = imported(recordings, tmp_path / "rounded", decimals=5, salt="another")
+    assert without_copies([*whole, *rounded]) == whole
+
+
+def test_plays_that_are_equal_but_not_imported_stay(tmp_path: Path) -> None:
+    """Agents in which nothing is drawn play the same for every seed."""
+    same = [finalise(record(tmp_path / name, ticks=8, episode_id=name, started_ns=1)[0]) for name in ("one", "other")]
+    assert without_copies(same) == same
+
+
+def test_what_summaries_tell_apart_is_not_read(
+    tmp_path: Path, recordings: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = imported(recordings[:1], tmp_path / "imported")
+    longer = finalise(record(tmp_path, ticks=30, map_name="LeftRight", episode_id="longer")[0])
+    elsewhere = finalise(record(tmp_path, ticks=12, map_name="HandOff", episode_id="elsewhere")[0])
+    read_whole: list[Path] = []
+
+    def counting(path: Path) -> Episode:
+        read_whole.append(path)
+        return read_episode(path)
+
+    monkeypatch.setattr(copies, "read_episode", counting)
+    assert without_copies([*made, longer, elsewhere]) == [*made, longer, elsewhere] and read_whole == []
+    assert without_copies([*made, recordings[0]]) == recordings[:1] and len(read_whole) == 2
+
+
+def test_a_damaged_recording_stays(tmp_path: Path, recordings: list[Path]) -> None:
+    made = imported(recordings[:1], tmp_path / "imported")
+    recordings[0].write_bytes(recordings[0].read_bytes()[:-40])
+    assert without_copies([*made, recordings[0]]) == [*made, recordings[0]]
