@@ -79,7 +79,7 @@ def _named(folder: StudyFolder, store: Store, name: str) -> str:
 
 
 def _due(study: Study, store: Store, known: Collection[str]) -> DueForErasure:
-    """Who is past the retention period; it starts at arrival for participants who have not finished.
+    """Who is past the retention period; for participants who have not finished it starts when they were last seen.
 
     Identities are due of those who are still `known`.
     """
@@ -116,7 +116,7 @@ def purge(folder: StudyFolder, store: Store) -> DueForErasure:
 
 
 def _expired(one: Participant, keep: str, now: int) -> bool:
-    since = one.finished_ms if one.finished_ms is not None else one.arrived_ms
+    since = one.finished_ms if one.finished_ms is not None else max(one.arrived_ms, one.last_seen_ms or 0)
     return now - since > period_days(keep) * DAY_MS
 
 

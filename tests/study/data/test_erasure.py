@@ -206,6 +206,20 @@ def test_purging_deletes_who_is_due_and_not_who_calls_themselves_so(tmp_path: Pa
     assert [one.pid for one in store.everybody()] == [other]
 
 
+def test_of_who_has_not_finished_the_period_begins_when_they_were_last_seen(tmp_path: Path) -> None:
+    """Who comes for several sessions would begin anew as somebody else, beside their unit, which stays open."""
+    folder = StudyFolder(study(), tmp_path)
+    clock = Clock()
+    store, identities = open_store(folder.own, clock), open_identities(folder.own)
+    here, gone = (identities.pid("prolific", id)[0] for id in ("5f3c", "5f3d"))
+    agree(store, [here, gone])
+    clock.ms += 31 * DAY_MS
+    store.seen({here: clock.ms})
+    assert due_now(folder, store).identities == (gone,)
+    clock.ms += 31 * DAY_MS
+    assert due_now(folder, store).identities == (here, gone)
+
+
 def test_a_code_means_what_it_meant_when_the_study_began(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     begun, now = (TEXT.replace("codes: unique", f"codes: {{withdrew: {code}}}") for code in ("STOP1", "STOP2"))
     folder = StudyFolder(parse_study(begun), tmp_path)
