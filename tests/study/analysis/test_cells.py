@@ -86,7 +86,7 @@ def test_who_met_one_of_two_partners_counts_only_where_nobody_met_both() -> None
     both = paired(
         {"1": of(("a", 1.0)), "2": of(("b", 1.0)), "3": of(("a", 1.0))}, {"2": of(("a", 0.0)), "3": of(("a", 0.5))}
     )
-    assert both == ({"3": 1.0}, {"3": 0.5}, {("1", "0"), ("2", "0")})
+    assert both == ({"3": 1.0}, {"3": 0.5}, frozenset({("1", "0"), ("2", "0")}))
 
 
 @pytest.mark.parametrize("seats", ["alternate", "both"])
