@@ -5,7 +5,6 @@ import time
 from collections import deque
 from collections.abc import Collection, Iterator, Mapping
 
-from movingout.server.study.arrivals.arrival_link import CODE
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.transaction import Transaction
@@ -13,9 +12,9 @@ from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Outcome, Study
 from movingout.study.design.steps import steps
 from movingout.study.errors import StoreError
-from movingout.study.store.identity import UNMISTAKABLE
+from movingout.study.store.identity import CODE, UNMISTAKABLE
 from movingout.study.store.removal import drop_undecided
-from movingout.study.store.store import DoneUnit, Participant
+from movingout.study.store.store import DoneUnit, Participant, planned_done
 
 CODE_LENGTH = 10
 UNDECIDED_S = 1800.0  # how long somebody who has not consented yet may be away
@@ -137,15 +136,8 @@ class Participants:
 
     @property
     def complete_units(self) -> int:
-        """How many of the planned slots are done: by whole units, of whom nobody has left or wants their data deleted.
-
-        Earlier versions gave such slots to those with an agent in a partner's place, too; a pair beyond the plan
-        counts for each of these.
-        """
-        done = self._wanted_units
-        whole = [one.slot < self._study.units for one in done if one.size == self._study.group]
-        alone = [one.slot < self._study.units for one in done if one.size < self._study.group]
-        return sum(whole) + min(whole.count(False), sum(alone))
+        """How many of the planned slots are done: by units of whom nobody has left or wants their data deleted."""
+        return planned_done(self._wanted_units, self._study.units, self._study.group)
 
     def is_full(self, held: Collection[int]) -> bool:
         """Whether nobody more is needed: all planned slots are done, or as many units are and somebody is on each open

@@ -3,11 +3,13 @@
 from collections import Counter, defaultdict
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 from movingout.recordings.episode import FINISHED
 from movingout.recordings.report.words import Phrase
+from movingout.study.analysis.cells import CellValue, CellValues, Means, Paired, name_cells, paired
 from movingout.study.analysis.pings import PingRound, ping_rounds
 from movingout.study.analysis.questions import ABOUT_NOBODY, RATED, Occasion, occasion
 from movingout.study.analysis.sessions import Sessions, sessions_of
@@ -81,13 +83,16 @@ class Results:
             if row["partner"] == partner and map_name in (None, row["map"]) and row[metric] is not None
         ]
 
-    def per_unit(self, metric: str, partner: str) -> dict[str, float]:
-        """The mean of a metric over the rounds of each participant (or pair)."""
-        found: dict[str, list[float]] = defaultdict(list)
+    def compare_rounds(self, metric: str, one: str, other: str) -> Paired:
+        """A metric with two partners: the means of each participant (or pair) over what they have of both."""
+        return paired(*(self._by_unit(metric, partner) for partner in (one, other)))
+
+    def _by_unit(self, metric: str, partner: str) -> CellValues:
+        found: CellValues = defaultdict(list)
         for row in self.rounds:
-            if row["partner"] == partner and row[metric] is not None:
-                found[str(row["unit"])].append(row[metric])
-        return {unit: sum(values) / len(values) for unit, values in found.items()}
+            if row["partner"] == partner:
+                found[str(row["unit"])].append(CellValue(row["cell"], row[metric], row["episode"]))
+        return dict(found)
 
     def ratings(
         self, questionnaire: str, item: str, partner: str | None, occasions: Container[Occasion] = RATED
@@ -99,13 +104,26 @@ class Results:
                 found[row["pid"]].append(float(row["value"]))
         return {pid: sum(values) / len(values) for pid, values in found.items()}
 
-    def unit_ratings(
-        self, questionnaire: str, item: str, partner: str | None, occasions: Container[Occasion] = RATED
-    ) -> dict[str, float]:
-        """The mean rating of each participant or pair: what the two of a pair say of each other is not independent."""
-        by_pid = self.ratings(questionnaire, item, partner, occasions)
+    def compare_ratings(
+        self, questionnaire: str, item: str, one: str, other: str, occasions: Container[Occasion] = RATED
+    ) -> Paired:
+        """An item with two partners: the mean ratings of each participant or pair over what they rated of both.
+
+        What the two of a pair say of each other is not independent.
+        """
+        found = paired(*(self._by_pid(questionnaire, item, partner, occasions) for partner in (one, other)))
+        return Paired(self._unit_means(found.first), self._unit_means(found.second), found.left_out)
+
+    def _unit_means(self, by_pid: Means) -> Means:
         found = {str(unit): [by_pid[pid] for pid in pids if pid in by_pid] for unit, pids in self.people.items()}
         return {unit: sum(values) / len(values) for unit, values in found.items() if values}
+
+    def _by_pid(self, questionnaire: str, item: str, partner: str, occasions: Container[Occasion]) -> CellValues:
+        found: CellValues = defaultdict(list)
+        for row in self._said(questionnaire, item, partner, occasions):
+            value = None if row["value"] == NO_ANSWER else float(row["value"])
+            found[row["pid"]].append(CellValue(row.get("cell", ""), value, f"{row['step']}/{item}"))
+        return dict(found)
 
     def counts(
         self, questionnaire: str, item: str, partner: str | None, occasions: Container[Occasion]
@@ -168,16 +186,19 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
             groups[row["unit"]].append(row["pid"])
     _name_substitutes(study, kept, newest.values(), groups)
     counted = tuple(row for row in kept if row["valid"] and row["outcome"] in FINISHED)
-    return Results(
+    said = tuple(_about_what_counts(newest.values(), kept, counted, groups))
+    _name_cells(study, store, counted, said, groups)
+    found = Results(
         study=study,
         flow=tuple(_flow(study, store, people, len(refused))),
         rounds=counted,
         people={unit: tuple(pids) for unit, pids in groups.items()},
-        answers=tuple(_about_what_counts(newest.values(), kept, counted, groups)),
+        answers=said,
         flags=(*_round_flags(study, store, kept), *_attention_flags(study, newest.values())),
         pings=ping_rounds(study, counted, store.rows(players), recordings),
         sessions=sessions_of(counted, store.rows(players), recordings, annotations, pooled_blocks(study)),
     )
+    return replace(found, flags=(*found.flags, *_unpaired_flags(found)))
 
 
 def _name_substitutes(study: Study, kept: list[Row], said: Iterable[Row], groups: dict[int, list[str]]) -> None:
@@ -204,6 +225,16 @@ def _about_what_counts(
         about = units.get(row["pid"]), row["step"].rpartition("/")[0]
         if about not in played or about in valid:
             yield row
+
+
+def _name_cells(
+    study: Study, store: Store, counted: Sequence[Row], said: Sequence[Row], groups: dict[int, list[str]]
+) -> None:
+    seats = {(row["round"], row["pid"]): row["seat"] for row in store.rows(players)}
+    for row in counted:
+        first = groups[row["unit"]][0] if groups.get(row["unit"]) else ""
+        row["seat"] = seats.get((row["id"], first))
+    name_cells(study, counted, said, {pid: unit for unit, pids in groups.items() for pid in pids})
 
 
 def _flow(study: Study, store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, int]]:
@@ -245,6 +276,19 @@ def _round_flags(study: Study, store: Store, kept: list[Row]) -> Iterable[Flag]:
             yield Flag(one["pid"], step, Phrase("study.flag.hidden", {"seconds": f"{one['hidden_s']:.0f}"}))
         if (one["rtt_ms"] or 0.0) > study.gate.rtt_ms:
             yield Flag(one["pid"], step, Phrase("study.flag.rtt", {"ms": f"{one['rtt_ms']:.0f}"}))
+
+
+def _unpaired_flags(results: Results) -> Iterable[Flag]:
+    """Whose rounds are missing where partners are compared: the other partner has none that count on the same map."""
+    for label, part in results.by_condition():
+        left_out: set[tuple[str, str]] = set()
+        for one, other in combinations(part.partners, 2):
+            left_out |= part.compare_rounds("tcr", one, other).left_out
+        played = Counter(row["unit"] for row in part.rounds)
+        for unit, number in sorted(Counter(int(unit) for unit, _ in left_out).items()):
+            yield Flag(
+                "", label or "–", Phrase("study.flag.unpaired", {"unit": unit, "number": number, "all": played[unit]})
+            )
 
 
 def _attention_flags(study: Study, newest: Iterable[Row]) -> Iterable[Flag]:

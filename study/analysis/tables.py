@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from pathlib import Path
+from typing import NamedTuple
 
 from movingout.recordings.pings import FOLLOWED_WITHIN_S, NEAR
 from movingout.recordings.report.words import Words
+from movingout.study.analysis.cells import Paired
 from movingout.study.analysis.comparisons import PartnerComparison, compare, corrected, trend
 from movingout.study.analysis.pings import PingRound
 from movingout.study.analysis.questions import AskedItem, counted_items, rated_items
@@ -22,8 +24,14 @@ LANGUAGE_FILES = Path(__file__).with_name("languages")
 ENGLISH = Words("en", (LANGUAGE_FILES,))
 Namer = Callable[[str], str]
 Values = dict[str, float]
-Measure = tuple[str, Callable[[str], Values]]
-BlockComparison = tuple[tuple[str, ...], PartnerComparison]  # with the column of its blocks
+Measure = tuple[str, Callable[[str, str], Paired]]
+
+
+class Comparisons(NamedTuple):
+    """What a table of comparisons shows."""
+
+    rows: list[tuple[tuple[str, ...], PartnerComparison]]  # with the column of its blocks
+    left_out: frozenset[tuple[str, str]]  # of at least one: participant, and round or answer
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,14 +86,14 @@ def performance_by_map(results: Results, name: Namer, words: Words = ENGLISH) ->
 
 def metric_comparisons(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     """Every pair of partners in every metric, over means per participant."""
-    found = _pairs(results, lambda part: [(HEADS[metric], partial(part.per_unit, metric)) for metric in HEADS])
+    found = _pairs(results, lambda part: [(HEADS[metric], partial(part.compare_rounds, metric)) for metric in HEADS])
     return _comparison_table("metric_comparisons", found, name, words)
 
 
 def rating_comparisons(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
     """Every pair of partners in every item, over participants (or pairs)."""
     items = rated_items(results.study)
-    found = _pairs(results, lambda part: [(rated.label, partial(_unit_ratings, part, rated)) for rated in items])
+    found = _pairs(results, lambda part: [(rated.label, partial(_compare_ratings, part, rated)) for rated in items])
     return _comparison_table("rating_comparisons", found, name, words)
 
 
@@ -247,24 +255,26 @@ def _ratings(results: Results, rated: AskedItem, partner: str | None) -> Values:
     return results.ratings(rated.questionnaire, rated.item.id, partner, rated.occasions)
 
 
-def _unit_ratings(results: Results, rated: AskedItem, partner: str) -> Values:
-    return results.unit_ratings(rated.questionnaire, rated.item.id, partner, rated.occasions)
+def _compare_ratings(results: Results, rated: AskedItem, one: str, other: str) -> Paired:
+    return results.compare_ratings(rated.questionnaire, rated.item.id, one, other, rated.occasions)
 
 
-def _pairs(results: Results, measures: Callable[[Results], Sequence[Measure]]) -> list[BlockComparison]:
+def _pairs(results: Results, measures: Callable[[Results], Sequence[Measure]]) -> Comparisons:
     """Partners are compared within blocks that may be pooled; p is corrected over all of them."""
     blocks = results.by_condition()
-    found = [
-        (block_cells(blocks, block), compare(label, one, other, of(one), of(other)))
+    values = [
+        (block_cells(blocks, block), label, one, other, of(one, other))
         for block, part in blocks
         for label, of in measures(part)
         for one, other in combinations(part.rated_partners, 2)
     ]
+    found = [(block, compare(label, one, other, both.first, both.second)) for block, label, one, other, both in values]
     compared = [(block, one) for block, one in found if one is not None]
-    return list(zip([block for block, _ in compared], corrected([one for _, one in compared]), strict=True))
+    rows = list(zip([block for block, _ in compared], corrected([one for _, one in compared]), strict=True))
+    return Comparisons(rows, frozenset().union(*(both.left_out for *_, both in values)))
 
 
-def _comparison_table(key: str, found: Sequence[BlockComparison], name: Namer, words: Words) -> ReportTable:
+def _comparison_table(key: str, found: Comparisons, name: Namer, words: Words) -> ReportTable:
     rows = [
         (
             *block,
@@ -279,13 +289,21 @@ def _comparison_table(key: str, found: Sequence[BlockComparison], name: Namer, w
             "–" if one.g is None or one.g_interval is None
             else f"{one.g:+.2f} [{one.g_interval[0]:+.2f}, {one.g_interval[1]:+.2f}]",
         )
-        for block, one in found
+        for block, one in found.rows
     ]  # fmt: skip
     say = words.say
     measure, partners, difference, pairs = (
         say(f"study.comparison.{head}") for head in ("measure", "partners", "difference", "pairs")
     )
-    head = tuple(say("study.block") for _ in found[0][0]) if found else ()
+    head = tuple(say("study.block") for _ in found.rows[0][0]) if found.rows else ()
     heads = (*head, measure, partners, difference, "t", "p (t)", pairs, "p (Wilcoxon)", "p (Holm)", "g [95 %]")
-    note, empty = say("study.comparison.note"), say("study.comparison.empty")
+    note, empty = _comparison_note(found, words), say("study.comparison.empty")
     return ReportTable(key, say(f"study.{key}"), heads, tuple(rows), len(head) + 2, note, empty)
+
+
+def _comparison_note(found: Comparisons, words: Words) -> str:
+    note, left_out = words.say("study.comparison.note"), found.left_out
+    if not left_out:
+        return note
+    who = len({who for who, _ in left_out})
+    return f"{note} {words.say('study.comparison.left_out', values=len(left_out), who=who)}"

@@ -148,12 +148,23 @@ def _purge(args: argparse.Namespace) -> int:
         folder = _keeping_promises(folder, store, args.file)
         found = purge(folder, store) if args.apply else due_now(folder, store)
     document = {"applied": args.apply, "identities": list(found.identities), "participants": list(found.trials)}
+    document["may_take_part_again"] = found.may_return
     verb = "removed" if args.apply else "due"
     _say(args, document, [
         f"{verb}: {len(found.identities)} identities, {len(found.trials)} participants with everything",
+        *_who_may_return(found.may_return, args.apply),
         *([] if args.apply else ["nothing was removed; add --apply to remove it"]),
     ])  # fmt: skip
     return 0
+
+
+def _who_may_return(number: int, applied: bool) -> list[str]:
+    """A warning while the study still recruits: nothing but their identity tells that somebody was there."""
+    if not number:
+        return []
+    people = f"{counted(number, 'participant')} whose identity {'was' if applied else 'would be'} deleted"
+    what = "can take part again, as somebody new, and be paid again"
+    return [f"warning: the study still recruits: while it is served, {people} {what}; serve it no more, or purge later"]
 
 
 def _keeping_promises(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:

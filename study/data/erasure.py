@@ -16,8 +16,9 @@ from movingout.recordings.storage.s3_bucket import delete_copies
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study, period_days
 from movingout.study.errors import StudyError
+from movingout.study.store.identity import CODE
 from movingout.study.store.removal import called, episodes_of, remove_participant
-from movingout.study.store.store import Participant, Store
+from movingout.study.store.store import Participant, Store, planned_done
 from movingout.study.store.tables import consents
 
 DAY_MS = 86_400_000
@@ -42,6 +43,7 @@ class DueForErasure:
 
     identities: tuple[str, ...]  # only their identity
     trials: tuple[str, ...]  # everything
+    may_return: int = 0  # how many of these can take part again, as somebody new, because the study still recruits
 
 
 def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
@@ -78,10 +80,10 @@ def _named(folder: StudyFolder, store: Store, name: str) -> str:
     return store.participant(found[0] if found else name).pid
 
 
-def _due(study: Study, store: Store, known: Collection[str]) -> DueForErasure:
-    """Who is past the retention period; it starts at arrival for participants who have not finished.
+def _due(study: Study, store: Store, known: Mapping[str, tuple[str, str]]) -> DueForErasure:
+    """Who is past the retention period; for participants who have not finished it starts when they were last seen.
 
-    Identities are due of those who are still `known`.
+    Identities are due of those who are still `known`, with source and id.
     """
     now = store.now()
     released = {row["pid"] for row in store.rows(consents) if '"release"' in row["boxes"]}
@@ -92,19 +94,27 @@ def _due(study: Study, store: Store, known: Collection[str]) -> DueForErasure:
             trials.append(one.pid)
         elif one.pid in known and _expired(one, study.retention.identity, now):
             identities.append(one.pid)
-    return DueForErasure(tuple(identities), tuple(trials))
+    returning = [pid for pid in (*identities, *trials) if pid in known and known[pid][0] != CODE]
+    return DueForErasure(tuple(identities), tuple(trials), len(returning) if _is_recruiting(study, store) else 0)
+
+
+def _is_recruiting(study: Study, store: Store) -> bool:
+    """Whether a server would still let somebody in, now or once somebody on their way has left."""
+    unwanted = {one.unit for one in store.everybody() if one.keep is False}
+    done = [one for one in store.done_units() if one.id not in unwanted]
+    return planned_done(done, study.units, study.group) < study.units
 
 
 def due_now(folder: StudyFolder, store: Store) -> DueForErasure:
     """What `purge` would remove."""
     with folder.existing_identities() as identities:
-        return _due(folder.study, store, identities.everybody() if identities else ())
+        return _due(folder.study, store, identities.everybody() if identities else {})
 
 
 def purge(folder: StudyFolder, store: Store) -> DueForErasure:
     """Remove what is due, also from the files where that was interrupted before; returns what was removed."""
     with folder.existing_identities() as identities:
-        found = _due(folder.study, store, identities.everybody() if identities else ())
+        found = _due(folder.study, store, identities.everybody() if identities else {})
         gone = tuple(pid for pid in found.identities if identities and identities.forget(pid))
         if identities:
             identities.database.scrub_rest()
@@ -112,11 +122,11 @@ def purge(folder: StudyFolder, store: Store) -> DueForErasure:
         _erase(folder, store, pid)
     store.database.scrub_rest()
     store.audit("experimenter", "purge", identities=len(gone), participants=len(found.trials))
-    return DueForErasure(gone, found.trials)
+    return DueForErasure(gone, found.trials, found.may_return)
 
 
 def _expired(one: Participant, keep: str, now: int) -> bool:
-    since = one.finished_ms if one.finished_ms is not None else one.arrived_ms
+    since = one.finished_ms if one.finished_ms is not None else max(one.arrived_ms, one.last_seen_ms or 0)
     return now - since > period_days(keep) * DAY_MS
 
 

@@ -32,7 +32,7 @@ from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
 from movingout.study.questionnaire import NO_ANSWER
-from movingout.study.store.frozen_study import frozen_study
+from movingout.study.store.frozen_study import code_by_time, frozen_study
 from movingout.study.store.removal import undecided
 from movingout.study.store.store import Store
 from movingout.study.store.tables import exported
@@ -84,7 +84,7 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
             copy_own_maps(study, part)
             about: Row = {"study": frozen.id, "protocol": study.protocol, "file_sha256": frozen.file_sha256}
             about |= {"code": frozen.code, "models": frozen.models, "simulated": frozen.simulated}
-            about |= {"allocation": frozen.allocation}
+            about |= {"allocation": frozen.allocation, "code_by_time": code_by_time(store)}
             (part / "about.json").write_text(json.dumps(about, indent=2), encoding="utf-8")
             (part / "codebook.md").write_text(codebook(study, store), encoding="utf-8")
             _training(folder.recordings, part / "training", tables, options)

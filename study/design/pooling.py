@@ -1,10 +1,13 @@
 """Which blocks a report may count together: what they ask of people, and on which maps partners are met in them."""
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
+from typing import TypeVar
 
 from movingout.study.design.definition import Block, Study
+
+Key = TypeVar("Key")
 
 
 def pooled_blocks(study: Study) -> list[list[str]]:
@@ -15,6 +18,23 @@ def pooled_blocks(study: Study) -> list[list[str]]:
 def apart_by_maps(study: Study) -> list[list[str]]:
     """The ids of blocks that would be pooled if all partners were met on the same maps in them."""
     return [[block.id for block in alike] for alike in _alike(study) if len(_with_same_maps(alike)) > 1]
+
+
+def are_seats_crossed(study: Study, blocks: Collection[str]) -> bool:
+    """Whether each participant meets all partners of these blocks in the same shares of maps and seats."""
+    met: dict[str, Counter[tuple[str, str]]] = defaultdict(Counter)
+    for block in (one for one in study.blocks if one.id in blocks):
+        if block.seats == "alternate":
+            return False
+        for seat in ("blue", "red") if block.seats == "both" else (block.seats,):
+            for partner in block.partners or ("",):
+                met[partner].update({(name, seat): block.rounds for name in block.maps})
+    return len({_shares(counts) for counts in met.values()}) == 1
+
+
+def are_partners_in_same_blocks(study: Study, blocks: Collection[str]) -> bool:
+    """Whether each of these blocks has the same partners."""
+    return len({frozenset(block.partners) for block in study.blocks if block.id in blocks}) == 1
 
 
 def _alike(study: Study) -> list[list[Block]]:
@@ -37,6 +57,6 @@ def _with_same_maps(blocks: Sequence[Block]) -> list[list[Block]]:
     return [[*blocks]] if len({_shares(counts) for counts in met.values()}) == 1 else list(by_maps.values())
 
 
-def _shares(counts: Mapping[str, int]) -> frozenset[tuple[str, Fraction]]:
+def _shares(counts: Mapping[Key, int]) -> frozenset[tuple[Key, Fraction]]:
     total = sum(counts.values())
     return frozenset((name, Fraction(number, total)) for name, number in counts.items())

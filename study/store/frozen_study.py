@@ -13,7 +13,7 @@ from movingout.study.design.definition import ALLOCATION
 from movingout.study.errors import StudyError
 from movingout.study.store.audit import record
 from movingout.study.store.store import Store
-from movingout.study.store.tables import participants, study
+from movingout.study.store.tables import audit, participants, study
 
 MAP = "map:"  # before the name of a map of one's own, among the models
 
@@ -58,7 +58,7 @@ def freeze_study(
         else:
             _check_same(store, connection, known, row)
             return
-        record(connection, store.now(), "server", "freeze", file_sha256=digest, models=dict(models))
+        record(connection, store.now(), "server", "freeze", file_sha256=digest, models=dict(models), code=dict(code))
 
 
 def frozen_study(store: Store) -> FrozenStudy:
@@ -76,6 +76,20 @@ def frozen_study(store: Store) -> FrozenStudy:
         simulated=row.simulated,
         allocation=row.allocation,
     )
+
+
+def code_by_time(store: Store) -> list[dict[str, Any]]:
+    """The software that the study was run with, and from when (`from_ms`), in order.
+
+    `code` is None where an earlier version did not note what was there before newer software. Raises StudyError.
+    """
+    last = frozen_study(store).code
+    noted = [row for row in store.rows(audit) if row["action"] in ("freeze", "code")]
+    begins = max((at for at, row in enumerate(noted) if row["action"] == "freeze"), default=0)
+    details = [json.loads(row["detail"]) for row in noted[begins:]]
+    first = details[1].get("before") if len(details) > 1 else last
+    codes = [details[0].get("code", first), *(detail["code"] for detail in details[1:])]
+    return [{"from_ms": row["at_ms"], "code": code} for row, code in zip(noted[begins:], codes, strict=True)]
 
 
 def is_new(store: Store) -> bool:
@@ -99,7 +113,8 @@ def _check_same(store: Store, connection: Connection, known: Row[Any], row: Mapp
         )
     if known.code != row["code"]:
         connection.execute(update(study).values(code=row["code"]))
-        record(connection, store.now(), "server", "code", code=json.loads(row["code"]))
+        before, code = json.loads(known.code), json.loads(row["code"])
+        record(connection, store.now(), "server", "code", before=before, code=code)
 
 
 def _changes(known: Row[Any], row: Mapping[str, Any]) -> Iterator[str]:

@@ -14,6 +14,7 @@ from movingout.study.store.database import Database
 from movingout.study.store.tables import identities
 
 IDENTITIES = "movingout_identities"  # the schema of identities, where they have no database of their own
+CODE = "code"  # source of who has a code of the experimenter, which is good for nothing once it is deleted
 UNMISTAKABLE = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # nothing that is misread
 _PID_LENGTH = 6
 

@@ -71,6 +71,17 @@ class DoneUnit(NamedTuple):
     size: int  # how many people
 
 
+def planned_done(done: Sequence[DoneUnit], planned: int, group: int) -> int:
+    """How many of the planned slots are done, by whole units.
+
+    Earlier versions gave such slots to those with an agent in a partner's place, too; a pair beyond the plan counts for
+    each of these.
+    """
+    whole = [one.slot < planned for one in done if one.size == group]
+    alone = [one.slot < planned for one in done if one.size < group]
+    return sum(whole) + min(whole.count(False), sum(alone))
+
+
 class Store:
     """The database of one study."""
 

@@ -51,7 +51,7 @@ study = Table(
     Column("frozen_ms", BigInteger, nullable=False, doc="when the study was frozen"),
     Column("file_text", Text, nullable=False, doc="study.yaml as it was then"),
     Column("file_sha256", String(64), nullable=False, doc="its SHA-256"),
-    Column("code", Text, nullable=False, doc="versions of the software, JSON"),
+    Column("code", Text, nullable=False, doc="versions of the software that it was served with last, JSON"),
     Column(
         "models",
         Text,

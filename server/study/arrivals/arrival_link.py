@@ -9,8 +9,9 @@ from movingout.server.notices import ErrorCode
 from movingout.server.study.arrivals.signed_links import LinkSigner
 from movingout.study.errors import StudyError
 from movingout.study.store.database import NUL
+from movingout.study.store.identity import CODE
 
-PROLIFIC, MTURK, CODE, LINK, SIGNED = "prolific", "mturk", "code", "link", "signed"
+PROLIFIC, MTURK, LINK, SIGNED = "prolific", "mturk", "link", "signed"
 PLATFORMS = (PROLIFIC, MTURK)
 INVITED = (CODE, SIGNED)
 PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE"  # what MTurk sends in a preview

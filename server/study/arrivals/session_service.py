@@ -9,11 +9,12 @@ from weakref import WeakValueDictionary
 
 from movingout.server.connection.turns import Turns
 from movingout.server.security.tokens import hash_token, new_id, new_token
-from movingout.server.study.arrivals.arrival_link import CODE, INVITED, LINK, Arrival, ArrivalRefused
+from movingout.server.study.arrivals.arrival_link import INVITED, LINK, Arrival, ArrivalRefused
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
 from movingout.study.design.localized_text import nearest
+from movingout.study.store.identity import CODE
 
 SINCE = "."  # in a token, before the time from which on it shows texts
 MOST_SUPERSEDED = 50_000  # pages that are told that the study is open elsewhere; older ones have to arrive again

@@ -20,6 +20,7 @@ def test_ratings_of_pairs_are_compared_by_pair() -> None:
         answers=tuple({**about, "pid": pid, "partner": who, "value": value} for pid, (who, value) in said.items()),
         flags=(),
     )
-    assert found.unit_ratings(FORM, "teamwork", "") == {"1": 1.0, "2": 7.0}
+    compared = found.compare_ratings(FORM, "teamwork", "", SUBSTITUTE)
+    assert (compared.first, compared.second) == ({"1": 1.0, "2": 7.0}, {"3": 4.0})
     (row,) = rating_comparisons(found, lambda partner: partner or "a person").rows
     assert row[:4] == ("fixed-maps", "Teamwork", f"{SUBSTITUTE} – a person", "+0.000"), "by person it would be +1"

@@ -1,5 +1,6 @@
 """Recordings are deleted while a server finishes others: files appear, are renamed and go between two looks."""
 
+import json
 import os
 import re
 from pathlib import Path
@@ -204,6 +205,46 @@ def test_purging_deletes_who_is_due_and_not_who_calls_themselves_so(tmp_path: Pa
     store.arrive(other, "en")
     assert purge(folder, store).trials == (PID,)
     assert [one.pid for one in store.everybody()] == [other]
+
+
+def test_of_who_has_not_finished_the_period_begins_when_they_were_last_seen(tmp_path: Path) -> None:
+    """Who comes for several sessions would begin anew as somebody else, beside their unit, which stays open."""
+    folder = StudyFolder(study(), tmp_path)
+    clock = Clock()
+    store, identities = open_store(folder.own, clock), open_identities(folder.own)
+    here, gone = (identities.pid("prolific", id)[0] for id in ("5f3c", "5f3d"))
+    agree(store, [here, gone])
+    clock.ms += 31 * DAY_MS
+    store.seen({here: clock.ms})
+    assert due_now(folder, store).identities == (gone,)
+    clock.ms += 31 * DAY_MS
+    assert due_now(folder, store).identities == (here, gone)
+
+
+@pytest.mark.parametrize(("units", "may_return"), [(3, 2), (2, 0)])
+def test_purging_says_who_can_take_part_again_while_the_study_recruits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], units: int, may_return: int
+) -> None:
+    """Nothing else tells that they were there. A code of the experimenter lets nobody in again."""
+    text = TEXT.replace("participants: 12\n", f"participants: {units}\n")
+    folder = StudyFolder(parse_study(text), tmp_path)
+    store, identities = open_store(folder.own, text=text), open_identities(folder.own)
+    pids = [identities.pid(source, "5f3c")[0] for source in ("prolific", "link", "code")]
+    agree(store, pids)
+    for number, pid in enumerate(pids[:2]):
+        store.form_unit([pid])
+        store.finish(pid, "done", f"CODE-{number}")
+    file = tmp_path / "study.yaml"
+    file.write_text(text, encoding="utf-8")
+    place = ["study", "purge", str(file), "--data", str(tmp_path)]
+    for arguments, verb in (([], "would be"), (["--apply"], "was")):
+        assert main([*place, *arguments]) == 0
+        told = capsys.readouterr().out
+        assert "3 identities" in told
+        warned = re.findall(rf"(\d) participants whose identity {verb} deleted can take part again", told)
+        assert warned == ([f"{may_return}"] if may_return else [])
+    assert main([*place, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["may_take_part_again"] == 0, "nobody is left to be deleted"
 
 
 def test_a_code_means_what_it_meant_when_the_study_began(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,6 +19,7 @@ from movingout.study.errors import StudyError
 from movingout.study.questionnaire import USUAL_ENDS
 from movingout.study.store import Unit
 from movingout.study.store.clock import now_ms
+from movingout.study.store.frozen_study import freeze_study
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import answers, audit, consents, notes, players, rounds, tombstones, units
 from tests.study.filled import fill, template
@@ -58,7 +59,10 @@ def test_who_only_opened_the_link_is_in_no_export_and_no_report(tmp_path: Path) 
     study, text = template("agent_survey", **SHORT)
     place, store, pids = fill(tmp_path, study, text, 1)
     store.arrive("PLOOKED", "en")
+    freeze_study(store, study.id, text, {"movingout": "mended"}, {})
     done = export_study(place, store, tmp_path / "out", Options(training=False))
+    about = json.loads((tmp_path / "out" / "about.json").read_text(encoding="utf-8"))
+    assert [one["code"]["movingout"] for one in about["code_by_time"]] == ["test", "mended"]
     assert done.rows["participants"] == 1
     assert [row["pid"] for row in read_csv(tmp_path / "out" / "participants.csv")] == pids
     flow = dict(collect(study, store, place.recordings).flow)

@@ -8,9 +8,9 @@ import pytest
 from movingout.maps import load_map, map_to_json
 from movingout.study.data.versions import agent_code, model_hashes
 from movingout.study.errors import StudyError
-from movingout.study.store.frozen_study import freeze_study, frozen_study
+from movingout.study.store.frozen_study import code_by_time, freeze_study, frozen_study
 from movingout.study.store.tables import audit
-from tests.study.support import TEXT, open_store, study
+from tests.study.support import TEXT, Clock, open_store, study
 
 
 def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str) -> None:
@@ -24,6 +24,35 @@ def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str)
     freeze_study(store, "agent-survey", TEXT + "# before anybody came\n", {"movingout": "mended"}, {"scripted": ""})
     assert frozen_study(store).code == {"movingout": "mended"}
     assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "code"]
+
+
+def test_newer_software_leaves_a_note_of_what_was_there_before_and_from_when(place: Path | str) -> None:
+    clock = Clock()
+    store = open_store(place, clock)
+    freeze_study(store, "agent-survey", TEXT, {"movingout": "before anybody came"}, {"scripted": ""})
+    store.arrive("P1", "en")
+    versions = ["before anybody came", "mended", "mended", "new"]
+    played = []
+    for version in versions:
+        freeze_study(store, "agent-survey", TEXT, {"movingout": version}, {"scripted": ""})
+        played.append(clock())
+    found = code_by_time(store)
+    assert [one["code"]["movingout"] for one in found] == ["before anybody came", "mended", "new"]
+    assert [sum(one["from_ms"] <= at for one in found) for at in played] == [1, 2, 2, 3]
+
+
+def test_software_that_an_earlier_version_did_not_note_is_unknown_unless_newer_software_notes_it(
+    place: Path | str,
+) -> None:
+    store = open_store(place)
+    store.audit("server", "freeze", file_sha256="", models={})  # as earlier versions did, and "code" without `before`
+    assert [one["code"] for one in code_by_time(store)] == [{"movingout": "test"}]
+    store.arrive("P1", "en")
+    freeze_study(store, "agent-survey", TEXT, {"movingout": "new"}, {"scripted": ""})
+    assert [one["code"] for one in code_by_time(store)] == [{"movingout": "test"}, {"movingout": "new"}]
+    store.audit("server", "freeze", file_sha256="", models={})
+    store.audit("server", "code", code={"movingout": "new"})
+    assert [one["code"] for one in code_by_time(store)] == [None, {"movingout": "new"}]
 
 
 def test_a_study_that_has_begun_keeps_its_agents(place: Path | str) -> None:
