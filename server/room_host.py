@@ -13,7 +13,7 @@ from movingout.agents.catalogue import agent_cards
 from movingout.maps import TUTORIAL, MovingOutError, load_map, shipped_map_names
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
-from movingout.server.agent_workers.capacity import COSTS, AgentCosts
+from movingout.server.agent_workers.capacity import COSTS, COSTS_S, AgentCosts
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl
@@ -93,6 +93,7 @@ class RoomHost:
         self.background.keep_running("the clock of the rooms", self.scheduler.run)
         self._recordings_id = _folder_id(self.settings.recordings)
         self.background.repeat(SYNC, self._sync, SYNC_S)
+        self.background.repeat("keeping the costs of agents", self._keep_costs, COSTS_S)
         self.background.repeat("watching the load", self._watch_cpu, 1.0)
         self._garbage.start()
 
@@ -193,10 +194,11 @@ class RoomHost:
             await self.registry.prepared_maps.prepare(*wanted)
 
     async def restore(self, file: RoomFile) -> None:
-        """Open a room of the last run again."""
+        """Open a room of the last run again, however busy its agents may be by what is known of them now."""
         await self.prepare_map(file)
         try:
-            room = restore_room(file, self.settings.recordings, self.registry, time.monotonic())
+            with self.agents.without_limit():
+                room = restore_room(file, self.settings.recordings, self.registry, time.monotonic())
         except MovingOutError as error:
             log.warning("room %s does not come back: %s", file.id, error)
             self.store.delete(file.id)
@@ -232,6 +234,9 @@ class RoomHost:
         writers = [recorder.writer for recorder in recorders if recorder.writer is not None]
         if writers:
             await asyncio.to_thread(sync_recordings, self.settings.recordings, writers)
+
+    async def _keep_costs(self) -> None:
+        await asyncio.to_thread(self.agents.costs.save)
 
     async def _watch_cpu(self) -> None:
         self.cpu_share += (self._process.cpu_percent() / 100.0 - self.cpu_share) / CPU_SAMPLES
