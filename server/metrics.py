@@ -116,7 +116,11 @@ def _server(host: PublicHost, reports: Reports) -> Iterator[Metric]:
     yield gauge("recordings_not_uploaded", "Recordings that wait to be sent to a bucket", waiting)
     yield counter("recordings_uploaded", "Recordings sent to a bucket since the start", sent)
     yield gauge("upload_failing", "Whether the last attempt to send a recording failed", failing)
-    yield gauge("disk_free_bytes", "Free on the disk of the data folder", host.disk_free())
+    yield gauge(
+        "disk_free_bytes",
+        "Free on the disk of the data folder, or of its recordings where that has less",
+        host.disk_free(),
+    )
     refusals = CounterMetricFamily("movingout_refusals", "What was refused", labels=["reason", PROCESS])
     for process, counts in refused(host, reports).items():
         for reason, number in sorted(counts.items()):

@@ -348,9 +348,12 @@ class PublicHost(ABC):
         return [*self.faults(), *agents, *([refusal.message] if refusal else [])]
 
     def disk_free(self) -> int:
-        """Bytes on the disk of the data folder; 0 when it is gone."""
+        """Bytes on the disk of the data folder, or of the recordings where theirs has less; 0 when it is gone."""
+        data, recordings = self.settings.data, self.settings.recordings
         try:
-            return shutil.disk_usage(self.settings.data).free
+            return min(
+                shutil.disk_usage(folder).free for folder in (data, recordings) if folder == data or folder.exists()
+            )
         except OSError:
             return 0
 

@@ -1,11 +1,13 @@
 """Database errors, a full disk, a failing room: each gives a sentence and an alert, and nothing is lost."""
 
 import asyncio
+import shutil
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
 import pytest
 
@@ -159,6 +161,18 @@ def test_a_full_disk_lets_no_round_begin_and_says_so(study: Served, monkeypatch:
     monkeypatch.undo()
     study.look()
     assert visitor.look()["step"]["state"] == "playing"
+
+
+def test_while_the_data_folder_is_away_the_experimenter_reads_why(
+    study: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(folder: Path) -> NoReturn:
+        raise FileNotFoundError(folder)
+
+    monkeypatch.setattr(shutil, "disk_usage", gone)
+    study.look()
+    state = study.state()
+    assert state["server"]["disk_free_mb"] == 0 and state["alerts"][0]["about"] == "disk"
 
 
 def test_an_alert_says_no_more_than_the_letter_of_an_agent_that_has_no_room(
