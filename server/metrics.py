@@ -66,6 +66,8 @@ def _rooms(reports: Reports) -> Iterator[Metric]:
     for phase, number in sorted(phases.items()):
         rooms.add_metric([phase], number)
     yield rooms
+    unrecorded = "Rounds that ended and were not recorded, or not to their end, though they should have been"
+    yield _by_process("rounds_unrecorded", unrecorded, reports, "rounds_unrecorded")
     yield gauge("sockets", "Connected players, programs and spectators", sum(each["sockets"] for each in reports))
     yield _by_process("sent_bytes", "Bytes sent over websockets", reports, "bytes_sent")
 

@@ -363,6 +363,12 @@ class PublicHost(ABC):
             return Notice("disk_full", "The server's disk is almost full; free some space.")
         return NOTHING
 
+    def cannot_record(self) -> Notice:
+        """Why a round would not be recorded now, NOTHING where it would; the log says more."""
+        if not self.health().records:
+            return Notice("not_writable", "Nothing can be written to the server's folder of recordings.")
+        return self.full_disk()
+
     # ---- randomised maps ------------------------------------------------------------------------------------
 
     async def prepare_maps(self, config: RoomConfig, address: str = "") -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.server.notices import Notice
+from movingout.server.overload import ProcessHealth
 from movingout.server.rooms.seat import Seat
 from movingout.server.study import databases
 from movingout.study.errors import StoreError
@@ -151,13 +152,22 @@ def test_wherever_the_disk_is_full_an_answer_is_kept_or_refused_and_later_taken(
     assert "database" in study.alerts()
 
 
-def test_a_full_disk_lets_no_round_begin_and_says_so(study: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("asked", "answer", "alerts"),
+    [
+        ("full_disk", Notice("disk_full", "The disk is full."), {"room", "disk"}),
+        ("process_health", ProcessHealth(agents=True, records=False), {"room"}),
+    ],
+)
+def test_a_disk_that_is_full_or_takes_no_writing_lets_no_round_begin_and_says_so(
+    study: Served, monkeypatch: pytest.MonkeyPatch, asked: str, answer: object, alerts: set[str]
+) -> None:
     visitor = study.visitor().go_to("round")
-    monkeypatch.setattr(study.live.host, "full_disk", lambda: Notice("disk_full", "The disk is full."))
+    monkeypatch.setattr(study.live.host, asked, lambda: answer)
     visitor.next()
     assert visitor.step["state"] == "waiting"
     study.look()
-    assert {"room", "disk"} <= set(study.alerts())
+    assert alerts <= set(study.alerts())
     monkeypatch.undo()
     study.look()
     assert visitor.look()["step"]["state"] == "playing"
