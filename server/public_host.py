@@ -349,11 +349,9 @@ class PublicHost(ABC):
 
     def disk_free(self) -> int:
         """Bytes on the disk of the data folder, or of the recordings where theirs has less; 0 when it is gone."""
-        data, recordings = self.settings.data, self.settings.recordings
+        folders = self.settings.data, self.settings.recordings
         try:
-            return min(
-                shutil.disk_usage(folder).free for folder in (data, recordings) if folder == data or folder.exists()
-            )
+            return min(shutil.disk_usage(folder).free for folder in folders if folder == folders[0] or folder.exists())
         except OSError:
             return 0
 
@@ -365,9 +363,8 @@ class PublicHost(ABC):
 
     def cannot_record(self) -> Notice:
         """Why a round would not be recorded now, NOTHING where it would; the log says more."""
-        if not self.health().records:
-            return Notice("not_writable", "Nothing can be written to the server's folder of recordings.")
-        return self.full_disk()
+        unwritable = Notice("not_writable", "Nothing can be written to the server's folder of recordings.")
+        return self.full_disk() if self.health().records else unwritable
 
     # ---- randomised maps ------------------------------------------------------------------------------------
 
