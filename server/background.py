@@ -18,6 +18,7 @@ class BackgroundWork:
         self._clock = clock
         self._tasks: list[asyncio.Task[None]] = []
         self._succeeded: dict[str, tuple[float, float]] = {}  # when, and the interval
+        self._failing: set[str] = set()
 
     def repeat(self, name: str, work: Callable[[], Awaitable[None]], interval_s: float) -> None:
         """Do the work every `interval_s` until `stop`; an error is logged, and the work is done again."""
@@ -33,12 +34,16 @@ class BackgroundWork:
         at, _ = self._succeeded.get(name, (self._clock(), 0.0))
         return self._clock() - at
 
+    def works(self, name: str) -> bool:
+        """Whether a repeated work succeeded the last time, and in time; True for one that is not repeated here."""
+        _, interval_s = self._succeeded.get(name, (0.0, 0.0))
+        return name not in self._failing and self.age_s(name) <= interval_s + OVERDUE_S
+
     def faults(self) -> Iterator[str]:
         """What has not succeeded for too long, or has ended."""
-        now = self._clock()
-        for name, (at, interval_s) in self._succeeded.items():
-            if now - at > interval_s + OVERDUE_S:
-                yield f"{name}: not done for {now - at:.0f} s"
+        for name, (_, interval_s) in self._succeeded.items():
+            if self.age_s(name) > interval_s + OVERDUE_S:
+                yield f"{name}: not done for {self.age_s(name):.0f} s"
         for task in self._tasks:
             if task.done():
                 yield f"{task.get_name()}: ended"
@@ -49,19 +54,19 @@ class BackgroundWork:
         await asyncio.gather(*self._tasks, return_exceptions=True)
         self._tasks.clear()
         self._succeeded.clear()
+        self._failing.clear()
 
     async def _repeat(self, name: str, work: Callable[[], Awaitable[None]], interval_s: float) -> None:
-        failing = False
         while True:
             await asyncio.sleep(interval_s)
             try:
                 await work()
-                failing = False
+                self._failing.discard(name)
                 self._succeeded[name] = self._clock(), interval_s
             except Exception as error:  # whatever it was, the next time may succeed
-                if not failing:
+                if name not in self._failing:
                     log.exception("%s failed and is tried again: %s", name, error)
-                failing = True
+                self._failing.add(name)
 
     async def _keep_running(self, name: str, work: Callable[[], Awaitable[None]]) -> None:
         while True:

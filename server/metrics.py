@@ -66,6 +66,8 @@ def _rooms(reports: Reports) -> Iterator[Metric]:
     for phase, number in sorted(phases.items()):
         rooms.add_metric([phase], number)
     yield rooms
+    unrecorded = "Rounds that ended and were not recorded, or not to their end, though they should have been"
+    yield _by_process("rounds_unrecorded", unrecorded, reports, "rounds_unrecorded")
     yield gauge("sockets", "Connected players, programs and spectators", sum(each["sockets"] for each in reports))
     yield _by_process("sent_bytes", "Bytes sent over websockets", reports, "bytes_sent")
 
@@ -116,7 +118,11 @@ def _server(host: PublicHost, reports: Reports) -> Iterator[Metric]:
     yield gauge("recordings_not_uploaded", "Recordings that wait to be sent to a bucket", waiting)
     yield counter("recordings_uploaded", "Recordings sent to a bucket since the start", sent)
     yield gauge("upload_failing", "Whether the last attempt to send a recording failed", failing)
-    yield gauge("disk_free_bytes", "Free on the disk of the data folder", host.disk_free())
+    yield gauge(
+        "disk_free_bytes",
+        "Free on the disk of the data folder, or of its recordings where that has less",
+        host.disk_free(),
+    )
     refusals = CounterMetricFamily("movingout_refusals", "What was refused", labels=["reason", PROCESS])
     for process, counts in refused(host, reports).items():
         for reason, number in sorted(counts.items()):

@@ -353,9 +353,10 @@ class PublicHost(ABC):
         return [*self.faults(), *agents, *([refusal.message] if refusal else [])]
 
     def disk_free(self) -> int:
-        """Bytes on the disk of the data folder; 0 when it is gone."""
+        """Bytes on the disk of the data folder, or of the recordings where theirs has less; 0 when it is gone."""
+        folders = self.settings.data, self.settings.recordings
         try:
-            return shutil.disk_usage(self.settings.data).free
+            return min(shutil.disk_usage(folder).free for folder in folders if folder == folders[0] or folder.exists())
         except OSError:
             return 0
 
@@ -364,6 +365,11 @@ class PublicHost(ABC):
         if self.disk_free() < 50e6:
             return Notice("disk_full", "The server's disk is almost full; free some space.")
         return NOTHING
+
+    def cannot_record(self) -> Notice:
+        """Why a round would not be recorded now, NOTHING where it would; the log says more."""
+        unwritable = Notice("not_writable", "Nothing can be written to the server's folder of recordings.")
+        return self.full_disk() if self.health().records else unwritable
 
     # ---- randomised maps ------------------------------------------------------------------------------------
 

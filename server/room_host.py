@@ -13,7 +13,7 @@ from movingout.agents.catalogue import agent_cards
 from movingout.maps import TUTORIAL, MovingOutError, load_map, shipped_map_names
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
-from movingout.server.agent_workers.capacity import COSTS, AgentCosts
+from movingout.server.agent_workers.capacity import COSTS, COSTS_S, AgentCosts
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl
@@ -22,7 +22,7 @@ from movingout.server.memory import GarbageCollection
 from movingout.server.open_files import within_open_files
 from movingout.server.overload import Overload, ProcessHealth
 from movingout.server.own_maps.workers import MapWorkers
-from movingout.server.persistence.fsync import sync_recordings
+from movingout.server.persistence.fsync import sync_recordings, try_writing
 from movingout.server.persistence.room_snapshot import restore_room, room_file
 from movingout.server.persistence.room_store import RoomFile, RoomStore
 from movingout.server.public_host import NoRoom
@@ -41,6 +41,7 @@ from movingout.world.distance import paper_distances
 log = logging.getLogger(__name__)
 
 SYNC, SYNC_S = "saving recordings to the disk", 1.0
+WRITING, WRITING_S = "writing to the folder of recordings", 3.0
 CPU_SAMPLES = 5  # seconds that the CPU share is averaged over
 
 
@@ -93,6 +94,8 @@ class RoomHost:
         self.background.keep_running("the clock of the rooms", self.scheduler.run)
         self._recordings_id = _folder_id(self.settings.recordings)
         self.background.repeat(SYNC, self._sync, SYNC_S)
+        self.background.repeat(WRITING, self._try_writing, WRITING_S)
+        self.background.repeat("keeping the costs of agents", self._keep_costs, COSTS_S)
         self.background.repeat("watching the load", self._watch_cpu, 1.0)
         self._garbage.start()
 
@@ -193,10 +196,11 @@ class RoomHost:
             await self.registry.prepared_maps.prepare(*wanted)
 
     async def restore(self, file: RoomFile) -> None:
-        """Open a room of the last run again."""
+        """Open a room of the last run again, however busy its agents may be by what is known of them now."""
         await self.prepare_map(file)
         try:
-            room = restore_room(file, self.settings.recordings, self.registry, time.monotonic())
+            with self.agents.without_limit():
+                room = restore_room(file, self.settings.recordings, self.registry, time.monotonic())
         except MovingOutError as error:
             log.warning("room %s does not come back: %s", file.id, error)
             self.store.delete(file.id)
@@ -216,7 +220,8 @@ class RoomHost:
     def process_health(self) -> ProcessHealth:
         """What this process says of itself."""
         faults = (*self.background.faults(), *self.agents.faults())
-        return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, faults)
+        records = self.background.works(SYNC) and self.background.works(WRITING)
+        return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, faults, records)
 
     def sync_age_s(self) -> float:
         """Since recordings were last forced to the disk."""
@@ -232,6 +237,13 @@ class RoomHost:
         writers = [recorder.writer for recorder in recorders if recorder.writer is not None]
         if writers:
             await asyncio.to_thread(sync_recordings, self.settings.recordings, writers)
+
+    async def _try_writing(self) -> None:
+        """Notice a full or read-only disk while nobody plays: rounds that are not recorded are played all the same."""
+        await asyncio.to_thread(try_writing, self.settings.recordings)
+
+    async def _keep_costs(self) -> None:
+        await asyncio.to_thread(self.agents.costs.save)
 
     async def _watch_cpu(self) -> None:
         self.cpu_share += (self._process.cpu_percent() / 100.0 - self.cpu_share) / CPU_SAMPLES

@@ -45,6 +45,7 @@ def room_report(host: "RoomHost") -> dict[str, Any]:
         "tick_share": round(host.overload.tick_share, 4),
         "agent_decisions": host.agents.decisions,
         "agent_decisions_late": host.agents.missed,
+        "rounds_unrecorded": host.registry.unrecorded,
         "sync_age_s": round(host.sync_age_s(), 2),
         "refusals": dict(host.admission.refusals),
         "agents": host.agents.report(),

@@ -25,7 +25,7 @@ MOST_LATE = 0.1  # share of late decisions above which a worker takes no more se
 LATE_OF = 50  # decisions that this share is of, at least
 HALF_LIFE_S = 10.0
 MOST_KEPT = 200  # agents, of which each set of options makes another one; then the oldest is forgotten
-COSTS = "agent_costs.json"
+COSTS, COSTS_S = "agent_costs.json", 60.0  # where costs are kept, and how often: a killed server keeps none at its end
 _ON_OWN_MAPS = " on own maps"
 
 
@@ -73,16 +73,18 @@ class AgentCosts:
         self._set(name, (1.0 - WEIGHT) * self.of(name) + WEIGHT * share)
 
     def save(self) -> None:
-        """Write the file if anything has changed; a cost that cannot be kept is measured again."""
+        """Write the file if anything has changed; a cost that cannot be kept is measured again. May run in a thread."""
         if self._file is None or not self._changed:
             return
-        rows = {name: {"share": round(share, 5), "model": self._prints[name]} for name, share in self._shares.items()}
+        self._changed = False  # first, and of copies, as seats note costs meanwhile
+        shares, prints = self._shares.copy(), self._prints.copy()
+        rows = {name: {"share": round(share, 5), "model": prints.get(name, "")} for name, share in shares.items()}
         new = self._file.with_suffix(".tmp")
         try:
             new.write_text(json.dumps(rows, indent=1), encoding="utf-8")
             new.replace(self._file)
-            self._changed = False
         except OSError as error:
+            self._changed = True
             log.warning("the costs of agents are not kept in %s: %s", self._file, error.strerror)
 
     def _set(self, name: str, share: float) -> None:

@@ -1,6 +1,7 @@
 """Agent seats and the workers that decide for them: which worker has time for one more, and which message is whose."""
 
 import asyncio
+import contextlib
 import itertools
 import time
 from collections.abc import Callable, Iterator
@@ -60,6 +61,7 @@ class AgentPool:
         self._seats: dict[int, SeatAtWorker] = {}
         self._home: dict[int, Worker] = {}
         self._keys = itertools.count(first_key)
+        self._limited = True
         self._workers: list[Worker] = []
         for _ in range(workers):
             worker = self._make_worker()
@@ -114,11 +116,26 @@ class AgentPool:
             taken.begin()
         return taken
 
+    @contextlib.contextmanager
+    def without_limit(self) -> Iterator[None]:
+        """Within it no agent is refused for want of capacity: those of rooms that come back had their place before.
+
+        For a block that does not await.
+        """
+        self._limited = False
+        try:
+            yield
+        finally:
+            self._limited = True
+
+    def _least_busy(self) -> "Worker":
+        return min(self._workers, key=self.load)
+
     def _admitted(self, agent_id: str, cost_name: str) -> "Worker":
         """The worker that takes one more seat. Raises AgentsBusyError."""
-        worker = min(self._workers, key=self.load)
+        worker = self._least_busy()
         load = self.load(worker) + self.costs.of(cost_name)
-        if self._seats_of(worker):  # a worker without seats always takes one
+        if self._limited and self._seats_of(worker):  # a worker without seats always takes one
             if load > self._most:
                 raise AgentsBusyError(
                     f"no room for one more {agent_id!r}: one agent process would be busy {load:.0%} of the time, and "

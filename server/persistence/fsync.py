@@ -4,10 +4,12 @@ import ctypes
 import os
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from movingout.recordings import EpisodeWriter, RecordingError
 
 FEW = 4  # files; more are cheaper to sync together
+TRIED = 1 << 16  # bytes: more than a round needs to begin
 
 
 def sync_recordings(folder: Path, writers: list[EpisodeWriter]) -> None:
@@ -27,6 +29,14 @@ def sync_recordings(folder: Path, writers: list[EpisodeWriter]) -> None:
             failed = failed or error
     if failed is not None:
         raise failed
+
+
+def try_writing(folder: Path) -> None:
+    """Force a few bytes to the disk of a folder, in a file that has no name there. Raises OSError."""
+    with TemporaryFile(dir=folder) as file:
+        file.write(bytes(TRIED))
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def _sync_file_system(syncfs: Callable[[int], int], folder: Path) -> None:

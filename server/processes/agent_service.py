@@ -30,7 +30,7 @@ from movingout.agents.worker.messages import (
     frame,
     read_to_worker,
 )
-from movingout.server.agent_workers.capacity import AgentCosts, cost_name
+from movingout.server.agent_workers.capacity import COSTS_S, AgentCosts, cost_name
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.agent_workers.process import Worker
 from movingout.server.background import BackgroundWork
@@ -43,7 +43,6 @@ from movingout.server.status import process_report
 log = logging.getLogger(__name__)
 
 NEWS_S = 0.5
-COSTS_S = 60.0
 PLENTY = 1e6  # share of a core: a worker without seats takes any agent
 
 
@@ -104,10 +103,10 @@ class ServicePool(AgentPool):
     """The workers, and the seats of all processes."""
 
     def open_remote(self, opening: Open, rooms: "RoomsLink") -> None:
-        """Raises AgentError."""
+        """Seat an agent that its process has admitted, which knows what is free or played before. Raises AgentError."""
         if why := self._stopped.why(opening.agent_id):
             raise AgentError(why)
-        worker = self._admitted(opening.agent_id, cost_name(opening.agent_id, opening.map))
+        worker = self._least_busy()
         seat = ServedSeat(self, worker, opening, rooms)
         self._seats[opening.key], self._home[opening.key] = seat, worker
         if worker.connected:

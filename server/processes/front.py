@@ -130,6 +130,7 @@ class Front(PublicHost):
                 *self.agents.faults(),
                 *self.background.faults(),
             ),
+            records=all(each.records for each in ready),
         )
 
     async def open_room(self, config: RoomConfig, seats: list[Seat]) -> str:

@@ -42,7 +42,7 @@ from movingout.server.uvicorn_server import GameServer, game_server
 log = logging.getLogger(__name__)
 
 NEWS_S = 1.0
-AGENTS_S = 10.0  # without an agent service the rooms come back all the same, but not those that need agents
+AGENTS_S = 10.0  # without an agent service the rooms come back all the same, and their agents join later
 
 
 @dataclass(frozen=True)

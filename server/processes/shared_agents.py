@@ -32,7 +32,7 @@ class SharedAgents(AgentPool):
 
     def _admitted(self, agent_id: str, cost_name: str) -> Worker:
         share = self.costs.of(cost_name)
-        if share > self._free:
+        if self._limited and share > self._free:
             raise AgentsBusyError(f"no room for one more {agent_id!r}: the agents of this server are all at work")
         self._free -= share
         return self._link

@@ -49,6 +49,7 @@ class RoomRegistry:
     ) -> None:
         self.rooms: dict[str, Room] = {}
         self.prepared_maps = PreparedMaps(make_map)
+        self.unrecorded = 0  # rounds that should have been recorded, and were not to their end
         self._recordings = recordings
         self._agents = agents
         self._scheduler = scheduler
@@ -124,6 +125,8 @@ class RoomRegistry:
         self._on_journal(journal)
 
     def ended(self, room_id: str, episode_id: str, result: m.Result) -> None:
+        room = self.rooms.get(room_id)
+        self.unrecorded += room is not None and bool(room.round.recorder.problem)
         for watcher in self._round_watchers:
             watcher(room_id, episode_id, result)
 

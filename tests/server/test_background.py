@@ -5,16 +5,18 @@ import ctypes
 import errno
 import logging
 from pathlib import Path
-from typing import cast
+from typing import NoReturn, cast
 
 import pytest
 
 from movingout.recordings import EpisodeWriter, RecordingError
-from movingout.server import background
+from movingout.server import background, room_host
 from movingout.server.background import BackgroundWork
 from movingout.server.host import Host
 from movingout.server.persistence import fsync
-from movingout.server.persistence.fsync import FEW, sync_recordings
+from movingout.server.persistence.fsync import FEW, TRIED, sync_recordings, try_writing
+from movingout.server.settings import Settings
+from tests.recordings.full_disk import limited
 from tests.server.live import serve
 
 
@@ -48,6 +50,26 @@ def test_work_that_fails_is_done_again_and_logged_once(caplog: pytest.LogCapture
     assert [record.getMessage() for record in caplog.records if record.levelno == logging.ERROR] == [
         "saving failed and is tried again: [Errno 24] Too many open files"
     ]
+
+
+def test_work_that_failed_once_does_not_work_until_it_succeeds_again() -> None:
+    found: list[bool] = []
+
+    async def run() -> None:
+        work_of = BackgroundWork()
+
+        async def work() -> None:
+            found.append(work_of.works("saving"))
+            if len(found) == 2:
+                raise OSError(30, "Read-only file system")
+
+        work_of.repeat("saving", work, 0.001)
+        while len(found) < 4:
+            await asyncio.sleep(0.001)
+        await work_of.stop()
+
+    asyncio.run(run())
+    assert found[:4] == [True, True, False, True]
 
 
 def test_work_that_never_succeeds_is_a_fault_after_five_seconds() -> None:
@@ -123,6 +145,44 @@ def test_a_file_system_that_cannot_be_forced_to_the_disk_is_no_success(
     monkeypatch.setattr(fsync, "_SYNCFS", full)
     with pytest.raises(OSError, match="No space left"):
         sync_recordings(tmp_path, [cast(EpisodeWriter, None)] * (FEW + 1))
+
+
+def test_a_folder_is_tried_without_a_file_that_anybody_sees(tmp_path: Path) -> None:
+    try_writing(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    with limited(TRIED // 2), pytest.raises(OSError, match="File too large"):
+        try_writing(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_disk_that_takes_no_writing_while_nobody_plays_is_a_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read_only(folder: Path) -> NoReturn:
+        raise OSError(errno.EROFS, "Read-only file system", str(folder))
+
+    monkeypatch.setattr(room_host, "try_writing", read_only)
+    monkeypatch.setattr(room_host, "WRITING_S", 0.001)
+    clock = Clock()
+
+    async def run() -> list[str]:
+        host = Host(Settings(data=tmp_path))
+        host.settings.recordings.mkdir()
+        host.background = BackgroundWork(clock)
+        assert not host.cannot_record()
+        await host.start_rooms()
+        while host.process_health().records:
+            await asyncio.sleep(0.001)
+        clock.now += 5.5
+        reasons = [host.cannot_record().message, *host.faults()]
+        await host.background.stop()
+        host.store.close()
+        return reasons
+
+    assert asyncio.run(asyncio.wait_for(run(), 10.0)) == [
+        "Nothing can be written to the server's folder of recordings.",
+        "writing to the folder of recordings: not done for 6 s",
+    ]
 
 
 def test_recordings_that_were_moved_away_are_a_fault(tmp_path: Path) -> None:

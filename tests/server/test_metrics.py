@@ -11,6 +11,11 @@ import pytest
 import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
+from movingout.server.host import Host
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import RoomConfig
+from movingout.server.settings import Settings
+from movingout.server.status import room_report
 from tests.server.live import ADMIN, Live, limits, serve
 from tests.server.study.support import served
 
@@ -53,6 +58,18 @@ def test_the_metrics_count_what_happened(tmp_path: Path) -> None:
     assert found["movingout_ready"] == 0 and found["movingout_faults"] == 0
     assert found["process_open_fds,process=0"] > 10 and found["process_resident_memory_bytes,process=0"] > 1e7
     assert found["movingout_sync_age_seconds,process=0"] < 5 and found["movingout_disk_free_bytes"] > 0
+
+
+def test_a_round_that_is_not_recorded_counts_and_practice_does_not(tmp_path: Path) -> None:
+    host = Host(Settings(data=tmp_path))
+    host.settings.recordings.write_text("no folder")
+    for practice in (False, True):
+        room = host.registry.open(RoomConfig(maps=("Simple",), practice=practice), [Seat(0, "human"), Seat(1, "idle")])
+        room.series.begin(room.round)
+        assert not room.recording
+        room._end_round("stopped")
+    host.store.close()
+    assert room_report(host)["rounds_unrecorded"] == 1
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import asyncio
 import gc
+import shutil
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -157,6 +158,17 @@ def test_rooms_are_asked_some_at_a_time(tmp_path: Path) -> None:
 
     asyncio.run(make_place())
     assert 5 <= turns < 50
+
+
+@pytest.mark.parametrize("fuller", ["data", "recordings"])
+def test_recordings_on_a_disk_of_their_own_that_is_full_let_no_room_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fuller: str
+) -> None:
+    host = FarHost(tmp_path, {})
+    host.settings.recordings.mkdir()
+    full = getattr(host.settings, fuller)
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=8e3 if folder == full else 5e10))
+    assert host.disk_free() == 8e3 and host.refusal().code == "disk_full"
 
 
 @pytest.mark.parametrize("error", [Away("restarting"), asyncio.CancelledError()], ids=["away", "cancelled"])

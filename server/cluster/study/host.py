@@ -131,7 +131,7 @@ class StudyNodeHost(ClusterHost):
     # ---- rooms wherever they are ------------------------------------------------------------------------------
 
     def why_no_room(self) -> str:
-        return self.refusal().message
+        return self.refusal().message or self.cannot_record().message
 
     def shards_here(self) -> list[str]:
         return [shard for shard in self.node.open if shard in SHARDS and self.node.serves(shard)]

@@ -1,7 +1,6 @@
 """The state of the experimenter's page as JSON. Partners are letters here too, so that the experimenter stays blind."""
 
 import asyncio
-import shutil
 import time
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -126,7 +125,7 @@ class Dashboard:
             "late_p99_ms": round(lateness.percentile_ms(0.99), 2),
             "missed": lateness.skipped,
             "ticks": lateness.ticks,
-            "disk_free_mb": round(shutil.disk_usage(host.settings.data).free / 1e6),
+            "disk_free_mb": round(host.disk_free() / 1e6),
             "recordings": rooms.finished.left,
             "partial": rooms.finished.partial,
         }

@@ -89,7 +89,7 @@ class StudyRooms:
     async def open(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
         """Open a room for the unit. If that fails, the reason is in `unit.problem`, and the monitor tries again."""
         tx.check()
-        unit.problem, hidden = self._host.full_disk().message or self._late.problem_of(unit), ""
+        unit.problem, hidden = self._host.cannot_record().message or self._late.problem_of(unit), ""
         if not unit.problem:
             try:
                 await self._open(tx, unit, step)

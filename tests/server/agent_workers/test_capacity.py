@@ -22,6 +22,8 @@ from movingout.server.agent_workers.capacity import (
     per_worker,
 )
 from movingout.server.agent_workers.pool import AgentPool
+from movingout.server.processes.agent_service import RoomsLink, ServicePool
+from movingout.server.processes.shared_agents import SharedAgents
 from tests.agents.support import HERE
 
 MAP = load_map("HandOff")
@@ -59,6 +61,28 @@ def test_seats_are_admitted_by_what_was_measured_at_the_warm_up_not_by_a_guess()
     pool.open("bass@all", MAP, 0, 1, 500), pool.open("bass@all", MAP, 0, 1, 500)
     with pytest.raises(AgentsBusyError, match="busy 100% of the time, and at most 80% is safe"):
         pool.open("bass@all", MAP, 0, 1, 500)
+
+
+def test_the_service_seats_what_a_process_has_admitted_though_another_was_quicker() -> None:
+    """A refusal would have ended the connection, and with it all agents of the process."""
+    pool = ServicePool(1)
+    pool.costs.measured("bass@all", 0.5)
+    for key in (1, 2):
+        rooms = RoomsLink(pool)
+        rooms._take(Open(key, "bass@all", MAP, 0, 1, 500))
+    assert [seat and seat.agent_id for seat in map(pool.seat, (1, 2))] == ["bass@all"] * 2
+    assert pool.free() < 0.0
+
+
+def test_a_process_seats_the_agents_of_rooms_that_come_back_before_the_service_answers() -> None:
+    shared = SharedAgents()
+    with pytest.raises(AgentsBusyError, match="all at work"):
+        shared.open("idle", MAP, 0, 1, 500)
+    with shared.without_limit():
+        seat = shared.open("idle", MAP, 0, 1, 500)
+    assert not seat.ready and not seat.failed
+    with pytest.raises(AgentsBusyError, match="all at work"):
+        shared.open("idle", MAP, 0, 1, 500)
 
 
 def test_what_an_agent_costs_on_drawn_maps_decides_for_drawn_maps_alone(tmp_path: Path) -> None:

@@ -10,6 +10,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from movingout.agents.errors import AgentsBusyError
+from movingout.server import room_host
+from movingout.server.agent_workers.capacity import COSTS, AgentCosts
 from movingout.server.connection import client_connection
 from movingout.server.host import Host
 from movingout.server.persistence.room_snapshot import room_file
@@ -109,6 +112,46 @@ def test_a_file_that_the_disk_does_not_give_waits_for_the_next_start(
     kept = sorted(path.name for path in host.settings.rooms.iterdir())
     assert kept == sorted([f"{room.id}.json", "damaged.json.not-understood"]), "what is not understood is set aside"
     assert "damaged or of another version: left out, and kept as damaged.json.not-understood" in caplog.text
+
+
+def test_all_rooms_come_back_though_their_agents_seem_to_cost_more_than_when_they_were_opened(tmp_path: Path) -> None:
+    first = Host(Settings(data=tmp_path))
+    first.settings.rooms.mkdir()
+    first.agents.costs.measured("scripted", 0.01)
+    opened = [first.registry.open(RoomConfig(maps=("Simple",)), person_and_agent()) for _ in range(4)]
+    first.store.close()
+
+    second = Host(Settings(data=tmp_path))  # of a killed server nothing was kept but the rooms
+    second.agents.costs.measured("scripted", 10.0)
+    for file in list(second.store.load()):
+        asyncio.run(second.restore(file))
+    with pytest.raises(AgentsBusyError):
+        second.registry.open(RoomConfig(maps=("Simple",)), person_and_agent())
+    second.store.close()
+    assert {*second.registry.rooms} == {room.id for room in opened}
+    assert {path.stem for path in second.settings.rooms.iterdir()} == {room.id for room in opened}
+    assert all(room.seats[1].player for room in second.registry.rooms.values())
+
+
+def person_and_agent() -> list[Seat]:
+    return [Seat(0, "human"), Seat(1, "agent", agent_id="scripted")]
+
+
+def test_what_agents_cost_is_kept_while_the_server_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room_host, "COSTS_S", 0.001)
+    (tmp_path / "recordings").mkdir()
+
+    async def scenario() -> None:
+        host = Host(Settings(data=tmp_path))
+        await host.start_rooms()
+        host.agents.costs.measured("scripted", 0.02)
+        while not (tmp_path / COSTS).exists():
+            await asyncio.sleep(0.001)
+        await host.background.stop()
+        host.store.close()
+
+    asyncio.run(asyncio.wait_for(scenario(), 10.0))
+    assert AgentCosts(tmp_path / COSTS).of("scripted") == 0.02
 
 
 def test_a_pipe_among_the_rooms_holds_no_start(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -1,16 +1,19 @@
 """Database errors, a full disk, a failing room: each gives a sentence and an alert, and nothing is lost."""
 
 import asyncio
+import shutil
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
 import pytest
 
 from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.server.notices import Notice
+from movingout.server.overload import ProcessHealth
 from movingout.server.rooms.seat import Seat
 from movingout.server.study import databases
 from movingout.study.errors import StoreError
@@ -149,16 +152,37 @@ def test_wherever_the_disk_is_full_an_answer_is_kept_or_refused_and_later_taken(
     assert "database" in study.alerts()
 
 
-def test_a_full_disk_lets_no_round_begin_and_says_so(study: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("asked", "answer", "alerts"),
+    [
+        ("full_disk", Notice("disk_full", "The disk is full."), {"room", "disk"}),
+        ("process_health", ProcessHealth(agents=True, records=False), {"room"}),
+    ],
+)
+def test_a_disk_that_is_full_or_takes_no_writing_lets_no_round_begin_and_says_so(
+    study: Served, monkeypatch: pytest.MonkeyPatch, asked: str, answer: object, alerts: set[str]
+) -> None:
     visitor = study.visitor().go_to("round")
-    monkeypatch.setattr(study.live.host, "full_disk", lambda: Notice("disk_full", "The disk is full."))
+    monkeypatch.setattr(study.live.host, asked, lambda: answer)
     visitor.next()
     assert visitor.step["state"] == "waiting"
     study.look()
-    assert {"room", "disk"} <= set(study.alerts())
+    assert alerts <= set(study.alerts())
     monkeypatch.undo()
     study.look()
     assert visitor.look()["step"]["state"] == "playing"
+
+
+def test_while_the_data_folder_is_away_the_experimenter_reads_why(
+    study: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(folder: Path) -> NoReturn:
+        raise FileNotFoundError(folder)
+
+    monkeypatch.setattr(shutil, "disk_usage", gone)
+    study.look()
+    state = study.state()
+    assert state["server"]["disk_free_mb"] == 0 and state["alerts"][0]["about"] == "disk"
 
 
 def test_an_alert_says_no_more_than_the_letter_of_an_agent_that_has_no_room(
