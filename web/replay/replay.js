@@ -61,7 +61,7 @@ class ReplayPage {
     );
     this.transport.open(replay);
     this.player = this.transport.player;
-    this.events = shownEvents(replay.summary.events);
+    this.events = shownEvents(replay.summary.events, replay.ticks);
     /** @type {Map<ShownEvent, HTMLElement>} */
     this.rows = new Map();
     /** @type {ShownEvent | undefined} */
