@@ -187,6 +187,25 @@ def test_the_excerpt_plays_around_the_finding_and_can_be_watched_again(
     assert page.evaluate("window.__movingout.transport.tick") < stopped
 
 
+def short_findings(route: Route) -> None:
+    """Findings that end two seconds after the start: their excerpt ends at tick 50."""
+    answer = route.fetch().json()
+    route.fulfill(json={**answer, "findings": [{**one, "end": 20} for one in answer["findings"]]})
+
+
+def test_who_moves_behind_the_excerpt_in_a_pause_plays_on_at_the_first_press(
+    open_page: OpenPage, server: Server, folder: Path
+) -> None:
+    page = annotating(open_page, server, reduced_motion="reduce")
+    page.route("**/api/findings", short_findings)
+    page.reload()
+    expect(page.locator(".annotate-span")).to_be_attached(timeout=30_000)
+    for _ in range(6):
+        page.keyboard.press("Shift+ArrowRight")  # a second
+    page.keyboard.press("Space")
+    page.wait_for_function("() => window.__movingout.transport.tick > 65")
+
+
 def test_less_motion_means_that_nothing_plays_by_itself(open_page: OpenPage, server: Server, folder: Path) -> None:
     page = annotating(open_page, server, reduced_motion="reduce")
     expect(page.get_by_role("button", name="Play")).to_be_visible()

@@ -1,5 +1,6 @@
 """Two people at real browsers play whole games by pressing keys."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.pilot import Pilot, Plan, play
-from tests.browser.support import Server, frame_gaps, start, wait_for
+from tests.browser.support import Server, frame_gaps, seat_tokens_script, start, wait_for
 
 OpenPage = Callable[..., Page]
 
@@ -54,6 +55,25 @@ def test_a_series_goes_on_to_the_next_map_when_both_are_ready(server: Server, op
     blue.get_by_role("button", name="Play again").click()
     wait_for(blue, "game.phase === 'playing'")
     expect(blue.locator("#title")).to_have_text("Left Right")
+
+
+@pytest.mark.slow
+def test_shortcuts_of_the_browser_neither_pause_nor_go_on(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page("/healthz")
+    page.context.add_init_script(seat_tokens_script(room))
+    sent: list[str | bytes] = []
+    page.on("websocket", lambda line: line.on("framesent", lambda message: sent.append(message)))
+    page.goto(room["join_path"])
+    start(page)
+    sent.clear()
+    for phase in ("paused", "playing"):
+        for modifier in ("Control", "Control+Shift", "Meta", "Alt"):
+            page.keyboard.press(f"{modifier}+KeyP")
+        page.keyboard.press("KeyP")
+        wait_for(page, f"game.phase === '{phase}'")
+    asked = [json.loads(message)["type"] for message in sent if isinstance(message, str)]
+    assert [kind for kind in asked if kind in ("pause", "ready")] == ["pause", "ready"]
 
 
 def test_a_scripted_partner_plays_along(server: Server, open_page: OpenPage, pictures: Path) -> None:

@@ -11,6 +11,8 @@ from playwright.sync_api import Browser, Page, expect
 
 from movingout.maps import load_map, map_to_json
 from movingout.recordings import finalise
+from movingout.study.design.instruments import DEMOGRAPHICS
+from movingout.study.questionnaire import PAPER
 from tests.browser import study_fake
 from tests.browser.install import find_chromium
 from tests.browser.pages import admin_token, complaining_page, overflow
@@ -265,6 +267,32 @@ def test_a_long_title_of_a_study_widens_no_screen(open_page: OpenPage, monkeypat
     FakeStudy.at(study_fake.every_screen()["consent"]).open(page, "?lang=en")
     expect(page.locator("#study-part")).to_be_visible()
     assert_narrow(page, "consent")
+
+
+WORD = "Rechtsschutzversicherungsgesellschaften" + "w" * 22
+
+
+def long_words() -> dict[str, study_fake.Step]:
+    """Screens in which whatever the author of a study writes is one long word."""
+    likert, choice = PAPER.items[0].as_json(), DEMOGRAPHICS.items[0].as_json() | {"kind": "choice"}
+    asked = [{**likert, "text": WORD, "ends": [WORD, WORD]}, {**choice, "options": ["no", WORD]}]
+    written = [{"id": "own", "kind": "text", "label": "Own", "text": WORD}]
+    consent, form = study_fake.consent(), study_fake.questions(PAPER)
+    return {
+        "consent": {**consent, "html": f"<p>{WORD}</p><ul><li>{WORD}</li></ul>", "boxes": [
+            {"id": "adult", "text": WORD, "required": True}]},
+        "questions": {**form, "items": asked},
+        "text": {**form, "items": written},
+        "round": study_fake.play(map_named=True, description=WORD),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("screen", long_words())
+def test_a_long_word_in_the_texts_of_a_study_widens_no_screen(open_page: OpenPage, screen: str) -> None:
+    page = open_page("/healthz", **SMALL)
+    FakeStudy.at(long_words()[screen]).open(page)
+    expect(page.get_by_text(WORD).last).to_be_visible()
+    assert_narrow(page, screen)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -237,8 +237,9 @@ def test_players_are_led_to_the_start_page_and_the_experimenter_to_the_list(
     expect(page.locator(".replay-head a")).to_have_attribute("href", "/recordings")
 
 
-def test_an_unknown_recording_says_so_and_leads_on(browser: Browser, server: Server) -> None:
-    with complaining_page(browser, server, "/replay/nothing-here") as page:
+@pytest.mark.parametrize("name", ["nothing-here", pytest.param("%E0%A4%A", marks=pytest.mark.slow)])  # cut in a mail
+def test_an_unknown_recording_says_so_and_leads_on(browser: Browser, server: Server, name: str) -> None:
+    with complaining_page(browser, server, f"/replay/{name}") as page:
         expect(page.get_by_text("This recording does not exist")).to_be_visible()
         said, way_on = (
             page.locator("#ask .notice").bounding_box(),

@@ -111,6 +111,21 @@ def test_another_language_keeps_the_ticks_of_the_consent_and_the_time_of_a_break
 
 
 @pytest.mark.slow
+def test_another_language_keeps_the_page_of_a_form(open_page: OpenPage) -> None:
+    page = open_page("/healthz")
+    answers = {item.id: {"value": 4, "text": ""} for item in PAPER.items}
+    FakeStudy.at({**fake.questions(PAPER), "answers": answers}).open(page)
+    expect(page.get_by_text("Question 10 of 10")).to_be_visible()
+    for _ in range(3):
+        page.get_by_role("button", name="Back").click()
+    page.get_by_label("Language").select_option("de")
+    expect(page.get_by_text("Fragen 1–3 von 10")).to_be_visible()
+    page.get_by_role("button", name="Weiter").click()
+    page.get_by_label("Sprache").select_option("en")
+    expect(page.get_by_text("Questions 4–6 of 10")).to_be_visible()
+
+
+@pytest.mark.slow
 def test_who_has_left_before_they_stop_stops_nobody_else(open_page: OpenPage) -> None:
     page = open_page("/healthz")
     study = two_at_one_screen(page, fake.questions(PAPER, letter="A"))

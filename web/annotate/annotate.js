@@ -310,9 +310,9 @@ class AnnotatePage {
     const finding = this.#current;
     if (finding === null || this.#replay === null) return;
     if (tick >= finding.start && tick <= finding.end) highlight(context, this.#replay.summary.map, view, finding);
-    if (tick < this.#stopsAt || !this.transport.player.playing) return;
+    if (tick < this.#stopsAt) return;
     this.transport.player.playing = false;
-    this.#stopsAt = Infinity; // whoever plays on sees the rest
+    this.#stopsAt = Infinity; // whoever plays on, or has moved on in a pause, sees the rest
   }
 
   async #download() {

@@ -90,7 +90,7 @@ export class LocalSeats {
     const pads = this.#devices.gamepads.read(mapping);
     this.padsPresent = pads.length;
     this.padsLost = this.#forgetLost(pads);
-    this.padsOwned = this.#seats.filter((seat) => pads.some((pad) => this.#drove(seat, pad)));
+    this.padsOwned = this.#seats.filter((seat) => pads.some((pad) => this.#ownerOf(pad, pads) === seat));
     if (this.#seats.length > 1) this.#assign(pads);
     this.pauses = this.#seats.filter((seat) => pads.some((pad) => pad.pauses > 0 && this.#drives(pad, seat)));
     return new Map(
@@ -140,11 +140,23 @@ export class LocalSeats {
    */
   #seatFor(pad, pads) {
     const free = this.#seats.filter((seat) => !this.#pads.has(seat));
-    const own = free.find((seat) => this.#drove(seat, pad));
-    return own ?? free.find((seat) => !pads.some((other) => this.#drove(seat, other))) ?? free[0];
+    const own = free.find((seat) => this.#ownerOf(pad, pads) === seat);
+    return own ?? free.find((seat) => !pads.some((other) => this.#ownerOf(other, pads) === seat)) ?? free[0];
   }
 
-  /** Whether the seat had this gamepad last. @param {number} seat @param {PadReading} pad */
+  /**
+   * The seat that had this gamepad last. One that slept or was unplugged may come back with another index: then it is
+   * told by its model, where only one seat had such a one.
+   * @param {PadReading} pad @param {readonly PadReading[]} pads
+   */
+  #ownerOf(pad, pads) {
+    const [same] = this.#seats.filter((seat) => this.#drove(seat, pad));
+    const [alike, another] = this.#seats.filter((seat) => this.#memory.get(seat)?.id === pad.id);
+    const isThere = pads.some((other) => this.#drove(alike, other));
+    return same ?? (another === undefined && !isThere ? alike : undefined);
+  }
+
+  /** Whether the seat had this gamepad last, under this index. @param {number} seat @param {PadReading} pad */
   #drove(seat, { index, id }) {
     const known = this.#memory.get(seat);
     return known?.index === index && known.id === id;

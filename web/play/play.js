@@ -371,7 +371,8 @@ class Play {
   /** @param {KeyboardEvent} event */
   #pauseKey(event) {
     const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement;
-    if (!PAUSE_KEYS.includes(codeOf(event)) || event.repeat || typing || this.#dialogIsOpen) return;
+    const isShortcut = event.ctrlKey || event.metaKey || event.altKey; // of the browser: Ctrl and P prints
+    if (!PAUSE_KEYS.includes(codeOf(event)) || isShortcut || event.repeat || typing || this.#dialogIsOpen) return;
     if (!this.#panels.refuseStop()) this.#togglePause(true);
   }
 

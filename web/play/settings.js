@@ -36,6 +36,9 @@ export class Settings {
   constructor(mapping, gamepads, onClose) {
     this.mapping = mapping;
     this.gamepads = gamepads;
+    this.#dialog.addEventListener("keydown", (event) => {
+      if (event.repeat && event.key === "Enter") event.preventDefault(); // one press is one press of a button
+    });
     this.#dialog.addEventListener("close", () => {
       this.#cancel();
       onClose();
@@ -158,6 +161,7 @@ export class Settings {
     const listen = (/** @type {KeyboardEvent} */ event) => {
       event.preventDefault();
       event.stopImmediatePropagation();
+      if (event.repeat) return; // the key that asked is still down
       this.#cancel();
       this.#chooseKey(set, action, codeOf(event));
     };

@@ -27,6 +27,7 @@ import { idOf } from "./radio.js";
  * @property {() => Promise<void> | void} onDone every page is answered and saved
  * @property {boolean} [showsProgress] whether a bar counts the answered questions
  * @property {import("./unsent_answers.js").UnsentAnswers} [unsent] keeps answers through a closed tab
+ * @property {{page?: number}} [kept] the page that is shown, for the same form in another language
  */
 
 const UNFIT = 422; // the status of an answer that the server will never take
@@ -64,7 +65,8 @@ export class QuestionForm {
       this.answers.set(answer.question, answer);
       this.#refused.add(answer.question);
     }
-    this.page = resumePage(this.pages, this.answers);
+    this.kept = options.kept ?? {};
+    this.page = this.kept.page ?? resumePage(this.pages, this.answers);
     window.addEventListener("online", this.#online);
     this.#draw();
   }
@@ -83,6 +85,7 @@ export class QuestionForm {
   }
 
   #draw() {
+    this.kept.page = this.page;
     this.#timer.restart();
     this.#missingCount = 0;
     const refused = this.pages[this.page].some(({ id }) => this.#refused.has(id));

@@ -96,6 +96,19 @@ export class Replay {
   }
 }
 
+/**
+ * The id that the address of a replay names. One cut within a letter is taken as it stands: no recording has it.
+ * @param {string} path
+ */
+export function episodeIn(path) {
+  const name = path.split("/").at(-1) ?? "";
+  try {
+    return decodeURIComponent(name);
+  } catch {
+    return name;
+  }
+}
+
 /** The tick whose state stands at `timeMs`: 0 before the first. @param {number} timeMs */
 export function tickAt(timeMs) {
   return Math.floor(timeMs / TICK_MS + 1e-6);

@@ -25,14 +25,17 @@ const MERGE_TICKS = ticksOf(2);
 /** @typedef {ReplayEvent & {times: number, last: number}} ShownEvent `last`: tick of the last of the merged events */
 
 /**
- * The events worth showing, in order; repeated problems of the same kind and seat are merged.
+ * The events worth showing, in order; repeated problems of the same kind and seat are merged. What happened in the tick
+ * that was never finished, such as the loss that ended the round, stands at the end.
  * @param {readonly ReplayEvent[]} events
+ * @param {number} ticks of the episode
  * @returns {ShownEvent[]}
  */
-export function shownEvents(events) {
+export function shownEvents(events, ticks) {
   /** @type {ShownEvent[]} */
   const shown = [];
-  for (const event of events.filter(isShown).sort((a, b) => a.tick - b.tick)) {
+  const ordered = events.filter(isShown).sort((a, b) => a.tick - b.tick);
+  for (const event of ordered.map((one) => ({ ...one, tick: Math.min(one.tick, ticks) }))) {
     const run =
       REPEATED.has(event.kind) && shown.findLast(({ kind, seat }) => kind === event.kind && seat === event.seat);
     if (run && event.tick - run.last <= MERGE_TICKS) Object.assign(run, { times: run.times + 1, last: event.tick });

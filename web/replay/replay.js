@@ -10,7 +10,7 @@ import { byId, el, notice } from "../core/dom.js";
 import { eventTone, eventWords, tickTime, shownEvents } from "./event_words.js";
 import { offerGhosts } from "../play/ghost.js";
 import { MetricCharts } from "./metric_curves.js";
-import { ReplayError, linkedTick, tickAt } from "./data.js";
+import { ReplayError, episodeIn, linkedTick, tickAt } from "./data.js";
 import { nextEventTick } from "./player.js";
 import { Show } from "./show.js";
 import { seatState, showSummary } from "./summary.js";
@@ -26,7 +26,7 @@ import { playingWords } from "../play/seat_phrases.js";
 const ADDRESS_MS = 300; // after the last move: browsers limit how often the address may change
 
 async function load() {
-  const source = new ReplaySource(decodeURIComponent(location.pathname.split("/").at(-1) ?? ""));
+  const source = new ReplaySource(episodeIn(location.pathname));
   const ask = byId("ask", HTMLElement);
   try {
     const page = new ReplayPage(await source.load(ask), source);
@@ -61,7 +61,7 @@ class ReplayPage {
     );
     this.transport.open(replay);
     this.player = this.transport.player;
-    this.events = shownEvents(replay.summary.events);
+    this.events = shownEvents(replay.summary.events, replay.ticks);
     /** @type {Map<ShownEvent, HTMLElement>} */
     this.rows = new Map();
     /** @type {ShownEvent | undefined} */

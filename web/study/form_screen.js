@@ -9,13 +9,14 @@ import { say } from "../text/catalogue.js";
 import { unsentName } from "./kept_answers.js";
 
 /** @param {import("./screen.js").Context} context @returns {import("./screen.js").Screen} */
-export function formScreen({ step, place, next }) {
+export function formScreen({ step, kept, place, next }) {
   return new QuestionForm({
     title: step.title ?? "",
     about: step.partner_letter ? say("form.partner", { letter: step.partner_letter }) : "",
     items: step.items ?? [],
     answers: new Map(Object.entries(step.answers ?? {})),
     unsent: new UnsentAnswers(`${unsentName(place.token)} ${step.key}`),
+    kept,
     send: (answer) => place.answer(step.key, answer),
     onDone: () => next(),
   });

@@ -12,6 +12,7 @@ import { el } from "../core/dom.js";
  * What a step's screen knows that is lost on no change of the language.
  * @typedef {object} Kept
  * @property {Set<string>} [ticked] ids of a consent's boxes
+ * @property {number} [page] of a form
  * @property {import("../core/elapsed.js").Elapsed} [since] when a break began
  * @property {import("./input_check/tried_controls.js").TriedControls[]} [tried] of an input check, by person
  */

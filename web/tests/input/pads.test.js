@@ -96,6 +96,27 @@ test("two gamepads that are gone come back to their seats; a strange one replace
   assert.deepEqual(twoSeats().read(driven(3)), [3, undefined]);
 });
 
+test("two gamepads of different models that wake up in another order go back to their people", () => {
+  const { seats, read } = twoSeats();
+  /** @param {number} index @param {string} id */
+  const used = (index, id) => ({ ...driven(index), id });
+  read(used(0, "Xbox"), used(1, "PS"));
+  read();
+  assert.deepEqual(read(used(0, "PS")), [undefined, 0]);
+  assert.deepEqual(seats.padsOwned, [1]);
+  assert.deepEqual(read({ ...pad(0), id: "PS" }, used(1, "Xbox")), [1, 0]);
+  assert.deepEqual(twoSeats().read(used(0, "PS"), used(1, "Xbox")), [1, 0], "also after a reload");
+  const left = twoSeats(); // red's is not there yet, and blue's is not in use
+  assert.deepEqual(left.read(null, { ...pad(1), id: "Xbox" }, used(2, "Xbox")), [undefined, 2], "not blue's twin");
+});
+
+test("a strange gamepad goes to nobody whose own is back under another index", () => {
+  const { read } = twoSeats();
+  read({ ...driven(0), id: "Xbox" }, { ...driven(1), id: "PS" });
+  read();
+  assert.deepEqual(read(null, { ...pad(1), id: "Xbox" }, { ...driven(2), id: "new" }), [undefined, 2]);
+});
+
 test("what another page left in the storage does no harm", () => {
   for (const text of ["{", "7", "[3, null]", '["pad"]']) {
     storage.set("movingout.pads.study", text);

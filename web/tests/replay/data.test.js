@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { ANGLE_SCALE, POSITION_SCALE } from "../../messages.js";
-import { Replay, ReplayError, linkedTick, tickAt } from "../../replay/data.js";
+import { Replay, ReplayError, episodeIn, linkedTick, tickAt } from "../../replay/data.js";
 
 const POSE = { x: 0, y: 0, angle: 0 };
 const ITEM = { id: 0, shape: "circle", size: "small", scale: 0.05, mass: 0.5, ...POSE };
@@ -98,6 +98,10 @@ test("poses that do not fit the number of ticks are refused with both numbers", 
 
 test("a tick begins at its hundred milliseconds", () => {
   assert.deepEqual([0, 99.9, 100, 250, 1230].map(tickAt), [0, 0, 1, 2, 12]);
+});
+
+test("an address names an episode, also one that was cut in a mail", () => {
+  assert.deepEqual(["/replay/a%20b", "/replay/%E0%A4%A"].map(episodeIn), ["a b", "%E0%A4%A"]);
 });
 
 test("a deep link names a tick of the episode", () => {

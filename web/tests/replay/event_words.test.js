@@ -43,8 +43,19 @@ test("events are told in the reader's language", () => {
 test("start and end are no lines of their own", () => {
   const events = ["start", "collision", "end", "grab", "deadline_missed"].map((kind) => event(kind));
   assert.deepEqual(
-    shownEvents(events).map(({ kind }) => kind),
+    shownEvents(events, 50).map(({ kind }) => kind),
     ["collision", "grab", "deadline_missed"],
+  );
+});
+
+test("what ended a round in the midst of a tick stands where the time line ends", () => {
+  const lost = { ...event("drop"), tick: 51 };
+  assert.deepEqual(
+    shownEvents([lost, { ...event("grab"), tick: 50 }], 50).map(({ kind, tick }) => [kind, tick]),
+    [
+      ["grab", 50],
+      ["drop", 50],
+    ],
   );
 });
 
@@ -60,7 +71,7 @@ test("the same trouble many times in a row is one line, what players do never is
     at(7, "grab"),
     at(60, "deadline_missed"),
   ];
-  const shown = shownEvents(events);
+  const shown = shownEvents(events, 99);
   assert.deepEqual(
     shown.map(({ tick, seat, times }) => [tick, seat, times]),
     [
