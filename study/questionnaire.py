@@ -27,7 +27,7 @@ KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
 USUAL_ENDS: Final[Mapping[Kind, tuple[str, str]]] = MappingProxyType(
     {"likert7": ("strongly disagree", "strongly agree"), "tlx": ("very low", "very high")}
 )
-"""What the two ends of a scale mean; the page says them in its language: form.low, form.high, form.tlxLow, form.tlxHigh."""
+"""What the two ends of a scale mean; the page says them in its language: form.low, form.high, and form.tlxLow, …"""
 
 
 class AnswerError(MovingOutError):

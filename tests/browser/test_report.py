@@ -55,15 +55,9 @@ def test_on_paper_no_column_is_cut_and_what_is_folded_is_shown(browser: Browser,
     page = context.new_page()
     page.goto(report.as_uri())
     page.emulate_media(media="print")
-    assert (
-        page.evaluate(
-            "[...document.querySelectorAll('.scroll')].filter((box) => box.scrollWidth > box.clientWidth).length"
-        )
-        == 0
-    )
+    sideways = "(boxes) => boxes.filter((box) => box.scrollWidth > box.clientWidth).length"
+    assert page.locator(".scroll").evaluate_all(sideways) == 0
     assert overflow(page) == 0
-    page.evaluate(
-        "document.querySelector('main').append(Object.assign(document.createElement('details'), {innerHTML: '<p>folded</p>'}))"
-    )
+    page.locator("main").evaluate("(main) => main.insertAdjacentHTML('beforeend', '<details><p>folded</p></details>')")
     assert page.locator("details p").evaluate("(text) => text.checkVisibility({contentVisibilityAuto: true})")
     context.close()
