@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from movingout.server.cli import main
 from movingout.maps import load_map, map_to_json
+from movingout.server.cli import main
 from movingout.server.study.commands.serve import serve
 from movingout.study.design.maps_met import maps_met
 from movingout.study.design.review import review
