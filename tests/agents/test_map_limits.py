@@ -36,5 +36,5 @@ def test_whoever_plays_a_map_of_ones_own_is_looked_at(five_goals: MapSpec) -> No
 
 
 def test_a_map_of_ones_own_is_looked_at_under_any_name(five_goals: MapSpec) -> None:
-    with pytest.raises(AgentError, match="dp@all cannot play HandOff: .* 4 slots for goals; HandOff has 5"):
+    with pytest.raises(AgentError, match=r"dp@all cannot play HandOff: .* 4 slots for goals; HandOff has 5"):
         check_own_maps_seen([("dp@all", replace(five_goals, name="HandOff"))])
