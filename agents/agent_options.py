@@ -25,7 +25,7 @@ def parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
 
 
 def written_options(agent_id: str, text: str) -> Iterator[tuple[str, OptionValue]]:
-    """The same one by one; of two with one name, agents recorded by earlier versions had the last. AgentError as above."""
+    """The same, one by one: of two with one name, recorded agents may have had the last. Raises AgentError."""
     for part in filter(None, text.split(",")):
         key, equals, value = part.partition("=")
         if not equals or not key.strip().isidentifier():
