@@ -2,7 +2,7 @@
 
 import inspect
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import get_args
 
 from movingout.agents.errors import AgentError
@@ -17,12 +17,20 @@ def parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
     factory takes text, `checked_options` reads them as numbers.
     """
     options: dict[str, OptionValue] = {}
+    for key, value in written_options(agent_id, text):
+        if key in options:
+            raise AgentError(f"agent {agent_id!r}: {key} stands twice in its options; leave one out")
+        options[key] = value
+    return options
+
+
+def written_options(agent_id: str, text: str) -> Iterator[tuple[str, OptionValue]]:
+    """The same, one by one: of two with one name, recorded agents may have had the last. Raises AgentError."""
     for part in filter(None, text.split(",")):
         key, equals, value = part.partition("=")
         if not equals or not key.strip().isidentifier():
             raise AgentError(f"agent {agent_id!r}: options are written key=value,key=value; {part!r} is not")
-        options[key.strip()] = _value(value.strip())
-    return options
+        yield key.strip(), _value(value.strip())
 
 
 def checked_options(

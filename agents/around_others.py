@@ -1,6 +1,6 @@
 """The agent inside another one, by its id: `late:agent=…` and `clone:policy=…` are made around others."""
 
-from movingout.agents.agent_options import parse_options
+from movingout.agents.agent_options import written_options
 from movingout.agents.built_in import AROUND_OTHERS, USUAL_INSIDE
 
 
@@ -12,7 +12,7 @@ def inner_id(agent_id: str) -> str:
     outer, _, options = agent_id.strip().partition(":")
     if outer not in AROUND_OTHERS:
         return ""
-    return unfolded(str(parse_options(agent_id, options).get(AROUND_OTHERS[outer], "")))
+    return unfolded(str(dict(written_options(agent_id, options)).get(AROUND_OTHERS[outer], "")))
 
 
 def acting_id(agent_id: str) -> str:

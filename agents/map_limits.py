@@ -6,7 +6,6 @@ from movingout.agents.around_others import acting_id
 from movingout.agents.catalogue import trained_cards
 from movingout.agents.errors import AgentError
 from movingout.maps import MapSpec
-from movingout.maps.library import is_reserved
 from movingout.world import WorldError
 from movingout.world.observation import LAYOUTS
 
@@ -21,13 +20,9 @@ def check_map_seen(agent_id: str, map_spec: MapSpec, name: str = "") -> None:
 
 
 def check_own_maps_seen(seated: Iterable[tuple[str, MapSpec]]) -> None:
-    """The same for agents and the maps that they are to play on; those that ship and generated ones are seen by all.
-
-    Raises AgentError.
-    """
-    own = dict.fromkeys(pair for pair in seated if not is_reserved(pair[1].name))
-    layouts = _layouts() if own else {}
-    for agent_id, spec in own:
+    """The same for agents and the maps that they are to play on, whatever these are called. Raises AgentError."""
+    layouts = _layouts()
+    for agent_id, spec in dict.fromkeys(seated):
         _check(agent_id, spec, spec.name, layouts)
 
 

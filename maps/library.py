@@ -110,11 +110,11 @@ def _designed(text: str) -> MapSpec:
     path = Path(text)
     if os.path.isdir(text):
         raise MapError(f"{text} is a folder; name the files in it, as {path / 'NAME.json'}")
+    before, _, word = text.rpartition(SEPARATOR)
+    if os.path.isfile(before) and not os.path.exists(text):
+        raise MapError(f"unknown symmetry {word!r} of {before}; {known_names(word, SYMMETRY_NAMES)}")
     if path.suffix == ".json" or len(path.parts) > 1 or os.path.isfile(text):
         return _read(path)
-    before, _, word = text.rpartition(SEPARATOR)
-    if before and os.path.isfile(before):
-        raise MapError(f"unknown symmetry {word!r} of {before}; {known_names(word, SYMMETRY_NAMES)}")
     raise MapError(_unknown(text))
 
 

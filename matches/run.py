@@ -22,7 +22,7 @@ from movingout.matches.execution.dispatch import WorkerPool, dispatch
 from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.execution.lockstep import AGENT_LIMIT_S, Lockstep
 from movingout.matches.execution.recorder import recorded_before, superseded
-from movingout.matches.experiment.grid import Grid, read_grid
+from movingout.matches.experiment.grid import Grid, played_grid, read_grid
 from movingout.matches.experiment.plan import (
     PlannedMatch,
     agent_for_seed,
@@ -332,7 +332,7 @@ def open_run(folder: Path | str) -> GridRun:
     folder = Path(folder)
     head = read_head(folder)
     try:
-        grid = Grid.model_validate_json(json.dumps(head["grid"]))
+        grid = played_grid(head["grid"])
     except ValidationError as error:
         said = "; ".join(str(fault["msg"]).removeprefix("Value error, ") for fault in error.errors()[:3])
         raise MatchError(f"the grid of {folder} can no longer be read: {said}") from error

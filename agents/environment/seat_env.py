@@ -14,7 +14,8 @@ import numpy.typing as npt
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.environment.partners import PartnerSeat, partner_groups
 from movingout.agents.errors import AgentError
-from movingout.maps import MapSpec
+from movingout.agents.map_limits import check_own_maps_seen
+from movingout.maps import MapSpec, Rect
 from movingout.maps.extras import needs_extra
 from movingout.maps.randomize import Split
 from movingout.maps.spec import SEAT_COLOURS
@@ -69,6 +70,8 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         self._colour = seat
         self._limit_ticks = limit_ticks
         self._groups = partner_groups(partner)
+        self._seen: set[tuple[tuple[Rect, ...], tuple[Rect, ...]]] = set()  # walls and goals that all partners see
+        self._check_seen(self._env.map)
         self._partners: dict[str, PartnerSeat] = {}
         self._partner: PartnerSeat | None = None
         self.render_mode = render_mode
@@ -96,6 +99,7 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         agent_id = group[self.np_random.integers(len(group))]
         variant, partner_seed = self.np_random.integers(SEEDS, size=2)
         observations, infos = self._env.reset(int(variant), options)
+        self._check_seen(self.current_map)
         partner = self._partners.get(agent_id) or self._partners.setdefault(agent_id, PartnerSeat(agent_id))
         self._partner = partner
         episode = EpisodeInfo(self.current_map, 1 - self._seat, int(partner_seed), self._limit_ticks)
@@ -132,6 +136,13 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
     def close(self) -> None:
         """Close the window, if there is one."""
         self._env.close()
+
+    def _check_seen(self, spec: MapSpec) -> None:
+        """Raises AgentError for a map with more than one of the partners sees, before that one is drawn."""
+        ground = spec.walls, spec.goals
+        if ground not in self._seen:
+            check_own_maps_seen((agent_id, spec) for group in self._groups for agent_id in group)
+            self._seen.add(ground)
 
     def _info(self, infos: dict[str, Info], last: bool) -> dict[str, Any]:
         """NaN, which Gymnasium's checker takes for a difference, is in the last info only."""

@@ -65,7 +65,7 @@ def _misunderstood_name(spec: MapSpec) -> Iterator[MapFault]:
         message = f"{base} means {_WORDS[base]} where maps are named; choose another name"
         yield MapFault("name", message, "name_understood", {"name": spec.name})
     elif is_reserved(spec.name):
-        if not _is_shipped_as(spec):
+        if not is_shipped_as(spec):
             whose = "is the name of a generated map" if base.startswith(f"{PREFIX}:") else "is a shipped map"
             message = (
                 f"{spec.name} {whose}, and this is another one, which recordings, reports and training would "
@@ -84,7 +84,7 @@ def _misunderstood_number(spec: MapSpec) -> Iterator[MapFault]:
         yield MapFault("number", message, "paper_number", {"number": spec.number})
 
 
-def _is_shipped_as(spec: MapSpec) -> bool:
+def is_shipped_as(spec: MapSpec) -> bool:
     """Whether the map that comes with the project under this name is played alike."""
     try:
         return _played(spec) == _played(load_map(spec.name))

@@ -94,5 +94,6 @@ def test_maps_caution(names: Iterable[str]) -> str:
     return f"{among[0]}{others} {verb} for tests: what is trained or chosen on test maps is measured too well on them"
 
 
-def _is_test(word: str, seed: str = "") -> bool:
-    return int(seed) in SPLITS["test"] if seed else word == "test"
+def _is_test(word: str = "", seed: str = "") -> bool:
+    """By what stands after `generated:`, which in the name of a map file can be nothing, or no number."""
+    return int(seed) in SPLITS["test"] if _SEED.fullmatch(seed) else word == "test"

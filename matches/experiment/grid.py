@@ -11,7 +11,7 @@ import json
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.families import group, is_group
@@ -33,6 +33,8 @@ _WORDS: dict[str, Any] = {
     "conditions": {"__all__": {"agents": {"__all__": {"needs"}}}},
 }
 """What changes nothing that is played."""
+_PLAYED = "played"
+"""Validation context of a grid that was played: the files of its maps may have gone since."""
 
 
 class _GridModel(BaseModel):
@@ -99,11 +101,12 @@ class Grid(_GridModel):
 
     @field_validator("maps")
     @classmethod
-    def _known_maps(cls, maps: str | list[str]) -> str | list[str]:
+    def _known_maps(cls, maps: str | list[str], info: ValidationInfo) -> str | list[str]:
         for word in maps if isinstance(maps, list) else []:
             try:
                 for name in selected_maps(word):
-                    load_map(name)
+                    if info.context != _PLAYED:
+                        load_map(name)
             except MapError as error:
                 raise ValueError(str(error)) from error
         if isinstance(maps, list):
@@ -173,6 +176,11 @@ class Grid(_GridModel):
 def read_grid(path: Path) -> Grid:
     """Read and validate a grid file. Raises MatchError with the line and the path of each fault."""
     return read_grid_file(path, Grid)
+
+
+def played_grid(written: Any) -> Grid:
+    """The grid of a results folder, also where files of its maps have gone. Raises ValidationError."""
+    return Grid.model_validate_json(json.dumps(written), context=_PLAYED)
 
 
 def _refuse_doubles(values: list[Any], what: str) -> None:

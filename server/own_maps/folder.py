@@ -12,8 +12,10 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from movingout.maps import MapError, MapSpec, is_reserved, load_map
+from movingout.maps import MapError, MapSpec, is_reserved
 from movingout.maps.check import check_map
+from movingout.maps.commands.map_cautions import is_shipped_as
+from movingout.maps.generated.names import is_generated
 from movingout.maps.library import map_from_text
 from movingout.maps.symmetry import SEPARATOR, SYMMETRY_NAMES, read_symmetry, transformed
 
@@ -129,9 +131,10 @@ def shown(name: str) -> str:
 
 
 def _shipped_twice(spec: MapSpec, file: str) -> str:
-    if spec == load_map(spec.name):
+    if is_shipped_as(spec):
         return f"{file}: this is the shipped map {spec.name}, which is offered anyway"
-    return f"{file}: {spec.name} is the name of a shipped map; give this one another name"
+    whose = "names maps of the generator" if is_generated(spec.name) else "is the name of a shipped map"
+    return f"{file}: {spec.name} {whose}; give this one another name"
 
 
 def _text(path: Path) -> bytes:

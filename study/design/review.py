@@ -14,6 +14,7 @@ from movingout.study.design.balance import seat_imbalance
 from movingout.study.design.consent_text import contradictions, shared_code, unfilled
 from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
 from movingout.study.design.localized_text import DEFAULT
+from movingout.study.design.maps_met import maps_met, unseen_maps
 from movingout.study.design.partner_origin import origin_warnings
 from movingout.study.design.pooling import apart_by_maps
 from movingout.study.design.steps import Step, longest_round_s, planned_seconds, steps
@@ -41,7 +42,7 @@ class Review:
     pay: float | None  # for one participant who stays that long
     orders: tuple[Assignment, ...]
     attention: tuple[str, ...]  # sentences, one per attention item: what is expected
-    missing: tuple[str, ...]  # sentences, one per agent that cannot be loaded
+    missing: tuple[str, ...]  # sentences, one per agent that cannot be loaded or cannot see a map
     untranslated: tuple[str, ...]  # sentences, one per text and language that is promised and missing
     unfilled: tuple[str, ...]  # sentences, one per blank that participants would read
     contradictions: tuple[str, ...]  # sentences, one per number of the consent that differs from the file
@@ -144,7 +145,10 @@ def _truth_values(study: Study) -> Iterator[str]:
 
 
 def _missing(study: Study) -> Iterator[str]:
-    return filter(None, map(_fault_of, agent_ids(study)))
+    """Agents that cannot be loaded, or would stand still on a map that has more than they see."""
+    faults = {name: _fault_of(name) for name in agent_ids(study)}
+    yield from filter(None, faults.values())
+    yield from unseen_maps(study, [name for name, fault in faults.items() if not fault])
 
 
 def _fault_of(name: str) -> str:
@@ -171,10 +175,8 @@ def own_agents_tried(found: Review) -> Review:
 
 def _first_map(study: Study, agent: str) -> str:
     """The first map of the data that an agent is met on, or that of practice where it is met there alone."""
-    met = (block.maps[0] for block in study.blocks if agent in {study.partner(one).agent for one in block.partners})
-    is_practised = study.practice and not study.practice.tutorial and study.group == 1
-    alone = study.practice.map if study.practice and is_practised and study.practice.agent == agent else ""
-    return next(met, alone or study.blocks[0].maps[0])
+    met = (name for met_agent, name in maps_met(study) if met_agent == agent)
+    return next(met, study.blocks[0].maps[0])
 
 
 # ---- weaknesses of the design -----------------------------------------------------------------------------------

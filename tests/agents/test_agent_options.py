@@ -4,7 +4,9 @@ import pytest
 
 from movingout.agents.agent_options import OptionValue, checked_options, parse_options
 from movingout.agents.catalogue import load_agent
+from movingout.agents.errors import AgentError
 from movingout.agents.live_options import check_live_agent
+from movingout.agents.partners.identity import person_behind
 
 
 @pytest.mark.parametrize(
@@ -18,6 +20,20 @@ from movingout.agents.live_options import check_live_agent
 def test_finite_numbers_are_numbers_and_all_else_is_text(text: str, value: OptionValue) -> None:
     found = parse_options("mine:Agent", f"how={text}")["how"]
     assert (found, type(found)) == (value, type(value))
+
+
+@pytest.mark.parametrize(
+    "agent_id", ["mine:Agent:seed=1,seed=2", "greedy:patience=60, patience=60", "late:agent=greedy:seed=1;seed=2"]
+)
+def test_an_option_that_stands_twice_is_refused(agent_id: str) -> None:
+    with pytest.raises(AgentError, match=r"(seed|patience) stands twice in its options; leave one out"):
+        load_agent(agent_id)
+    with pytest.raises(AgentError, match="stands twice"):
+        check_live_agent(agent_id)
+
+
+def test_what_was_recorded_of_agents_with_an_option_twice_is_still_theirs() -> None:
+    assert person_behind("late:agent=greedy,delay=1,delay=2") == "greedy"
 
 
 def _takes(path: str, noise: float = 1.0, seed=0, scale: "float | None" = None, tag=None) -> None:  # type: ignore[no-untyped-def]

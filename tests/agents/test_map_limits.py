@@ -1,5 +1,7 @@
 """Whether an agent sees all of a map is that of the one that decides."""
 
+from dataclasses import replace
+
 import pytest
 
 from movingout.agents.errors import AgentError
@@ -31,3 +33,8 @@ def test_whoever_plays_a_map_of_ones_own_is_looked_at(five_goals: MapSpec) -> No
     check_own_maps_seen([("dp@all", load_map("HandOff:rot90")), ("idle", five_goals)])
     with pytest.raises(AgentError, match=r"dp@all cannot play Five: .* 4 slots for goals; Five has 5"):
         check_own_maps_seen([("idle", five_goals), ("dp@all", five_goals)])
+
+
+def test_a_map_of_ones_own_is_looked_at_under_any_name(five_goals: MapSpec) -> None:
+    with pytest.raises(AgentError, match=r"dp@all cannot play HandOff: .* 4 slots for goals; HandOff has 5"):
+        check_own_maps_seen([("dp@all", replace(five_goals, name="HandOff"))])

@@ -110,6 +110,16 @@ def test_an_unknown_symmetry_is_answered_with_those_there_are(name: str, message
     assert message in str(refused.value)
 
 
+def test_an_unknown_symmetry_of_a_file_in_a_folder_is_no_missing_file(tmp_path: Path) -> None:
+    path = tmp_path / "mine.json"
+    path.write_text(json.dumps(map_to_json(load_map("HandOff")) | {"name": "Mine"}))
+    for name in (f"{path}:rot45", f"{path}:rot45:mirror"):
+        with pytest.raises(MapError, match=r"unknown symmetry 'rot45' of \S*/mine\.json; did you mean rot90\?"):
+            load_map(name)
+    odd = path.rename(f"{path}:rot45")  # which a file may be called
+    assert load_map(odd).name == "Mine"
+
+
 def test_only_names_and_symmetries_of_shipped_maps_are_shipped(tmp_path: Path) -> None:
     path = tmp_path / "mine.json"
     path.write_text("{}")

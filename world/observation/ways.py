@@ -1,8 +1,8 @@
 """Shortest ways for a robot's centre between any two points of a map, exact to its geometry.
 
 Ways are straight lines between the corners of the walls, which are grown by a robot's radius (a visibility graph).
-Places are not rounded to a grid, so that a mirrored or turned map has the mirrored or turned ways. Items are no
-obstacles.
+Places are not rounded to a grid, so that a mirrored or turned map has the mirrored or turned ways; of two equally
+long ones, which is taken hangs on rounding. Items are no obstacles.
 Everything works on arrays: T states at once, P points in each.
 """
 

@@ -111,7 +111,7 @@ def _host(settings: Settings, lock: int, certificate: Certificate | None) -> tup
 def _refuse_missing(found: Review, file: Path) -> None:
     if found.missing:
         raise StudyError(
-            "\n".join([*found.missing, f"the study cannot run without it; see: movingout study check {file}"])
+            "\n".join([*found.missing, f"the study cannot run like this; see: movingout study check {file}"])
         )
 
 

@@ -16,6 +16,7 @@ def test_the_sentence_names_what_it_is_about() -> None:
     assert caution(["HandOff", "generated:awareness:20000", "generated:training"]) == ""
     assert caution(["generated:test"]).startswith("generated:test is for tests: ")
     assert caution(["generated:awareness:7:hard:mirror"]).startswith("generated:awareness:7:hard:mirror is for tests: ")
+    assert caution(["generated", "generated:mine", "generated:mine:b"]) == "", "as map files may be called"
     several = ["generated:awareness:3", "HandOff", "generated:awareness:9", "generated:consistency:1"]
     assert caution(several).startswith("generated:awareness:3 and 2 others are for tests: ")
 

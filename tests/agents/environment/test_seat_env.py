@@ -2,6 +2,7 @@ import copy
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from movingout.agents.base import Observation as AgentObservation
 from movingout.agents.environment import ENV_ID
 from movingout.agents.environment.seat_env import SeatEnv
 from movingout.agents.errors import AgentError
-from movingout.maps import load_map
+from movingout.maps import Rect, load_map
 from movingout.world import ActionError, World
 from movingout.world.env import MovingOutEnv
 from movingout.world.errors import WorldError
@@ -46,6 +47,19 @@ def test_it_is_the_world_from_one_seat_with_the_partner_in_the_other() -> None:
         seen, reward, *_ = env.step(action)
         expected, rewards, *_ = both.step({"blue": STILL, "red": action})
         assert reward == rewards["red"]
+
+
+def test_a_map_that_one_of_the_partners_cannot_see_is_refused_before_that_one_is_drawn() -> None:
+    goals = tuple(Rect(x, 1.2, x + 0.35, 0.8) for x in (-1.2, -0.75, -0.3, 0.15, 0.6))
+    five = replace(load_map("Simple"), name="Five", goals=goals)
+    partners = ["family:greedy", "bass@any"]
+    with pytest.raises(AgentError, match=r"^bass@any cannot play Five: .* 4 slots for goals; Five has 5"):
+        SeatEnv(five, partner=partners)
+    env = SeatEnv(partner=partners)
+    for seed in range(2):
+        with pytest.raises(AgentError, match=r"^bass@any cannot play Five"):
+            env.reset(seed=seed, options={"map": five})
+    assert SeatEnv(five, partner="family:greedy").reset(seed=0)
 
 
 def test_a_scripted_partner_does_the_work_and_the_metrics_come_with_the_end() -> None:

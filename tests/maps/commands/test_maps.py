@@ -222,3 +222,11 @@ def test_an_output_without_a_name_is_refused(capsys: pytest.CaptureFixture[str])
     with pytest.raises(SystemExit, match="2"):
         main(["maps", "gallery", "-o", ""])
     assert "name a file or folder; the current folder is ." in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["generated", "generated:awareness:0:easy"])
+def test_a_file_whose_map_is_called_as_if_it_were_generated_is_on_a_sheet(name: str, tmp_path: Path) -> None:
+    file, page = tmp_path / "mine.json", tmp_path / "page.html"
+    file.write_text(json.dumps(map_to_json(load_map("Simple")) | {"name": name}))
+    assert main(["maps", "gallery", str(file), "-o", str(page)]) == 0
+    assert f"{name}<br><small>" in page.read_text() and "not on the list" in page.read_text()

@@ -48,6 +48,19 @@ def test_results_on_an_earlier_version_of_a_map_file_are_not_added_to(tmp_path: 
         run_grid(grid, tmp_path / "out", workers=1)
 
 
+def test_results_are_read_where_the_map_file_is_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    _map_file(Path("own.json"), 0.02)
+    grid = small_grid(agents=["idle"], maps=["own.json", "own.json:mirror"], seeds=1, ticks=2)
+    played = run_grid(grid, tmp_path / "out", workers=1)
+    Path("own.json").unlink()
+    again = open_run(tmp_path / "out")
+    assert again.results == played.results and again.plan == played.plan
+    Path("grid.yaml").write_text("{name: again, agents: [idle], maps: [own.json]}")
+    with pytest.raises(MatchError, match=r"cannot read the map file own\.json"):
+        run_grid("grid.yaml", tmp_path / "out", workers=1)
+
+
 @pytest.mark.parametrize("agent_id", ["own_driver:Driver", "late:agent=own_driver:Driver,delay=1"])
 def test_results_of_earlier_code_are_not_added_to(
     agent_id: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -87,6 +87,8 @@ def test_a_shipped_name_and_a_name_that_is_taken_are_left_out(tmp_path: Path) ->
     put(tmp_path, "c.json", map_to_json(load_map("HandOff")))
     put(tmp_path, "d.json", document("HandOff"))
     put(tmp_path, "e.json", document("HandOff:mirror"))
+    for name in ("generated", "generated:awareness:0:easy"):
+        put(tmp_path, f"{name}.json", document(name))
     maps = read(tmp_path)
     assert list(maps.maps) == ["Garage"]
     assert maps.problems == {
@@ -94,6 +96,10 @@ def test_a_shipped_name_and_a_name_that_is_taken_are_left_out(tmp_path: Path) ->
         "c.json": "c.json: this is the shipped map HandOff, which is offered anyway",
         "d.json": "d.json: HandOff is the name of a shipped map; give this one another name",
         "e.json": "e.json: HandOff:mirror is the name of a shipped map; give this one another name",
+        **{
+            f"{name}.json": f"{name}.json: {name} names maps of the generator; give this one another name"
+            for name in ("generated", "generated:awareness:0:easy")
+        },
     }
 
 
