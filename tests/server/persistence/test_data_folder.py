@@ -1,11 +1,15 @@
-"""What a server says of its data folder when it ends."""
+"""What a server says of its data folder when it ends, and whose folder it refuses."""
 
 from pathlib import Path
 
 import pytest
 
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
-from movingout.server.persistence.data_folder import told_interrupted
+from movingout.server.persistence.data_folder import BadDataFolder, refuse_study_folder, told_interrupted
+from movingout.server.study.arrivals.signed_links import LinkSigner
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import parse_study
+from tests.server.study.support import SOLO
 
 ONE, MORE = "1 round was interrupted; it goes on", "2 rounds were interrupted; they go on"
 
@@ -37,3 +41,17 @@ def test_only_rounds_that_are_still_recorded_are_said_to_go_on(
     (tmp_path / "rooms" / "damaged.json").write_text("{")
     recover = f"To end now: movingout recordings recover {tmp_path / 'recordings'}"
     assert told_interrupted(tmp_path) == (said + recover if said else "")
+
+
+def test_a_study_that_was_refused_before_it_began_leaves_the_folder_to_games(tmp_path: Path) -> None:
+    with StudyFolder(parse_study(SOLO, "study.yaml"), tmp_path).exclusive():
+        pass  # as where its file has blanks, or the port is in use
+    refuse_study_folder(tmp_path)
+
+
+def test_a_study_with_a_key_of_links_may_have_been_served_from_postgresql(tmp_path: Path) -> None:
+    folder = StudyFolder(parse_study(SOLO, "study.yaml"), tmp_path)
+    with folder.exclusive():
+        LinkSigner.in_folder(folder.own, "solo")
+    with pytest.raises(BadDataFolder, match=r"holds a study \(solo\), whose recordings are not for players"):
+        refuse_study_folder(tmp_path)
