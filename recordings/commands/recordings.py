@@ -145,7 +145,7 @@ def _list(args: argparse.Namespace) -> int:
         print_json({"recordings": [entry.to_json() for entry in found], "unreadable": problems})
         return 0
     if nothing:
-        print(printable(_nothing_in(folder)))
+        print(_nothing_in(folder))
     else:
         print(_table(found) if found else _no_match(folder, wanted))
     for entry in unreadable:
@@ -167,10 +167,10 @@ def _nothing_in(folder: Path) -> str:
     with contextlib.suppress(RecordingError):
         below = recordings_below(folder) if folder.exists() else []
     if not below:
-        return f"Nothing has been recorded yet in {folder}. {_HOW_TO_RECORD}"
+        return f"Nothing has been recorded yet in {printable(str(folder))}. {_HOW_TO_RECORD}"
     folders = sorted({str(path.parent) for path in below})
     more = f" and {len(folders) - _NAMED} more" if len(folders) > _NAMED else ""
-    return f"No recordings in {folder} itself; {len(below)} below it, in {', '.join(folders[:_NAMED])}{more}"
+    return printable(f"No recordings in {folder} itself; {len(below)} below it, in {', '.join(folders[:_NAMED])}{more}")
 
 
 def _with_folder(entry: Unreadable) -> str:
