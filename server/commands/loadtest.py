@@ -85,7 +85,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="ID",
         help="agent in the other seat when a room has one client (%(default)s)",
     )
-    add("--url", type=base_address, help="a running server; without it one is started for the test")
+    add(
+        "--url",
+        type=base_address,
+        help="a running server, which records what is played (seats: remote); without it one is started for the test",
+    )
     add("--admin-token", default="", metavar="TOKEN", help="admin token of the server at --url")
     add("--json", action="store_true", help="print one JSON document")
 
@@ -275,9 +279,12 @@ async def _fill_rooms(
 
 
 def open_room(target: RunningServer, name: str, clients: int, partner: str = "idle") -> str:
-    """Open a room for load clients; a single client plays with the agent `partner`."""
-    other = {"kind": "link"} if clients > 1 else {"kind": "agent", "agent": partner}
-    body = {"maps": [name], "limit_ticks": MAX_TICKS, "seats": [{"kind": "link"}, other]}
+    """Open a room for load clients; a single client plays with the agent `partner`.
+
+    Their seats are those of programs: what the server records of them is never taken for what people do.
+    """
+    other = {"kind": "remote"} if clients > 1 else {"kind": "agent", "agent": partner}
+    body = {"maps": [name], "limit_ticks": MAX_TICKS, "seats": [{"kind": "remote"}, other]}
     room: str = _call(target, "/api/rooms", body)["room"]
     return room
 
