@@ -35,6 +35,7 @@ WARM_UP_S = 2.0
 INPUTS_PER_S = 10.0  # of each client; a held key sends as many, a moving gamepad 20
 START_LIMIT_S = 60.0
 MOST = 100_000  # rooms, clients, seconds, inputs a second
+TOKEN_ADVICE = " Give it by --admin-token; it is in the file admin-token of the server's data folder."
 BUSY_LIMIT_S = 20.0  # that a server may be busy before a room is opened
 
 
@@ -199,6 +200,7 @@ async def _measure(
     tally = LoadCounts()
     bots: list[LoadClient] = []
     other: asyncio.Task[None] | None = None
+    await asyncio.to_thread(_call, target, "/api/admin/state")  # refused now rather than after the warm-up
     try:
         opened = await _open_rooms(target, rooms, clients, partner)
         await _fill_rooms(target, opened, clients, inputs_per_s, tally, bots)
@@ -307,7 +309,8 @@ def _call(target: RunningServer, path: str, body: object = None) -> Any:
     except urllib.error.HTTPError as error:
         text = error.read().decode(errors="replace")
         kind = ServerBusyError if '"refusal":"busy"' in text else LoadTestError
-        raise kind(f"{path} answers {error.code}: {_reason(text)}") from None
+        advice = TOKEN_ADVICE if error.code in (401, 403) else ""
+        raise kind(f"{path} answers {error.code}: {_reason(text)}{advice}") from None
 
 
 def _reason(text: str) -> str:
