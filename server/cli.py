@@ -153,6 +153,7 @@ def _run(arguments: list[str]) -> int:
             _drop_output()
         return 2
     except KeyboardInterrupt:
+        print("movingout: stopped", file=sys.stderr)
         return 130
     except OSError as error:
         problem = _output_problem() if error.filename is None else None

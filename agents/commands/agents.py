@@ -3,12 +3,13 @@
 import argparse
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from dataclasses import asdict
 
 import numpy as np
 from rich.console import Console
+from rich.padding import Padding
 from rich.table import Table
 
 from movingout.agents.base import THREADS
@@ -99,16 +100,35 @@ def _list(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"agents": [_document(card) for card in cards]}))
         return 0
-    table = Table("agent", "kind", "maps", "TCR", "NFD", "what it does", box=None, header_style="dim", pad_edge=False)
-    for card in cards:
-        scores = [_score(card, name) for name in (UNSEEN_TCR, UNSEEN_NFD)]
-        table.add_row(card.id, card.kind, card.maps, *scores, card.description)
-    console = Console(highlight=False, markup=False)
-    console.print(table)
+    console, rows = Console(highlight=False, markup=False), [_row(card) for card in cards]
+    (_print_in_columns if _fits_in_columns(rows, console.width) else _print_in_paragraphs)(console, rows)
     console.print(
         "\nTCR and NFD: with scripted people it never met, by its card; – where its card has none.", style="dim"
     )
     return 0
+
+
+def _fits_in_columns(rows: Sequence[Sequence[str]], width: int) -> bool:
+    """Whether descriptions have room for their words beside the other columns, which are not cut."""
+    others = zip(_HEADINGS[:-1], *(row[:-1] for row in rows), strict=True)
+    return sum(max(map(len, column)) + 2 for column in others) + _DESCRIPTION_WIDTH <= width
+
+
+def _print_in_columns(console: Console, rows: Sequence[Sequence[str]]) -> None:
+    table = Table(*_HEADINGS, box=None, header_style="dim", pad_edge=False)
+    for column in table.columns[:-1]:
+        column.no_wrap = True
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+
+
+def _print_in_paragraphs(console: Console, rows: Sequence[Sequence[str]]) -> None:
+    """In a narrow terminal: each id is whole, on a line of its own."""
+    for id, kind, maps, tcr, nfd, description in rows:
+        console.print(id, soft_wrap=True)
+        for text in (f"{kind}, maps: {maps}, TCR {tcr}, NFD {nfd}", description):
+            console.print(Padding(text, (0, 0, 0, 4)))
 
 
 def _show(arguments: argparse.Namespace) -> int:
@@ -198,8 +218,13 @@ def _quantize(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _score(card: AgentCard, name: str) -> str:
-    return f"{card.scores[name]:.2f}" if name in card.scores else "–"
+_HEADINGS = ("agent", "kind", "maps", "TCR", "NFD", "what it does")
+_DESCRIPTION_WIDTH = 20  # at least, in columns
+
+
+def _row(card: AgentCard) -> tuple[str, ...]:
+    scores = [f"{card.scores[name]:.2f}" if name in card.scores else "–" for name in (UNSEEN_TCR, UNSEEN_NFD)]
+    return (card.id, card.kind, card.maps, *scores, card.description)
 
 
 def _scores(card: AgentCard) -> str:

@@ -22,7 +22,7 @@ from movingout.agents.data.demonstrations import (
     variant_jobs,
     write_all,
 )
-from movingout.agents.data.proving import prove
+from movingout.agents.data.proving import maps_per_mode, prove
 from movingout.agents.data.repeats import repeats_sentence
 from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.errors import AgentError, DataError
@@ -281,20 +281,21 @@ def _prove(args: argparse.Namespace) -> int:
     if args.count < 1 or args.workers < 1:
         raise DataError("--count and --workers must be at least 1")
     _caution([f"{PREFIX}:{args.split}"])
-    workers = args.workers
     if args.ray:
         connect(args.ray)
-        workers = processors()
+    workers = processors() if args.ray else args.workers
     tried = solved = 0
     with Progress(console=Console(stderr=True)) as progress:
         bar = progress.add_task("maps", total=None)
         for _, ticks in prove(args.split, args.out, args.count, workers, args.ray):
             tried, solved = tried + 1, solved + (ticks is not None)
             progress.update(bar, completed=tried, description=f"{solved} of {tried} maps solved")
+    has = maps_per_mode(args.out)
     if args.json:
-        print(json.dumps({"out": str(args.out), "tried": tried, "solved": solved}))
+        print(json.dumps({"out": str(args.out), "tried": tried, "solved": solved, "maps": has}))
     else:
-        print(f"{solved} of {tried} maps tried were solved; {args.out} has {args.count} of each mode")
+        listed = ", ".join(f"{count} of {mode}" for mode, count in has.items())
+        print(f"{solved} of {tried} maps tried were solved; {args.out} has {listed}")
     return 0
 
 

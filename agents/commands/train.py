@@ -10,7 +10,7 @@ from typing import Any
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, check_labels, check_room, model_roots, ships
 from movingout.agents.errors import CheckpointError, DataError
-from movingout.agents.kinds.kind import AgentKind
+from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.map_limits import check_own_maps_seen
 from movingout.agents.training import run_folder
@@ -124,22 +124,31 @@ def run(args: argparse.Namespace) -> int:
     _require_torch()
     if caution := inexact_engine():
         _tell(f"movingout: {caution}")
-    with wanted.until_its_end:
-        trained = kind.train(wanted)
-        checkpoint, training = trained.checkpoint, trained.training
-        run_folder.finish(wanted.folder, checkpoint)
+    try:
+        with wanted.until_its_end:
+            trained = kind.train(wanted)
+            run_folder.finish(wanted.folder, trained.checkpoint)
+    except KeyboardInterrupt:
+        goes_on = "goes on from what was saved last" if run_folder.has_learned(wanted.folder) else "begins again"
+        _tell(f"movingout: stopped; the same command {goes_on}")
+        return 130
+    _show(args, wanted.folder, trained)
+    return 0
+
+
+def _show(args: argparse.Namespace, run: Path, trained: Trained) -> None:
+    checkpoint, training = trained.checkpoint, trained.training
     if args.json:
         print(json.dumps({"id": args.id, "folder": str(checkpoint.folder), **training.model_dump()}))
-        return 0
+        return
     learned = counted(training.episodes, "episode")
-    print(f"{args.id}: trained on {learned}, in {checkpoint.folder}; curves: tensorboard --logdir {wanted.folder}")
+    print(f"{args.id}: trained on {learned}, in {checkpoint.folder}; curves: tensorboard --logdir {run}")
     models = checkpoint.folder.parent
     if models.resolve() not in [root.resolve() for root in model_roots()]:
         print(
             f"to play with it, set {MODELS_VARIABLE}={models} for `play`, `match` and `agents`, or copy "
             f"{checkpoint.folder} to data/models"
         )
-    return 0
 
 
 def _refuse_recordings(args: argparse.Namespace) -> None:

@@ -60,6 +60,12 @@ def prove(split: Split, path: Path, count: int, workers: int, ray: str = "") -> 
         _write(path, table)
 
 
+def maps_per_mode(path: Path) -> dict[str, int]:
+    """How many maps of each mode a file names. Raises MapError."""
+    table = read_table(path)
+    return {mode: _count(mode, table) for mode in MODE_WORDS}
+
+
 def _first_untried(split: Split, mode: Mode, table: dict[str, int]) -> int:
     seeds = [read_name(name)[1] for name in table if read_name(name)[0] == mode]
     return max(seeds, default=SPLITS[split].start - 1) + 1

@@ -73,13 +73,20 @@ def perform(args: argparse.Namespace) -> int:
                 caution=_say_caution,
             )  # fmt: skip
     except KeyboardInterrupt:
-        print("movingout: stopped; finished matches are kept, run the same command again to continue", file=sys.stderr)
+        print(f"movingout: {_stopped(folder)}", file=sys.stderr)
         return 130
     notes = [write_parquet(run), MIXED if run.mixed_code else ""]
     if args.html:
         write_page(run, args.language)
     _show(run, args, [note for note in notes if note])
     return 0
+
+
+def _stopped(folder: Path) -> str:
+    """Whether there is anything to go on with, and how."""
+    if not read_results(folder):
+        return "stopped before a match was finished; run the same command again"
+    return "stopped; finished matches are kept, run the same command again to continue"
 
 
 def _say_caution(sentence: str) -> None:

@@ -72,6 +72,16 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _pair(args: argparse.Namespace) -> int:
+    try:
+        return _play_pair(args)
+    except KeyboardInterrupt:
+        if args.record is None or not args.record.exists():
+            raise
+        print(f"movingout: stopped; what was recorded until then is in {args.record}", file=sys.stderr)
+        return 130
+
+
+def _play_pair(args: argparse.Namespace) -> int:
     plan, pool = _plan(args), worker_pool_of(args)
     if caution := inexact_engine():
         print(f"movingout: {caution}", file=sys.stderr)

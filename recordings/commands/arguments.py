@@ -1,15 +1,18 @@
 """What the sub-commands of `movingout recordings` have in common. Readers of options raise ArgumentTypeError."""
 
 import argparse
+import contextlib
 import json
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from movingout.recordings.errors import RecordingError
 from movingout.recordings.storage.listing import recordings_below
 
 USUAL_DATA = Path("data")
+MOST_NAMED = 20  # folders, and players where none matches
 
 
 def add_data(parser: argparse.ArgumentParser) -> None:
@@ -44,6 +47,18 @@ def expanded(paths: Iterable[Path]) -> list[Path]:
     """The files named, and the recordings in the folders named and below them; each once."""
     files = [file for path in paths for file in (recordings_below(path) if path.is_dir() else [path])]
     return list(dict.fromkeys(files))
+
+
+def places_below(folder: Path) -> str:
+    """How many recordings lie in the folders below one and in which, empty for none: "2 below it, in a/b, a/c"."""
+    below: list[Path] = []
+    with contextlib.suppress(RecordingError):
+        below = [path for path in recordings_below(folder) if path.parent != folder] if folder.exists() else []
+    if not below:
+        return ""
+    folders = sorted({str(path.parent) for path in below})
+    more = f" and {len(folders) - MOST_NAMED} more" if len(folders) > MOST_NAMED else ""
+    return f"{len(below)} below it, in {', '.join(folders[:MOST_NAMED])}{more}"
 
 
 def positive(text: str) -> int:

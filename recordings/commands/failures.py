@@ -15,7 +15,7 @@ from movingout.recordings.annotation.finding import Finding, SearchedRecording
 from movingout.recordings.annotation.findings_table import finding_rows
 from movingout.recordings.annotation.search import FailureSearch, search_failures
 from movingout.recordings.annotation.verdicts import Verdicts, annotations
-from movingout.recordings.commands.arguments import print_json
+from movingout.recordings.commands.arguments import places_below, print_json
 from movingout.recordings.commands.selection import left_out_words
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.report.failures import CASES, Case
@@ -37,7 +37,9 @@ class PlayerRate(NamedTuple):
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("folder", type=Path, metavar="DIR", help="folder of recordings")
+    parser.add_argument(
+        "folder", type=Path, metavar="DIR", help="folder of recordings, without those in folders below it"
+    )
     parser.add_argument(
         "--annotations",
         nargs="+",
@@ -57,7 +59,7 @@ def perform(args: argparse.Namespace) -> int:
         check_name(args.out)
     search = search_failures(args.folder)
     if not search.recordings:
-        raise RecordingError(f"there are no finished recordings in {args.folder}; name a folder with .mcap files")
+        raise RecordingError(_nothing_in(args.folder))
     verdicts = annotations(args.folder, args.annotations, search.recordings)
     leaves_out = uncounted_in(args.folder)
     recordings = [one for one in search.recordings if one.id not in leaves_out]
@@ -78,6 +80,13 @@ def perform(args: argparse.Namespace) -> int:
         if args.out is not None:
             print(f"wrote {args.out}: {counted(len(found), 'finding')}")
     return 0
+
+
+def _nothing_in(folder: Path) -> str:
+    """Why none is searched: folders below have verdicts of their own."""
+    if below := places_below(folder):
+        return f"there are no finished recordings in {folder} itself, but {below}; name one of these folders"
+    return f"there are no finished recordings in {folder}; name a folder with .mcap files"
 
 
 def rates_by_player(recordings: Sequence[SearchedRecording], verdicts: Verdicts) -> list[PlayerRate]:

@@ -1,7 +1,6 @@
 """`movingout recordings`: list, inspect and recover here; the other actions have modules of their own."""
 
 import argparse
-import contextlib
 import sys
 from collections.abc import Callable, Sequence
 from datetime import date
@@ -13,7 +12,7 @@ from movingout.recordings.commands import diversity, exports, failures, imports,
 from movingout.recordings.commands import report as report_command
 from movingout.recordings.commands import split as split_command
 from movingout.recordings.commands import view as viewer_command
-from movingout.recordings.commands.arguments import USUAL_DATA, add_data, print_json
+from movingout.recordings.commands.arguments import MOST_NAMED, USUAL_DATA, add_data, places_below, print_json
 from movingout.recordings.commands.info_page import info_json, info_page
 from movingout.recordings.episode import Outcome
 from movingout.recordings.errors import RecordingError
@@ -21,7 +20,7 @@ from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, recover_journal
 from movingout.recordings.storage.index import Filter, list_recordings, path_of
-from movingout.recordings.storage.listing import Summary, Unreadable, recording_paths, recordings_below
+from movingout.recordings.storage.listing import Summary, Unreadable, recording_paths
 from movingout.recordings.storage.repair import damaged_below, recover_recording
 from movingout.recordings.terminal import printable
 from movingout.world.constants import TICKS_PER_SECOND
@@ -145,7 +144,7 @@ def _list(args: argparse.Namespace) -> int:
         print_json({"recordings": [entry.to_json() for entry in found], "unreadable": problems})
         return 0
     if nothing:
-        print(printable(_nothing_in(folder)))
+        print(_nothing_in(folder))
     else:
         print(_table(found) if found else _no_match(folder, wanted))
     for entry in unreadable:
@@ -163,14 +162,9 @@ def _data(args: argparse.Namespace) -> Path:
 
 def _nothing_in(folder: Path) -> str:
     """The message where no recording lies in a folder itself; says in which below there are some."""
-    below: list[Path] = []
-    with contextlib.suppress(RecordingError):
-        below = recordings_below(folder) if folder.exists() else []
-    if not below:
-        return f"Nothing has been recorded yet in {folder}. {_HOW_TO_RECORD}"
-    folders = sorted({str(path.parent) for path in below})
-    more = f" and {len(folders) - _NAMED} more" if len(folders) > _NAMED else ""
-    return f"No recordings in {folder} itself; {len(below)} below it, in {', '.join(folders[:_NAMED])}{more}"
+    if not (below := places_below(folder)):
+        return f"Nothing has been recorded yet in {printable(str(folder))}. {_HOW_TO_RECORD}"
+    return printable(f"No recordings in {folder} itself; {below}")
 
 
 def _with_folder(entry: Unreadable) -> str:
@@ -184,7 +178,6 @@ def _with_folder(entry: Unreadable) -> str:
 _HOW_TO_RECORD = """Two ways to change that:
   movingout play                                                            people play in the browser
   movingout match --blue scripted --red scripted --record data/recordings   agents play"""
-_NAMED = 20  # players named where none matches, and folders
 _HEADINGS = ("id", "started (UTC)", "map", "blue", "red", "time", "delivered", "TCR", "outcome")
 
 
@@ -204,7 +197,7 @@ def _no_match(folder: Path, wanted: Filter) -> str:
     if wanted.map is not None and wanted.map not in {*maps, *(entry.map for entry in entries)}:
         hints.append(f"no map {wanted.map!r}; maps here: {', '.join(maps)}")
     if wanted.agent is not None and not any(wanted.agent in seat for seat in seats):
-        hints.append(f"nobody named {wanted.agent!r}; here played: {', '.join(seats[:_NAMED])}")
+        hints.append(f"nobody named {wanted.agent!r}; here played: {', '.join(seats[:MOST_NAMED])}")
     return "\n  ".join(["no recordings that match", *hints])
 
 

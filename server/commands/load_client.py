@@ -71,7 +71,7 @@ class LoadClient(asyncio.Protocol):
                 raise ConnectionError(head.decode("latin-1") + rest.decode("latin-1"))
             self._open, self._buffer = True, rest
             claim = 1 if self._mode == "play" else 0
-            self._say(m.Join(self._room, self._mode, claim=claim, name="bot"))
+            self._say(m.Join(self._room, self._mode, claim=claim, name="bot", program=True))
         self._take_frames()
 
     def cancel(self) -> None:

@@ -35,6 +35,7 @@ WARM_UP_S = 2.0
 INPUTS_PER_S = 10.0  # of each client; a held key sends as many, a moving gamepad 20
 START_LIMIT_S = 60.0
 MOST = 100_000  # rooms, clients, seconds, inputs a second
+TOKEN_ADVICE = " Give it by --admin-token; it is in the file admin-token of the server's data folder."
 BUSY_LIMIT_S = 20.0  # that a server may be busy before a room is opened
 
 
@@ -85,7 +86,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="ID",
         help="agent in the other seat when a room has one client (%(default)s)",
     )
-    add("--url", type=base_address, help="a running server; without it one is started for the test")
+    add(
+        "--url",
+        type=base_address,
+        help="a running server, which records what is played (seats: remote); without it one is started for the test",
+    )
     add("--admin-token", default="", metavar="TOKEN", help="admin token of the server at --url")
     add("--json", action="store_true", help="print one JSON document")
 
@@ -195,6 +200,7 @@ async def _measure(
     tally = LoadCounts()
     bots: list[LoadClient] = []
     other: asyncio.Task[None] | None = None
+    await asyncio.to_thread(_call, target, "/api/admin/state")  # refused now rather than after the warm-up
     try:
         opened = await _open_rooms(target, rooms, clients, partner)
         await _fill_rooms(target, opened, clients, inputs_per_s, tally, bots)
@@ -275,9 +281,12 @@ async def _fill_rooms(
 
 
 def open_room(target: RunningServer, name: str, clients: int, partner: str = "idle") -> str:
-    """Open a room for load clients; a single client plays with the agent `partner`."""
-    other = {"kind": "link"} if clients > 1 else {"kind": "agent", "agent": partner}
-    body = {"maps": [name], "limit_ticks": MAX_TICKS, "seats": [{"kind": "link"}, other]}
+    """Open a room for load clients; a single client plays with the agent `partner`.
+
+    Their seats are those of programs: what the server records of them is never taken for what people do.
+    """
+    other = {"kind": "remote"} if clients > 1 else {"kind": "agent", "agent": partner}
+    body = {"maps": [name], "limit_ticks": MAX_TICKS, "seats": [{"kind": "remote"}, other]}
     room: str = _call(target, "/api/rooms", body)["room"]
     return room
 
@@ -300,7 +309,8 @@ def _call(target: RunningServer, path: str, body: object = None) -> Any:
     except urllib.error.HTTPError as error:
         text = error.read().decode(errors="replace")
         kind = ServerBusyError if '"refusal":"busy"' in text else LoadTestError
-        raise kind(f"{path} answers {error.code}: {_reason(text)}") from None
+        advice = TOKEN_ADVICE if error.code in (401, 403) else ""
+        raise kind(f"{path} answers {error.code}: {_reason(text)}{advice}") from None
 
 
 def _reason(text: str) -> str:

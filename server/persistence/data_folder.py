@@ -78,14 +78,24 @@ def _looking_at(folder: Path) -> Iterator[None]:
 
 
 def refuse_study_folder(folder: Path) -> None:
-    """Raise BadDataFolder where a study keeps its data: a server for games would show its recordings."""
+    """Raise BadDataFolder where a study keeps its data: a server for games would show its recordings.
+
+    Whoever was refused before a study began has left its lock at most. A key of links counts: of a study in PostgreSQL
+    no other file is here.
+    """
     with _looking_at(folder):
-        studies = sorted(path.name for path in folder.glob("studies/*") if path.is_dir())
+        studies = sorted(
+            path.name for path in folder.glob("studies/*") if path.is_dir() and _holds_more_than_lock(path)
+        )
     if studies:
         raise BadDataFolder(
             f"the data folder {folder} holds a study ({', '.join(studies)}), whose recordings are not for players; "
             "choose another one for games: --data DIR, or open the study: movingout study serve"
         )
+
+
+def _holds_more_than_lock(folder: Path) -> bool:
+    return any(path.name != LOCK for path in folder.iterdir())
 
 
 def refuse_cluster_folder(folder: Path) -> None:

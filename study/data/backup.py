@@ -185,6 +185,8 @@ def _copy_or_link(path: Path, target: Path, previous: Path | None) -> None:
 def checked_manifest(backup: Path) -> dict[str, Any]:
     """The manifest of a backup of which every byte is as it was written. Raises StudyError."""
     try:
+        if not backup.exists():
+            raise StudyError(f"cannot read {backup}: there is no such file or folder; check the name")
         about: dict[str, Any] = json.loads((backup / MANIFEST).read_text(encoding="utf-8"))
         files = dict(about["files"])
         if about["format"] != FORMAT:

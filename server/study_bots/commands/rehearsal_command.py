@@ -3,6 +3,7 @@
 import argparse
 import asyncio
 import json
+import sys
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -42,10 +43,16 @@ def simulate(args: argparse.Namespace) -> int:
     """Run the command and return its exit code. Raises StudyError."""
     study = read_study(args.file)
     plan = _plan(args, study)
-    if args.url:
-        done = RehearsalResult(_watched(Cohort(args.url.rstrip("/"), plan)))
-    else:
-        done = rehearse(args.file, plan, args.data or _new_folder(study), args.kills)
+    data: Path = args.data or _new_folder(study)
+    try:
+        if args.url:
+            done = RehearsalResult(_watched(Cohort(args.url.rstrip("/"), plan)))
+        else:
+            done = rehearse(args.file, plan, data, args.kills)
+    except KeyboardInterrupt:
+        where = f"on the server at {args.url}" if args.url else f"in {data}; another rehearsal needs a new folder"
+        print(f"movingout: stopped; what was played until then stays {where}", file=sys.stderr)
+        return 130
     _say(args, done)
     return 1 if done.lost else 0
 

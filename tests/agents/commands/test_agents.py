@@ -48,6 +48,22 @@ def test_the_list_has_every_agent(capsys: pytest.CaptureFixture[str]) -> None:
     assert [card["id"] for card in json.loads(capsys.readouterr().out)["agents"]] == [card.id for card in agent_cards()]
 
 
+@pytest.mark.parametrize("columns", [40, 60, 75, 80, 120])
+def test_every_id_of_the_list_and_every_word_is_whole_in_any_terminal(
+    columns: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    assert main(["agents", "list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    cards = agent_cards()
+    firsts = [line.split()[0] for line in lines if line and not line.startswith(" ")]
+    assert [word for word in firsts if word in {card.id for card in cards}] == [card.id for card in cards]
+    assert {word for card in cards for word in card.description.split()} <= {
+        word for line in lines for word in line.split()
+    }
+    assert max(map(len, lines)) <= columns
+
+
 def test_one_agent_is_shown_and_an_unknown_one_is_answered_with_those_there_are(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -141,3 +141,19 @@ def test_numbers_that_cannot_be_are_answered_in_a_sentence(
         "--ticks is at most 36000, and --seed is a whole number from 0 to 9007199254740991" in capsys.readouterr().err
     )
     assert not (tmp_path / "out").exists()
+
+
+def test_proving_says_what_the_file_has_and_not_what_was_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "maps.txt"
+    modes = ("coordination", "awareness", "awareness", "consistency")
+    path.write_text("".join(f"generated:{mode}:{20_000 + at} 100\n" for at, mode in enumerate(modes)))
+    command = ["demos", "prove", "--split", "training", "--count", "1", "-o", str(path)]
+    assert main(command) == 0
+    assert capsys.readouterr().out == (
+        f"0 of 0 maps tried were solved; {path} has 1 of coordination, 2 of awareness, 1 of action consistency\n"
+    )
+    assert main([*command, "--json"]) == 0
+    maps = {"coordination": 1, "awareness": 2, "action consistency": 1}
+    assert json.loads(capsys.readouterr().out) == {"out": str(path), "tried": 0, "solved": 0, "maps": maps}

@@ -75,6 +75,14 @@ def test_data_of_an_interrupted_training_stay_on_the_card(train: Train, tmp_path
     assert card(tmp_path).learned_items == items("a", "b", "c")
 
 
+@pytest.mark.parametrize(("interrupted", "how"), [("after", "goes on from what was saved last"), ("before", "begins")])
+def test_an_interrupted_training_says_what_the_same_command_does(
+    train: Train, capsys: pytest.CaptureFixture[str], interrupted: str, how: str
+) -> None:
+    assert train("a", 6, interrupted=interrupted) == 130
+    assert f"movingout: stopped; the same command {how}" in capsys.readouterr().err
+
+
 def test_one_that_is_ended_by_the_same_command_still_names_others_before(train: Train, tmp_path: Path) -> None:
     assert train("a", 6, interrupted="after") == 130
     assert train("b", 12, "--go-on", interrupted="after") == 130

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import load_map, map_to_json
+from movingout.matches.commands import grid, match
 from movingout.recordings import finalise, read_episode
 from movingout.server.cli import main
 from tests.matches.support import HERE, written
@@ -222,3 +223,37 @@ def test_a_dry_run_refuses_a_folder_of_another_grid(tmp_path: Path, capsys: pyte
     file.write_text(GRID.replace("ticks: 30", "ticks: 3"))
     assert main(["match", "grid", str(file), *out, "--dry-run"]) == 2
     assert "holds results of another grid ('tiny')" in capsys.readouterr().err
+
+
+def test_matches_that_are_interrupted_say_what_was_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, record: Path | None, **__: object) -> None:
+        if record:
+            record.mkdir()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(match, "play_matches", interrupted)
+    command = ["match", "--blue", "idle", "--red", "idle", "--map", "HandOff"]
+    assert main(command) == main([*command, "--record", str(tmp_path / "kept")]) == 130
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [
+        "movingout: stopped",
+        f"movingout: stopped; what was recorded until then is in {tmp_path / 'kept'}",
+    ]
+
+
+@pytest.mark.parametrize("played", [True, False])
+def test_a_grid_that_is_interrupted_says_whether_anything_is_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, played: bool
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(grid, "run_grid", interrupted)
+    if played:
+        monkeypatch.setattr(grid, "read_results", lambda _: {"a match": "its result"})
+    (tmp_path / "tiny.yaml").write_text(GRID)
+    assert main(["match", "grid", str(tmp_path / "tiny.yaml"), "-o", str(tmp_path / "out")]) == 130
+    kept = "; finished matches are kept" if played else " before a match was finished"
+    assert capsys.readouterr().err.splitlines()[-1].startswith(f"movingout: stopped{kept}")

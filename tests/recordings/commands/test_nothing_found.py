@@ -1,4 +1,4 @@
-"""`movingout recordings list` and `recover` where nothing is found: they say where there is something."""
+"""`movingout recordings list`, `failures` and `recover` where nothing is found: they say where there is something."""
 
 from pathlib import Path
 
@@ -15,6 +15,22 @@ def test_list_names_the_folders_below_that_have_recordings(tmp_path: Path, capsy
     assert main(["recordings", "list", str(tmp_path / "grid")]) == 0
     said = capsys.readouterr().out
     assert "; 1 below it, in " + str(tmp_path / "grid" / "recordings") in said and "yet" not in said
+
+
+def test_failures_names_the_folders_below_that_have_recordings(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """There were none, it said; their verdicts lie in their own folder."""
+    below = tmp_path / "grid" / "recordings"
+    finalise(record(below, ticks=2)[0])
+    assert main(["recordings", "failures", str(tmp_path / "grid")]) == 2
+    said = (
+        f"no finished recordings in {tmp_path / 'grid'} itself, but 1 below it, in {below}; name one of these folders"
+    )
+    assert said in capsys.readouterr().err
+    (tmp_path / "empty").mkdir()
+    assert main(["recordings", "failures", str(tmp_path / "empty")]) == 2
+    assert f"no finished recordings in {tmp_path / 'empty'}; name a folder with" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["list", "recover"])

@@ -114,6 +114,14 @@ def test_before_the_first_game_list_says_how_to_record_one(tmp_path: Path, capsy
     assert main(["recordings", "list", str(tmp_path)]) == 0
     said = capsys.readouterr().out
     assert said.count("Nothing has been recorded yet") == said.count("movingout play") == 2
+    assert [line.split("  ")[0] or line.split()[1] for line in said.splitlines()] == [
+        f"Nothing has been recorded yet in {tmp_path / 'recordings'}. Two ways to change that:",
+        "play",
+        "match",
+        f"Nothing has been recorded yet in {tmp_path}. Two ways to change that:",
+        "play",
+        "match",
+    ]
     assert main(["recordings", "list", "--data", str(tmp_path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"recordings": [], "unreadable": []}
     assert main(["recordings", "recover", "--data", str(tmp_path)]) == 0

@@ -3,8 +3,10 @@
 import asyncio
 from typing import Any, cast
 
+import msgspec
 import pytest
 
+from movingout.server import messages as m
 from movingout.server.commands.load_client import LoadClient, LoadCounts
 
 
@@ -44,3 +46,11 @@ def test_it_plays_at_any_rate_and_what_ends_it_is_told(monkeypatch: pytest.Monke
     assert len(written) == 40
     with pytest.raises(RuntimeError, match="broken"):
         bot.check()
+
+
+def test_it_joins_as_the_program_that_it_is() -> None:
+    bot, connection = LoadClient("r", "play", LoadCounts(), "host", inputs_per_s=10.0), Connection(2)
+    bot.connection_made(cast(Any, connection))
+    bot.data_received(b"HTTP/1.1 101 Switching Protocols\r\n\r\n")
+    _, join = connection.written
+    assert msgspec.json.decode(join[6:], type=m.Join) == m.Join("r", claim=1, name="bot", program=True)

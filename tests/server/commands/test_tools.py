@@ -93,6 +93,7 @@ def _measured(target: RunningServer, rooms: int, clients: int, seconds: float) -
 
 @pytest.mark.slow
 def test_the_load_test_has_its_fixed_fields(live: Live) -> None:
+    before = live.rooms
     result = _measured(RunningServer(f"http://{live.address}", ADMIN), rooms=2, clients=3, seconds=1.5)
     assert {
         "rooms", "clients", "seconds", "ticks", "missed_ticks", "late_ms", "bytes_per_client_s", "cpu_percent",
@@ -102,6 +103,16 @@ def test_the_load_test_has_its_fixed_fields(live: Live) -> None:
     assert result["client_gaps"] == 0
     assert result["bundles"] >= 6, "every client has seen play"
     assert result["closed"] == {}
+    opened = [room for room in live.rooms if room not in before]
+    assert [seat.kind for room in opened for seat in room.seats] == ["remote"] * 4, "no people played"
+
+
+def test_the_load_test_opens_rooms_for_programs(live: Live) -> None:
+    """Recorded as a person's, the play of its clients was learned from."""
+    target = RunningServer(f"http://{live.address}", ADMIN)
+    opened = {clients: loadtest.open_room(target, "Simple", clients) for clients in (1, 2)}
+    seats = {room.id: [seat.kind for seat in room.seats] for room in live.rooms}
+    assert {clients: seats[room] for clients, room in opened.items()} == {1: ["remote", "idle"], 2: ["remote"] * 2}
 
 
 @pytest.mark.slow
@@ -119,10 +130,13 @@ def test_the_load_test_waits_for_a_server_that_is_busy_for_a_moment(
         _measured(RunningServer(f"http://{live.address}", ADMIN), rooms=1, clients=2, seconds=0.5)
 
 
-@pytest.mark.slow
 def test_the_load_test_needs_the_admin_token_of_a_foreign_server(live: Live) -> None:
-    with pytest.raises(LoadTestError, match="403"):
-        _measured(RunningServer(f"http://{live.address}", "wrong"), rooms=1, clients=1, seconds=1)
+    """It asked for it after all rooms had been opened, filled and recorded."""
+    before = live.rooms
+    for token, code in (("", 401), ("wrong", 403)):
+        with pytest.raises(LoadTestError, match=f"answers {code}: .* Give it by --admin-token; it is in the file"):
+            _measured(RunningServer(f"http://{live.address}", token), rooms=1, clients=1, seconds=1)
+    assert live.rooms == before
     with pytest.raises(LoadTestError, match="does not answer"):
         _measured(RunningServer("http://127.0.0.1:1", ""), rooms=1, clients=1, seconds=1)
 

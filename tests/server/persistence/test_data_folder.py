@@ -1,4 +1,4 @@
-"""What a server says of its data folder when it ends."""
+"""What a server says of its data folder when it ends, and whose folder it refuses."""
 
 import json
 from pathlib import Path
@@ -6,7 +6,16 @@ from pathlib import Path
 import pytest
 
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
-from movingout.server.persistence.data_folder import told_interrupted, told_of_other_studies
+from movingout.server.persistence.data_folder import (
+    BadDataFolder,
+    refuse_study_folder,
+    told_interrupted,
+    told_of_other_studies,
+)
+from movingout.server.study.arrivals.signed_links import LinkSigner
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import parse_study
+from tests.server.study.support import SOLO
 
 ONE, MORE = "1 round was interrupted; it goes on", "2 rounds were interrupted; they go on"
 
@@ -53,3 +62,17 @@ def test_rounds_of_other_studies_wait_and_the_start_says_so(tmp_path: Path) -> N
     ]
     assert told_interrupted(tmp_path, "mine").startswith(ONE)
     assert told_of_other_studies(tmp_path / "recordings", "mine") == ""
+
+
+def test_a_study_that_was_refused_before_it_began_leaves_the_folder_to_games(tmp_path: Path) -> None:
+    with StudyFolder(parse_study(SOLO, "study.yaml"), tmp_path).exclusive():
+        pass  # as where its file has blanks, or the port is in use
+    refuse_study_folder(tmp_path)
+
+
+def test_a_study_with_a_key_of_links_may_have_been_served_from_postgresql(tmp_path: Path) -> None:
+    folder = StudyFolder(parse_study(SOLO, "study.yaml"), tmp_path)
+    with folder.exclusive():
+        LinkSigner.in_folder(folder.own, "solo")
+    with pytest.raises(BadDataFolder, match=r"holds a study \(solo\), whose recordings are not for players"):
+        refuse_study_folder(tmp_path)

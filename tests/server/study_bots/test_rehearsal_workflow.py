@@ -8,6 +8,7 @@ import pytest
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.server.cli import main
+from movingout.server.study_bots.commands import rehearsal_command
 from movingout.server.study_bots.data_check import read_stored
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
@@ -62,3 +63,28 @@ def forget_leaves_no_trace(pids: list[str]) -> None:
     assert _traces(data, gone, names[gone], code) == []
     assert len(_traces(data, stays)) > 4
     assert list(read_stored(folder).participants) == [stays]
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        (["--data", "half"], "in half; another rehearsal needs a new folder"),
+        (["--url", "http://127.0.0.1:9"], "on the server at http://127.0.0.1:9"),
+    ],
+)
+def test_a_rehearsal_that_is_interrupted_says_what_stays(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    where: list[str],
+    said: str,
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    Path("study.yaml").write_text(agents_text(ticks=40), encoding="utf-8")
+    monkeypatch.setattr(rehearsal_command, "rehearse", interrupted)
+    monkeypatch.setattr(rehearsal_command, "_watched", interrupted)
+    assert main(["study", "simulate", "study.yaml", "--participants", "2", *where]) == 130
+    assert f"movingout: stopped; what was played until then stays {said}" in capsys.readouterr().err

@@ -202,3 +202,11 @@ def test_a_backup_without_the_file_of_identities_names_it_and_the_option(tmp_pat
         back_up(folder, tmp_path / "backup", 1_800_000_000.0)
     assert not folder.has_identities
     back_up(folder, tmp_path / "backup", 1_800_000_000.0, identities=False)
+
+
+@pytest.mark.parametrize("check", [[], ["--check"]])
+def test_a_mistyped_path_is_no_damaged_backup(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], check: list[str]
+) -> None:
+    assert main(["study", "restore", str(tmp_path / "bk"), "--data", str(tmp_path / "data"), *check]) == 2
+    assert f"cannot read {tmp_path / 'bk'}: there is no such file or folder; check the name" in capsys.readouterr().err
