@@ -8,7 +8,7 @@ import asyncio
 import contextlib
 import inspect
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from typing import Any, Concatenate, Protocol
 
 from movingout.agents.errors import AgentsBusyError
@@ -61,6 +61,7 @@ class StudyNodeHost(ClusterHost):
         self._kind = kind
         self._newest_fence = 0
         super().__init__(settings)
+        self.checks.append(self._study_faults)
         self._sent: set[tuple[MapSpec, int, Split, str]] = set()  # randomised maps that nodes have
         self._telling: set[asyncio.Task[None]] = set()
 
@@ -76,6 +77,10 @@ class StudyNodeHost(ClusterHost):
         await super().stop()
 
     # ---- who runs the study -----------------------------------------------------------------------------------
+
+    def _study_faults(self) -> Iterator[str]:
+        if self.node.study_tries.problem:
+            yield self.node.study_tries.problem
 
     def in_charge(self) -> bool:
         """Whether this node, and no other, may act for the study."""
