@@ -292,23 +292,26 @@ class ClusterNode:
         return self.study_tries.problem or (OPENING if opening else "")
 
     def _to_take_over(self) -> Iterator[LeaseRow]:
-        """This node's part of the shards that are to be taken over: every node alive comes to the same division."""
-        left = [
-            lease
-            for lease in self.view.leases
-            if lease.shard in SHARDS and lease.node not in (None, self.who.name) and lease.expired_s > 0
-        ]
-        for position, lease in enumerate(left):
+        """This node's part of the shards that are to be taken over: every node alive comes to the same division.
+
+        What an earlier run of a node had goes to that node, also when its lease was longer than the node waited.
+        """
+        expired = [each for each in self.view.leases if each.node is not None and each.expired_s > 0]
+        for position, lease in enumerate(lease for lease in expired if lease.shard in SHARDS):
             able = [node.name for node in self.view.nodes if self._may_take(node, lease)]
-            if self.who.name in able and able[position % len(able)] == self.who.name:
+            if lease.node == self.who.name and lease.node in able:
+                yield lease
+            elif self.who.name in able and lease.node not in able and able[position % len(able)] == self.who.name:
                 if self._rooms.can_see(lease.shard):
                     yield lease
                 else:
                     log.warning("the rooms of the shard %r are not in the data folder", lease.shard)
 
     def _may_take(self, node: NodeRow, lease: LeaseRow) -> bool:
+        """Whether a node may go on with an expired lease; the run that let it expire renews it or has lost it."""
         return (
-            lease.shared
+            (lease.shared or lease.node == node.name)
+            and node.run != lease.run
             and node.alive
             and node.state == "serving"
             and (node.folder, node.format) == (lease.folder, lease.format)

@@ -141,6 +141,30 @@ def test_no_lease_ends_while_a_node_that_starts_looks_at_the_disk(clock: TestClo
     together(story)
 
 
+@pytest.mark.parametrize("alone", [True, False])
+def test_a_node_takes_its_rooms_again_whose_lease_was_longer_than_it_waits_for(clock: TestClock, alone: bool) -> None:
+    async def story() -> None:
+        a = Node(clock, "a")
+        a.node.store.lease_s = 60.0
+        await a.start()
+        others = [] if alone else [await Node(clock, name).start() for name in "bcd"]
+        home = a.node.home
+        a.rooms.counts = {home: 1}
+        for each in (a, *others, a):
+            await each.step()
+        again = await Node(clock, "a", run="again").start()
+        assert again.node.home != home and home not in again.node.leases, "the lease lasts"
+        again.rooms.counts = {home: 1}
+        for _ in range(60):
+            for each in (*others, again):  # the others look first, and leave it to its node
+                await each.step()
+            clock.advance(1.0)
+        assert again.node.serves(home) and f"open {home}.2" in again.rooms.done
+        assert list(waiting_rooms(again.node.view, LEASE_S)) == []
+
+    together(story)
+
+
 def test_a_node_does_not_start_beside_those_of_another_database(
     database_server: PostgresServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
