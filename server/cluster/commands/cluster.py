@@ -66,7 +66,12 @@ def _add_config(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="certificate and key in one PEM file, for https (Caddy gets its own without)",
     )
-    parser.add_argument("--listen", default="", metavar="ADDRESS", help="where to listen (:443, or :80 without https)")
+    parser.add_argument(
+        "--listen",
+        default="",
+        metavar="ADDRESS",
+        help="where to listen (:443, or :80 without https): a port alone is IPv4 and IPv6, 0.0.0.0:443 IPv4",
+    )
     parser.add_argument(
         "--redirect-from", default=":80", metavar="ADDRESS", help="HAProxy sends http from here to https (:80)"
     )
