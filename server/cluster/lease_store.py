@@ -14,6 +14,7 @@ from movingout.server.cluster.shards import SHARDS, STUDY
 from movingout.server.security.tokens import new_token
 
 FORGET_S = 24 * 3600.0  # by the clock of the database: then nobody waits for whoever had a shard any more
+OPENING = "the study is being opened"  # the problem of a node that has just taken it
 SCHEMA = 2
 LOCK = 7_306_411  # of PostgreSQL, while the tables are made: any number that nobody else uses
 
@@ -23,6 +24,7 @@ CREATE TABLE IF NOT EXISTS movingout_cluster.version (number int NOT NULL);
 CREATE TABLE IF NOT EXISTS movingout_cluster.node (
   name text PRIMARY KEY, run text NOT NULL, folder text NOT NULL, version text NOT NULL, format text NOT NULL,
   address text NOT NULL, seen timestamptz NOT NULL, rooms int NOT NULL, state text NOT NULL);
+ALTER TABLE movingout_cluster.node ADD COLUMN IF NOT EXISTS problem text NOT NULL DEFAULT '';
 CREATE TABLE IF NOT EXISTS movingout_cluster.lease (
   shard text PRIMARY KEY, fence bigint NOT NULL, node text, run text, folder text, format text,
   shared boolean NOT NULL, expires timestamptz NOT NULL, rooms int NOT NULL);
@@ -60,6 +62,7 @@ class NodeRow:
     rooms: int
     run: str
     alive: bool  # it has told the database so during the last lease
+    problem: str = ""  # why it has the lease of the study, or had it, and does not serve it
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,8 +148,9 @@ class LeaseStore(ClusterDatabase):
         leases = tuple(LeaseRow(*row) for row in await cursor.fetchall())
         cursor = await connection.execute(
             "SELECT name, folder, version, format, address, state, rooms, run, "
-            f"state <> 'ended' AND seen > {self._now} - make_interval(secs => %s) "
-            "FROM movingout_cluster.node ORDER BY name",
+            f"state <> 'ended' AND seen > {self._now} - make_interval(secs => %s), "
+            "coalesce(to_jsonb(n) ->> 'problem', '') "  # tables of nodes of before have no such column
+            "FROM movingout_cluster.node AS n ORDER BY name",
             (self.lease_s,),
         )
         return ClusterView(leases, tuple(NodeRow(*row) for row in await cursor.fetchall()))
@@ -161,7 +165,7 @@ class LeaseStore(ClusterDatabase):
               VALUES (%(name)s, %(run)s, %(folder)s, %(version)s, %(format)s, %(address)s, {self._now}, 0, 'serving')
             ON CONFLICT (name) DO UPDATE SET run = excluded.run, folder = excluded.folder, rooms = 0,
               version = excluded.version, format = excluded.format, address = excluded.address, seen = excluded.seen,
-              state = excluded.state
+              state = excluded.state, problem = excluded.problem
             WHERE n.run = excluded.run OR n.state = 'ended'
               OR n.seen < {self._now} - make_interval(secs => %(lease_s)s)
             RETURNING name"""
@@ -176,15 +180,16 @@ class LeaseStore(ClusterDatabase):
         return True
 
     async def renew(
-        self, who: NodeIdentity, held: Mapping[str, int], rooms: Mapping[str, int], shared: bool, state: str
-    ) -> tuple[frozenset[str], ClusterView]:
+        self, who: NodeIdentity, held: Mapping[str, int], rooms: Mapping[str, int], shared: bool, state: str,
+        problem: str = "",
+    ) -> tuple[frozenset[str], ClusterView]:  # fmt: skip
         """Renew the leases `held` (their fencing tokens, by shard): those that are still this node's, and the view.
 
         `rooms` are those of each shard; `shared` says whether this node stops when a lease is over, so that another
         one may take it.
         """
         answer: tuple[frozenset[str], ClusterView] = await self._call(
-            lambda connection: self._renew(connection, who, held, rooms, shared, state)
+            lambda connection: self._renew(connection, who, held, rooms, shared, state, problem)
         )
         return answer
 
@@ -196,6 +201,7 @@ class LeaseStore(ClusterDatabase):
         rooms: Mapping[str, int],
         shared: bool,
         state: str,
+        problem: str,
     ) -> tuple[frozenset[str], ClusterView]:
         values = self._values(who) | {
             "shards": list(held),
@@ -203,6 +209,7 @@ class LeaseStore(ClusterDatabase):
             "counts": [rooms.get(shard, 0) for shard in held],
             "shared": shared,
             "state": state,
+            "problem": problem,
             "rooms": sum(rooms.values()),
         }
         kept = await self._rows(
@@ -213,7 +220,8 @@ class LeaseStore(ClusterDatabase):
             values,
         )
         await connection.execute(
-            f"""UPDATE movingout_cluster.node SET seen = {self._now}, rooms = %(rooms)s, state = %(state)s
+            f"""UPDATE movingout_cluster.node SET seen = {self._now}, rooms = %(rooms)s, state = %(state)s,
+                  problem = %(problem)s
                 WHERE name = %(name)s AND run = %(run)s""",
             values,
         )
@@ -223,19 +231,24 @@ class LeaseStore(ClusterDatabase):
         """Take a lease that was seen to be over or free; its new fencing token, None when this node may not have it.
 
         A shard with rooms goes to a node that has the same folder, if its last one stops when the lease is over, and
-        otherwise only to the node that had it. The study, which is in a database, goes to any node.
+        otherwise only to the node that had it. The study, which is in a database, goes to any node, and is not served
+        before that node says so when it renews.
         """
         found = await self._call(
             lambda connection: self._rows(
                 connection,
-                f"""UPDATE movingout_cluster.lease SET node = %(name)s, run = %(run)s, folder = %(folder)s,
-                      format = %(format)s, fence = fence + 1, shared = %(shared)s, expires = {self._expiry}
-                    WHERE shard = %(shard)s AND fence = %(fence)s AND expires <= {self._now}
-                      AND (node IS NULL OR shard = '{STUDY}'
-                        OR expires < {self._now} - make_interval(secs => %(forget_s)s)
-                        OR (folder = %(folder)s AND format = %(format)s AND (shared OR node = %(name)s)))
-                    RETURNING fence""",
-                self._values(who) | {"shard": seen.shard, "fence": seen.fence, "shared": shared},
+                f"""WITH taken AS (
+                      UPDATE movingout_cluster.lease SET node = %(name)s, run = %(run)s, folder = %(folder)s,
+                        format = %(format)s, fence = fence + 1, shared = %(shared)s, expires = {self._expiry}
+                      WHERE shard = %(shard)s AND fence = %(fence)s AND expires <= {self._now}
+                        AND (node IS NULL OR shard = '{STUDY}'
+                          OR expires < {self._now} - make_interval(secs => %(forget_s)s)
+                          OR (folder = %(folder)s AND format = %(format)s AND (shared OR node = %(name)s)))
+                      RETURNING shard, fence),
+                    told AS (UPDATE movingout_cluster.node SET problem = %(opening)s
+                      WHERE run = %(run)s AND '{STUDY}' IN (SELECT shard FROM taken))
+                    SELECT fence FROM taken""",
+                self._values(who) | {"shard": seen.shard, "fence": seen.fence, "shared": shared, "opening": OPENING},
             )
         )
         return int(found[0][0]) if found else None

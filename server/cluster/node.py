@@ -11,11 +11,13 @@ import time
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Protocol
 
-from movingout.server.cluster.errors import ClusterError, DatabaseAway, NodeRefused
+from movingout.maps import MovingOutError
+from movingout.server.cluster.errors import DatabaseAway, NodeRefused
 from movingout.server.cluster.held_leases import HeldLeases
 from movingout.server.cluster.joining import refuse_unfit
 from movingout.server.cluster.lease_store import (
     FORGET_S,
+    OPENING,
     ClusterView,
     LeaseRow,
     LeaseStore,
@@ -23,6 +25,7 @@ from movingout.server.cluster.lease_store import (
     NodeRow,
 )
 from movingout.server.cluster.shards import SHARDS, STUDY
+from movingout.server.cluster.study_tries import StudyTries
 
 log = logging.getLogger(__name__)
 
@@ -78,6 +81,7 @@ class ClusterNode:
         self.leases = HeldLeases(store.lease_s)
         self.leases.shared = study  # its rooms wait for the database anyway
         self._study = study
+        self.study_tries = StudyTries()
         self.open: set[str] = set()
         self.home = ""
         self.home_since = 0.0  # when the home shard was opened
@@ -235,7 +239,12 @@ class ClusterNode:
         """Renew, look, take over, give back. Raises DatabaseAway."""
         asked_at = self._clock()
         kept, self.view = await self.store.renew(
-            self.who, self.leases.fences, self._rooms.room_counts(), self.leases.shared, self.state
+            who=self.who,
+            held=self.leases.fences,
+            rooms=self._rooms.room_counts(),
+            shared=self.leases.shared,
+            state=self.state,
+            problem=self._why_no_study(),
         )
         self._say("")
         for shard in self.leases.renewed(kept, asked_at):
@@ -248,6 +257,7 @@ class ClusterNode:
         await self._take_left()
         if not self.home and self.state == "serving":
             await self._find_home()
+        await self._pass_study_on()
         await self._take_study()
         for shard in self.leases:
             if shard not in self.open and shard not in self._opening:
@@ -259,27 +269,49 @@ class ClusterNode:
         lease = self.view.lease(STUDY)
         if not self._study or self.state != "serving" or lease is None or STUDY in self.leases:
             return
-        if (lease.node is None or lease.expired_s > 0.0) and await self._take(lease):
+        if lease.node is not None and lease.expired_s <= 0.0:
+            other = self.view.node(lease.node)
+            if other is not None and not other.problem:
+                self.study_tries.went_well()
+        elif self.study_tries.may_try(self._clock()) and await self._take(lease):
             log.warning("this node runs the study now (fencing token %d)", self.leases.fence(STUDY))
 
+    async def _pass_study_on(self) -> None:
+        """What has failed here several times, another node may do; this one tries again after a pause."""
+        if STUDY in self.leases and STUDY not in self._opening and self.study_tries.used_up:
+            log.error("%s; another node may try now", self.study_tries.problem)
+            fence = self.leases.fence(STUDY)
+            self.leases.dropped(STUDY)
+            self.study_tries.given_back(self._clock())
+            await self.store.release(self.who, STUDY, fence)
+            self.view = await self.store.view()
+
+    def _why_no_study(self) -> str:
+        """Told to the others, so that nobody believes that the study is served here before it is."""
+        opening = STUDY in self.leases and STUDY not in self.open
+        return self.study_tries.problem or (OPENING if opening else "")
+
     def _to_take_over(self) -> Iterator[LeaseRow]:
-        """This node's part of the shards that are to be taken over: every node alive comes to the same division."""
-        left = [
-            lease
-            for lease in self.view.leases
-            if lease.shard in SHARDS and lease.node not in (None, self.who.name) and lease.expired_s > 0
-        ]
-        for position, lease in enumerate(left):
+        """This node's part of the shards that are to be taken over: every node alive comes to the same division.
+
+        What an earlier run of a node had goes to that node, also when its lease was longer than the node waited.
+        """
+        expired = [each for each in self.view.leases if each.node is not None and each.expired_s > 0]
+        for position, lease in enumerate(lease for lease in expired if lease.shard in SHARDS):
             able = [node.name for node in self.view.nodes if self._may_take(node, lease)]
-            if self.who.name in able and able[position % len(able)] == self.who.name:
+            if lease.node == self.who.name and lease.node in able:
+                yield lease
+            elif self.who.name in able and lease.node not in able and able[position % len(able)] == self.who.name:
                 if self._rooms.can_see(lease.shard):
                     yield lease
                 else:
                     log.warning("the rooms of the shard %r are not in the data folder", lease.shard)
 
     def _may_take(self, node: NodeRow, lease: LeaseRow) -> bool:
+        """Whether a node may go on with an expired lease; the run that let it expire renews it or has lost it."""
         return (
-            lease.shared
+            (lease.shared or lease.node == node.name)
+            and node.run != lease.run
             and node.alive
             and node.state == "serving"
             and (node.folder, node.format) == (lease.folder, lease.format)
@@ -296,15 +328,21 @@ class ClusterNode:
     async def _open_now(self, shard: str, fence: int) -> None:
         try:
             await self._rooms.open_shard(shard, fence)
-        except ClusterError as error:
-            log.error("%s", error)
+        except MovingOutError as error:
+            problem = str(error)
+            log.error("%s cannot be opened: %s", _named(shard), error)
         except Exception as error:  # tried again in a second
+            problem = f"{type(error).__name__}: {error}"
             log.exception("%s cannot be opened: %s", _named(shard), error)
         else:
             self.open.add(shard)
             self.home_since = self._clock() if shard == self.home else self.home_since
+            if shard == STUDY:
+                self.study_tries.went_well()
             return
         self._rooms.close_shard(shard)
+        if shard == STUDY and self.leases.valid(STUDY, self._clock()):
+            self.study_tries.failed(problem)
 
     async def opened(self) -> None:
         """Wait until the rooms of all shards are there; a study waits for those of other nodes, too."""

@@ -88,6 +88,7 @@ class ProxyConfig:
         environment = Environment(
             loader=FileSystemLoader(folder), undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False
         )
+        environment.filters["bound"] = _bound
         listen = self.listen or (":443" if self.certificate else ":80")
         return environment.get_template(TEMPLATES[proxy]).render(
             command=self.command,
@@ -127,6 +128,11 @@ class ProxyConfig:
             raise ClusterError(f"{options} are for HAProxy; Caddy has nothing of that kind")
         if redirects and self.redirect_from and not self.certificate:
             raise ClusterError("--redirect-from sends http to https, which needs --certificate")
+
+
+def _bound(listen: str) -> list[str]:
+    """For HAProxy, to which a port alone means IPv4 alone; one socket for both would pass on ::ffff:192.0.2.7."""
+    return [listen, f"::{listen} v6only"] if listen.startswith(":") else [listen]
 
 
 def nodes_of(texts: Sequence[str]) -> dict[str, str]:

@@ -83,6 +83,7 @@ class PreparedMaps:
 
 
 def _keep(kept: dict[Variant, Kept], variant: Variant, value: Kept) -> None:
+    kept.pop(variant, None)  # what is kept again is the newest
     kept[variant] = value
     while len(kept) > KEPT:
         del kept[next(iter(kept))]

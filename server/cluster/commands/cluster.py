@@ -12,7 +12,7 @@ from movingout.agents.live_options import check_live_agent
 from movingout.maps.commands.parser import output_place
 from movingout.server.cluster.capacity import FIGURES, plan, read_figures
 from movingout.server.cluster.errors import ClusterError
-from movingout.server.cluster.lease_store import ClusterView, LeaseStore
+from movingout.server.cluster.lease_store import ClusterView, LeaseRow, LeaseStore, NodeRow
 from movingout.server.cluster.proxy_config import TEMPLATES, ProxyConfig, ProxyLimits, command_line, nodes_of
 from movingout.server.cluster.report import waiting_rooms
 from movingout.server.cluster.shards import SHARDS, STUDY
@@ -31,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_config(config)
     status = commands.add_parser(
         "status",
-        help="print the nodes, and which rooms wait for one that is away",
+        help="print the nodes, which rooms wait for one that is away, and why nobody serves the study",
         example="movingout cluster status --cluster postgresql://movingout@db/movingout",
     )
     status.add_argument("--cluster", required=True, metavar="URL", help="the PostgreSQL database of the cluster")
@@ -66,7 +66,12 @@ def _add_config(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="certificate and key in one PEM file, for https (Caddy gets its own without)",
     )
-    parser.add_argument("--listen", default="", metavar="ADDRESS", help="where to listen (:443, or :80 without https)")
+    parser.add_argument(
+        "--listen",
+        default="",
+        metavar="ADDRESS",
+        help="where to listen (:443, or :80 without https): a port alone is IPv4 and IPv6, 0.0.0.0:443 IPv4",
+    )
     parser.add_argument(
         "--redirect-from", default=":80", metavar="ADDRESS", help="HAProxy sends http from here to https (:80)"
     )
@@ -161,7 +166,7 @@ def _config(args: argparse.Namespace) -> int:
 
 
 def _status(args: argparse.Namespace) -> int:
-    """Exit code 1 when rooms wait for a node that is away."""
+    """Exit code 1 when rooms wait for a node that is away, or when nobody serves the study."""
 
     async def look() -> ClusterView:
         store = LeaseStore(args.cluster, lease_s=args.lease)
@@ -181,12 +186,14 @@ def _status(args: argparse.Namespace) -> int:
             "shards": "".join(
                 lease.shard for lease in view.leases if lease.node == node.name and lease.shard in SHARDS
             ),
-            "runs_study": study is not None and study.node == node.name and study.expired_s <= 0.0,
+            "runs_study": _has(study, node) and not node.problem,
+            "problem": node.problem if node.alive else "",
             "version": node.version,
             "address": node.address,
         }
         for node in view.nodes
     ]
+    unserved = [f"node {row['name']}: {row['problem']}" for row in rows if row["problem"]]
     if args.json:
         print(json.dumps({"nodes": rows, "waiting": waiting}, indent=2))
     else:
@@ -194,6 +201,12 @@ def _status(args: argparse.Namespace) -> int:
         for row in rows:
             runs = "  runs the study" if row["runs_study"] else ""
             print("{name:<16}{state:<10}{rooms:>6}  {shards:<12}{version:<10}{address}".format(**row) + runs)
+        for sentence in unserved:
+            print(sentence)
         for sentence in waiting:
             print(sentence)
-    return 1 if waiting else 0
+    return 1 if waiting or unserved else 0
+
+
+def _has(lease: LeaseRow | None, node: NodeRow) -> bool:
+    return lease is not None and lease.node == node.name and lease.expired_s <= 0.0

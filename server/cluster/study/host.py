@@ -8,12 +8,11 @@ import asyncio
 import contextlib
 import inspect
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from typing import Any, Concatenate, Protocol
 
 from movingout.agents.errors import AgentsBusyError
-from movingout.maps import MapSpec, map_to_json
-from movingout.maps.randomize import Split
+from movingout.maps import map_to_json
 from movingout.recordings.episode import Outcome
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.host import FORMAT, ClusterHost
@@ -24,7 +23,7 @@ from movingout.server.cluster.study import room_works
 from movingout.server.cluster.study.room_works import NodeStatus, SeatPlan
 from movingout.server.notices import Notice
 from movingout.server.public_host import Away, Found, Given, NoRoom
-from movingout.server.rooms.prepared_maps import Variant
+from movingout.server.rooms.prepared_maps import KEPT, Variant
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_view import PlayedRound, RoomView
 from movingout.server.rooms.seat import Seat
@@ -36,6 +35,7 @@ log = logging.getLogger(__name__)
 OPEN_S = 10.0  # for a room with its agents
 ALL_THERE_S = 60.0  # that the study waits for rooms of nodes that are gone
 LOOK_S = 0.3
+SENT = KEPT // 2  # maps that a node is believed to have: beside them it keeps some of its own
 FEWER_HERE = 20  # rooms, because this node also answers the pages of all participants
 
 
@@ -61,7 +61,8 @@ class StudyNodeHost(ClusterHost):
         self._kind = kind
         self._newest_fence = 0
         super().__init__(settings)
-        self._sent: set[tuple[MapSpec, int, Split, str]] = set()  # randomised maps that nodes have
+        self.checks.append(self._study_faults)
+        self._sent: dict[str, dict[Variant, None]] = {}  # randomised maps that each run of a node has, oldest first
         self._telling: set[asyncio.Task[None]] = set()
 
     def _node_of(self, who: NodeIdentity) -> ClusterNode:
@@ -76,6 +77,10 @@ class StudyNodeHost(ClusterHost):
         await super().stop()
 
     # ---- who runs the study -----------------------------------------------------------------------------------
+
+    def _study_faults(self) -> Iterator[str]:
+        if self.node.study_tries.problem:
+            yield self.node.study_tries.problem
 
     def in_charge(self) -> bool:
         """Whether this node, and no other, may act for the study."""
@@ -235,13 +240,23 @@ class StudyNodeHost(ClusterHost):
 
     async def _prepare(self, wanted: list[Variant], address: str) -> None:
         await super()._prepare(wanted, address)
-        for designed, seed, split in wanted:
+        for variant in wanted:
             others = [node for node in self._nodes() if node.run != self.node.who.run]
-            for node in [node for node in others if (designed, seed, split, node.run) not in self._sent]:
+            for node in [node for node in others if variant not in self._sent.get(node.run, {})]:
+                designed, seed, split = variant
                 made = map_to_json(self.prepared_maps.world_map(designed, seed, split))
                 with contextlib.suppress(Away):
                     await self._call(node, room_works.keep_map, map_to_json(designed), seed, split, made)
-                    self._sent.add((designed, seed, split, node.run))
+                    self._note_sent(node.run, variant)
+
+    def _note_sent(self, run: str, variant: Variant) -> None:
+        """Forgets the oldest, as the node does, and runs that have ended."""
+        alive = {node.run for node in self._nodes()}
+        self._sent = {each: sent for each, sent in self._sent.items() if each in alive}
+        sent = self._sent.setdefault(run, {})
+        sent[variant] = None
+        while len(sent) > SENT:
+            del sent[next(iter(sent))]
 
     def round_over(self, room_id: str, played: PlayedRound) -> None:
         """To the node that runs the study, which also looks once a second in case it does not hear of it."""

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.database import PostgresServer, postgres_server
+from tests.server.cluster.clock import TestClock
 
 
 @pytest.fixture(scope="session")
@@ -17,3 +18,10 @@ def database_server() -> Iterator[PostgresServer]:
 def database(database_server: PostgresServer) -> str:
     """The address of an empty database."""
     return database_server.new_database()
+
+
+@pytest.fixture
+def clock(database: str) -> Iterator[TestClock]:
+    clock = TestClock(database)
+    yield clock
+    clock.close()

@@ -1,6 +1,7 @@
 """Nodes for the tests: alone with a list of what they were asked to do, and whole ones in this process."""
 
-from collections.abc import Iterator
+import asyncio
+from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,6 +9,8 @@ from typing import Any, cast
 
 from movingout.server.cluster.app import create_cluster_app
 from movingout.server.cluster.host import ClusterHost
+from movingout.server.cluster.node import ClusterNode
+from tests.server.cluster.clock import TestClock, identity
 from tests.server.live import Live, serve
 
 LEASE_S = 15.0  # the machine may be busy
@@ -42,6 +45,39 @@ class FakeRooms:
 
     async def shards_on_disk(self) -> frozenset[str]:
         return self.on_disk
+
+
+MADE: list["Node"] = []
+
+
+class Node:
+    """A node whose second passes when a test says so."""
+
+    def __init__(self, clock: TestClock, name: str, study: bool = False, **who: str) -> None:
+        self.rooms = FakeRooms()
+        self.node = ClusterNode(identity(name, **who), clock.store(), self.rooms, clock, clock.sleep, study)
+        MADE.append(self)
+
+    async def start(self) -> "Node":
+        await self.node.join()
+        await self.node.opened()
+        return self
+
+    async def step(self) -> None:
+        await self.node.step()
+        await self.node.opened()
+        await asyncio.sleep(0)  # nobody waits for the study
+
+
+def together(story: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    async def whole() -> None:
+        try:
+            await story()
+        finally:
+            while MADE:
+                await MADE.pop().node.store.close()
+
+    asyncio.run(whole())
 
 
 @contextmanager

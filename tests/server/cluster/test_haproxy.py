@@ -197,7 +197,7 @@ def test_status_tells_which_node_runs_the_study_and_none_when_that_has_ended(
     who = identity("a")
 
     def runs_study() -> list[bool]:
-        assert main(["cluster", "status", "--cluster", database, "--json"]) == 0
+        main(["cluster", "status", "--cluster", database, "--json"])
         return [node["runs_study"] for node in json.loads(capsys.readouterr().out)["nodes"]]
 
     async def take() -> None:
@@ -208,12 +208,19 @@ def test_status_tells_which_node_runs_the_study_and_none_when_that_has_ended(
         assert free is not None and await store.take(who, free, shared=True) == 1
         await store.close()
 
+    async def serve() -> None:
+        store = LeaseStore(database, lease_s=60.0)
+        await store.renew(who, {STUDY: 1}, {}, shared=True, state="serving")
+        await store.close()
+
     async def leave() -> None:
         store = LeaseStore(database)
         await store.leave(who)
         await store.close()
 
     asyncio.run(take())
+    assert runs_study() == [False], "it is being opened"
+    asyncio.run(serve())
     assert runs_study() == [True]
     asyncio.run(leave())
     assert runs_study() == [False]

@@ -6,7 +6,7 @@ import os
 import signal
 import socket
 import threading
-from collections.abc import Coroutine, Iterator
+from collections.abc import Coroutine
 from typing import Any, TypeVar
 
 import psycopg
@@ -25,13 +25,6 @@ from tests.server.cluster.clock import TestClock, identity
 
 Answer = TypeVar("Answer")
 A, B = identity("a"), identity("b")
-
-
-@pytest.fixture
-def clock(database: str) -> Iterator[TestClock]:
-    clock = TestClock(database)
-    yield clock
-    clock.close()
 
 
 async def row(store: LeaseStore, shard: str) -> LeaseRow:

@@ -1,9 +1,7 @@
 """One node: what it does with its leases as time passes and others come and go."""
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -11,54 +9,14 @@ from movingout.server.cluster import joining
 from movingout.server.cluster.app import create_cluster_app
 from movingout.server.cluster.errors import DatabaseAway, NodeRefused
 from movingout.server.cluster.lease_store import FORGET_S, NodeIdentity
-from movingout.server.cluster.node import ROUTED_S, SPARE, ClusterNode
+from movingout.server.cluster.node import ROUTED_S, SPARE
 from movingout.server.cluster.report import tokens_apart, waiting_rooms
 from movingout.server.cluster.shards import SHARDS, STUDY
 from movingout.server.persistence.data_folder import exclusive_data_folder
 from movingout.server.settings import LEASE_S, Settings
 from tests.database import PostgresServer
 from tests.server.cluster.clock import TestClock, identity
-from tests.server.cluster.nodes import FakeRooms
-
-
-@pytest.fixture
-def clock(database: str) -> Iterator[TestClock]:
-    clock = TestClock(database)
-    yield clock
-    clock.close()
-
-
-MADE: list["Node"] = []
-
-
-class Node:
-    """A node whose second passes when a test says so."""
-
-    def __init__(self, clock: TestClock, name: str, study: bool = False, **who: str) -> None:
-        self.rooms = FakeRooms()
-        self.node = ClusterNode(identity(name, **who), clock.store(), self.rooms, clock, clock.sleep, study)
-        MADE.append(self)
-
-    async def start(self) -> "Node":
-        await self.node.join()
-        await self.node.opened()
-        return self
-
-    async def step(self) -> None:
-        await self.node.step()
-        await self.node.opened()
-        await asyncio.sleep(0)  # nobody waits for the study
-
-
-def together(story: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    async def whole() -> None:
-        try:
-            await story()
-        finally:
-            while MADE:
-                await MADE.pop().node.store.close()
-
-    asyncio.run(whole())
+from tests.server.cluster.nodes import Node, together
 
 
 def test_a_node_has_a_home_shard_and_waits_until_the_proxy_knows_it(clock: TestClock) -> None:
@@ -179,6 +137,30 @@ def test_no_lease_ends_while_a_node_that_starts_looks_at_the_disk(clock: TestClo
         again.rooms.shards_on_disk = slowly  # type: ignore[method-assign]
         await again.start()
         assert again.node.home == home and again.node.serves(home)
+
+    together(story)
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_a_node_takes_its_rooms_again_whose_lease_was_longer_than_it_waits_for(clock: TestClock, alone: bool) -> None:
+    async def story() -> None:
+        a = Node(clock, "a")
+        a.node.store.lease_s = 60.0
+        await a.start()
+        others = [] if alone else [await Node(clock, name).start() for name in "bcd"]
+        home = a.node.home
+        a.rooms.counts = {home: 1}
+        for each in (a, *others, a):
+            await each.step()
+        again = await Node(clock, "a", run="again").start()
+        assert again.node.home != home and home not in again.node.leases, "the lease lasts"
+        again.rooms.counts = {home: 1}
+        for _ in range(60):
+            for each in (*others, again):  # the others look first, and leave it to its node
+                await each.step()
+            clock.advance(1.0)
+        assert again.node.serves(home) and f"open {home}.2" in again.rooms.done
+        assert list(waiting_rooms(again.node.view, LEASE_S)) == []
 
     together(story)
 

@@ -25,6 +25,7 @@ def test_haproxy_has_a_group_of_servers_per_shard(capsys: pytest.CaptureFixture[
     assert text.count("\nbackend shard_") == 33
     assert "use_backend shard_study if { path_beg /api/study /api/experimenter }" in text
     assert "bind :443 ssl crt /etc/game.pem alpn h2,http/1.1" in text and "redirect scheme https" in text
+    assert "bind :::443 v6only ssl crt /etc/game.pem alpn h2,http/1.1\n    bind :80\n    bind :::80 v6only\n" in text
     assert "deny_status 421 unless { req.hdr(host),field(1,:) -i game.example.org }" in text
     assert "track-sc0 src,ipmask(32,64)" in text
     shard = text.split("backend shard_k\n")[1].split("backend")[0]
@@ -75,7 +76,7 @@ def test_haproxy_starts_while_a_pod_has_no_address(tmp_path: Path, capsys: pytes
 
 def test_without_a_certificate_it_is_plain_http(capsys: pytest.CaptureFixture[str]) -> None:
     text = written(capsys)
-    assert "bind :80\n" in text and "redirect scheme" not in text and "ssl crt" not in text
+    assert "bind :80\n    bind :::80 v6only\n" in text and "redirect scheme" not in text and "ssl crt" not in text
 
 
 def test_caddy_has_the_same_routing(capsys: pytest.CaptureFixture[str]) -> None:
@@ -128,9 +129,20 @@ def test_a_proxy_that_could_listen_nowhere_is_refused(wrong: str) -> None:
         ProxyConfig({"a": "h:1"}, redirect_from=wrong)
 
 
-@pytest.mark.parametrize("listen", ["", ":443", "*:443", "10.0.0.9:443", "[::]:443"])
-def test_a_proxy_listens_at_an_address_and_a_port(listen: str) -> None:
-    assert f"bind {listen or ':80'}\n" in ProxyConfig({"a": "h:1"}, listen=listen).text("haproxy")
+@pytest.mark.parametrize(
+    ("listen", "bound"),
+    [
+        ("", [":80", ":::80 v6only"]),
+        (":443", [":443", ":::443 v6only"]),  # HAProxy takes the first for IPv4 alone
+        ("*:443", ["*:443"]),
+        ("0.0.0.0:443", ["0.0.0.0:443"]),
+        ("10.0.0.9:443", ["10.0.0.9:443"]),
+        ("[::]:443", ["[::]:443"]),
+    ],
+)
+def test_a_proxy_listens_at_an_address_and_a_port(listen: str, bound: list[str]) -> None:
+    text = ProxyConfig({"a": "h:1"}, listen=listen).text("haproxy")
+    assert [line.partition("bind ")[2] for line in text.splitlines() if line.startswith("    bind ")] == bound
     own = f"http://{listen or ':80'}"
     assert f"\n{own} {{" in ProxyConfig({"a": "h:1"}, listen=own).text("caddy")
     with pytest.raises(ClusterError, match="without http://"):

@@ -4,7 +4,6 @@ import asyncio
 import itertools
 import os
 import signal
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -61,13 +60,6 @@ class Node:
         nodes = self.clock.store()
         await nodes.renew(self.who, {}, {}, shared=True, state="serving")
         await nodes.close()
-
-
-@pytest.fixture
-def clock(database: str) -> Iterator[TestClock]:
-    clock = TestClock(database)
-    yield clock
-    clock.close()
 
 
 async def two(clock: TestClock) -> tuple[Node, Node]:

@@ -1,14 +1,25 @@
-"""When a node that has just become the one that runs the study may begin."""
+"""When a node begins the study, and what becomes of it when that fails."""
 
 import asyncio
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
+from movingout.server.cli import main
+from movingout.server.cluster.commands import cluster
 from movingout.server.cluster.lease_store import ClusterView, LeaseRow
+from movingout.server.cluster.shards import STUDY
 from movingout.server.cluster.study.host import StudyNodeHost
 from movingout.server.cluster.study.room_works import NodeStatus
+from movingout.server.cluster.study_tries import PAUSE_S, TRIES, StudyTries
+from movingout.server.settings import Settings
+from movingout.study.errors import StoreError
+from tests.server.cluster.clock import TestClock
+from tests.server.cluster.nodes import FakeRooms, Node, together
+
+WHY = "the study cannot begin here: the database x does not answer"
 
 
 def lease(shard: str, node: str | None, expired_s: float = -5.0) -> LeaseRow:
@@ -44,3 +55,103 @@ def test_it_waits_until_it_knows_who_has_each_room(
     leases: list[LeaseRow], shards: dict[str, str], missing: list[str]
 ) -> None:
     assert Host(leases, **shards).missing() == missing
+
+
+class NoStudy(FakeRooms):
+    """A node whose study cannot be begun."""
+
+    broken = True
+
+    async def open_shard(self, shard: str, fence: int) -> None:
+        await super().open_shard(shard, fence)
+        if shard == STUDY and self.broken:
+            raise StoreError("the database x\ndoes not answer")
+
+
+def test_after_some_attempts_it_is_the_turn_of_others_and_then_again_of_this_node() -> None:
+    tries = StudyTries()
+    for _ in range(TRIES):
+        assert not tries.used_up and tries.may_try(5.0)
+        tries.failed("the database x\n does not answer")
+    assert tries.used_up and tries.problem == WHY
+    tries.given_back(5.0)
+    assert not tries.used_up and not tries.may_try(5.0 + PAUSE_S - 0.1) and tries.may_try(5.0 + PAUSE_S)
+    assert tries.problem == WHY, "until it is served somewhere"
+    tries.went_well()
+    assert tries.problem == ""
+
+
+def test_a_node_that_cannot_begin_the_study_is_not_well(tmp_path: Path, clock: TestClock) -> None:
+    host = StudyNodeHost(Settings(data=tmp_path, cluster=clock.url, node="a"), "a study")
+    assert host.faults() == []
+    host.node.study_tries.failed("the database x does not answer")
+    assert host.faults() == [WHY] and WHY in host.why_not_ready()
+
+
+def test_a_node_that_cannot_begin_the_study_leaves_it_to_another_one(clock: TestClock) -> None:
+    async def story() -> None:
+        a, b = [await Node(clock, name, study=True).start() for name in "ab"]
+        a.node._rooms = NoStudy()
+        for _ in range(TRIES):
+            await a.step()
+            assert STUDY in a.node.leases and not a.node.serves(STUDY) and a.node.study_tries.problem == WHY
+        await b.step()
+        assert [row.problem for row in b.node.view.nodes] == [WHY, ""], "others know, too"
+        await a.step()
+        assert STUDY not in a.node.leases
+        await b.step()
+        assert b.node.serves(STUDY) and "open study.2" in b.rooms.done
+        await a.step()
+        assert a.node.study_tries.problem == WHY, "b has not said yet that it serves the study"
+        await b.step()
+        await a.step()
+        assert a.node.study_tries.problem == ""
+
+    together(story)
+
+
+def test_while_no_node_can_begin_the_study_all_say_so_without_a_break(clock: TestClock) -> None:
+    async def story() -> None:
+        nodes = [await Node(clock, name, study=True).start() for name in "ab"]
+        for each in nodes:
+            each.node._rooms = NoStudy()
+        fences, complained = set[int](), set[str]()
+        for _ in range(60):
+            for each in nodes:
+                await each.step()
+                if each.node.study_tries.problem:
+                    complained.add(each.node.who.name)
+                assert bool(each.node.study_tries.problem) is (each.node.who.name in complained)
+                fences |= {each.node.leases.fence(STUDY)} if STUDY in each.node.leases else set()
+            clock.advance(1.0)
+        assert complained == {"a", "b"} and len(fences) > 4, "they take turns"
+        NoStudy.broken = False
+        for _ in range(round(PAUSE_S) + 2):
+            for each in nodes:
+                await each.step()
+            clock.advance(1.0)
+        assert [each.node.study_tries.problem for each in nodes] == ["", ""]
+        assert sum(each.node.serves(STUDY) for each in nodes) == 1
+
+    try:
+        together(story)
+    finally:
+        NoStudy.broken = True
+
+
+def test_status_does_not_say_that_a_node_runs_a_study_which_it_cannot_begin(
+    clock: TestClock, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    a = Node(clock, "a", study=True)
+    a.rooms = a.node._rooms = NoStudy()
+
+    async def story() -> None:
+        await a.start()
+        await a.step()
+        await a.step()
+
+    together(story)
+    monkeypatch.setattr(cluster, "LeaseStore", lambda *_, **__: clock.store())
+    assert main(["cluster", "status", "--cluster", clock.url]) == 1
+    shown = capsys.readouterr().out
+    assert f"node a: {WHY}" in shown and "runs the study" not in shown

@@ -27,6 +27,9 @@ def test_the_oldest_give_way(monkeypatch: pytest.MonkeyPatch) -> None:
         maps.keep((designed, seed, "train"), designed)
     assert [seed for (_, seed, _), _ in maps] == [3, 4]
     assert (designed, 5, "train") not in maps and (designed, 3, "train") in maps
+    for seed in (3, 6):
+        maps.keep((designed, seed, "train"), designed)
+    assert [seed for (_, seed, _), _ in maps] == [3, 6], "what is kept again is the newest"
 
 
 def test_what_a_round_misses_is_made_once_and_what_cannot_be_made_is_said_at_once() -> None:
