@@ -31,7 +31,8 @@ def written(port: int, served: int, folder: Path) -> str:
     user = "user root;" if getpass.getuser() == "root" else ""  # else its processes may not write into the folder
     return (
         f"daemon off; {user} pid {folder}/pid; error_log {folder}/error.log; events {{ }}\n"
-        f"http {{ access_log {folder}/access.log;\n{paths}{variables}server {{ listen 127.0.0.1:{port};\n{location}}} }}\n"
+        f"http {{ access_log {folder}/access.log;\n{paths}{variables}"
+        f"server {{ listen 127.0.0.1:{port};\n{location}}} }}\n"
     )
 
 
