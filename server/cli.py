@@ -15,6 +15,7 @@ import movingout
 from movingout.maps.commands.parser import CommandParser
 from movingout.maps.errors import MovingOutError
 from movingout.maps.suggestion import known_names
+from movingout.server.drain_signal import hold_back
 from movingout.server.security.passwords import password_warning
 
 
@@ -107,6 +108,8 @@ THREADS_S = 3.0  # how long threads that agents leave behind may still run
 def main(argv: list[str] | None = None) -> int:
     """Run one sub-command. Exit code 0 done, 1 the check failed, 2 wrong use or bad input."""
     arguments = sys.argv[1:] if argv is None else argv
+    if argv is None:
+        hold_back(arguments)
     code = 1  # where an exception ends it
     try:
         code = _run(arguments)

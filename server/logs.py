@@ -1,5 +1,6 @@
 """The server's log: as lines or as JSON, without control characters, and never flooded by one kind of message."""
 
+import ipaddress
 import json
 import logging
 import re
@@ -7,7 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
-from typing import Literal, TextIO
+from typing import Any, Literal, TextIO
 
 from movingout.recordings import terminal
 from movingout.server.connection.token_bucket import TokenBucket
@@ -48,7 +49,14 @@ def _template(record: logging.LogRecord) -> str:
     return re.split(r"[\n<(]", text, maxsplit=1)[0] if record.name == "asyncio" else text
 
 
-class TextFormatter(logging.Formatter):
+class CleanFormatter(logging.Formatter):
+    """Of tracebacks each line is made printable: the text of an exception may come from strangers."""
+
+    def formatException(self, ei: Any) -> str:
+        return "\n".join(_clean(line) for line in super().formatException(ei).split("\n"))
+
+
+class TextFormatter(CleanFormatter):
     """One line per message, but for tracebacks."""
 
     def __init__(self) -> None:
@@ -60,7 +68,7 @@ class TextFormatter(logging.Formatter):
         return f"{record.levelname} {record.name}: {printable(record.message)}{tail}"
 
 
-class JsonFormatter(logging.Formatter):
+class JsonFormatter(CleanFormatter):
     """One JSON object per line: at, level, logger, message, left_out, exception."""
 
     def format(self, record: logging.LogRecord) -> str:
@@ -79,13 +87,28 @@ class JsonFormatter(logging.Formatter):
 
 def printable(text: str) -> str:
     """Without what a terminal would obey and without network addresses, which are personal data; at most so long."""
-    return _ADDRESS.sub("[address]", terminal.printable(text.strip()[:LONGEST]))
+    return _clean(text.strip())
 
 
-_ADDRESS = re.compile(
-    r"(?<![\d.])(?!127\.0\.0\.1|0\.0\.0\.0)(?:\d{1,3}\.){3}\d{1,3}(?![\d.])"
-    r"|(?<![\w:])(?:[0-9a-fA-F]{1,4}:){3,7}(?:[0-9a-fA-F]{1,4}|:)(?:[0-9a-fA-F:]*)"
-)
+def _clean(line: str) -> str:
+    return _IPV4.sub("[address]", _LIKE_IPV6.sub(_without_ipv6, terminal.printable(line[:LONGEST])))
+
+
+_IPV4 = re.compile(r"(?<![\d.])(?!127\.0\.0\.1|0\.0\.0\.0)(?:\d{1,3}\.){3}\d{1,3}(?!\.?\d)")
+_LIKE_IPV6 = re.compile(r"(?<!\w)[0-9A-Fa-f:.]{3,}")  # a time of day as well
+
+
+def _without_ipv6(match: re.Match[str]) -> str:
+    """A dot or colons beside an address belong to the sentence; this machine's own stays, as that of IPv4 does."""
+    text = match[0]
+    for address in (text, text.rstrip("."), text.rstrip(":."), text.strip(":.")):
+        try:
+            found = ipaddress.IPv6Address(address)
+        except ValueError:
+            continue
+        own = found.is_unspecified or (found.ipv4_mapped or found).is_loopback
+        return text if own else text.replace(address, "[address]")
+    return text
 
 
 def log_to(stream: TextIO | None = None, form: LogFormat = "text") -> None:

@@ -114,6 +114,8 @@ def _server(host: PublicHost, reports: Reports) -> Iterator[Metric]:
     yield gauge("rooms_limit", "Rooms that may be open", host.most_rooms)
     yield gauge("recordings_unfinished", "Journals that could not be finished yet", len(service.unfinished))
     yield gauge("recordings_finishing", "Journals that are being finished", service.pending)
+    standing = "Since the last of the journals that are being finished was done, 0 where there are none"
+    yield gauge("recordings_finishing_seconds", standing, service.stands_still_s)
     waiting, sent, failing = (0, 0, False) if (sending := host.uploads) is None else sending.counts
     yield gauge("recordings_not_uploaded", "Recordings that wait to be sent to a bucket", waiting)
     yield counter("recordings_uploaded", "Recordings sent to a bucket since the start", sent)

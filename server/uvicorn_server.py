@@ -27,6 +27,7 @@ from movingout.server.connection.uvicorn_protocols import (
     GameWebSocketProtocol,
     http_protocol,
 )
+from movingout.server.drain_signal import DRAIN, let_in
 from movingout.server.open_files import most_connections
 from movingout.server.security.certificate import Certificate, keep_valid
 from movingout.server.settings import Settings
@@ -37,7 +38,6 @@ BACKLOG = 128  # connections that are accepted in one turn of the loop
 TLS_HANDSHAKE_S = 5.0
 HANDSHAKES = 0.25  # of all connections: so many are in their handshakes at once
 CERTIFICATE_S = 60.0  # between two looks whether the certificate ends, or was made anew by another process
-DRAIN = getattr(signal, "SIGUSR1", None)  # none on Windows
 DRAIN_S = 900.0  # for rounds to end; those that have not are suspended
 
 
@@ -141,6 +141,7 @@ class GameServer(uvicorn.Server):
             self.app.state.host.background.repeat("the certificate", work, CERTIFICATE_S)
         if self.started:
             self._on_ready()
+            let_in()
 
     async def look_at_certificate(self, renews: bool) -> None:
         """New connections get the certificate that is in the folder now; the process that listens makes it anew.

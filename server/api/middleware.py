@@ -15,7 +15,6 @@ log = logging.getLogger(__name__)
 _HOST = re.compile(r"[A-Za-z0-9.\-]+(:\d+)?|\[[0-9A-Fa-f:]+\](:\d+)?")
 FIXED = (
     (b"x-content-type-options", b"nosniff"),
-    (b"referrer-policy", b"same-origin"),
     (b"cross-origin-opener-policy", b"same-origin"),
     (b"cross-origin-resource-policy", b"same-origin"),
     (b"permissions-policy", b"camera=(), microphone=(), geolocation=(), gamepad=(self)"),
@@ -32,12 +31,13 @@ def content_security_policy(host: str) -> str:
 
 
 NO_STORE = (b"cache-control", b"no-store")  # codes, seats and tokens: the next person at this machine reads none
+REFERRER = (b"referrer-policy", b"same-origin")
 
 
 class SecureHeaders:
     """ASGI middleware: the security headers on every HTTP response; `hsts` where https is for good.
 
-    What does not say how long it may be kept is kept nowhere.
+    What does not say how long it may be kept is kept nowhere; what has a referrer policy of its own keeps that.
     """
 
     def __init__(self, app: App, hsts: bool = False) -> None:
@@ -53,8 +53,8 @@ class SecureHeaders:
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                kept = () if header(message["headers"], b"cache-control") else (NO_STORE,)
-                message["headers"] = [*message["headers"], *fixed, *kept, (b"content-security-policy", policy)]
+                unsaid = [one for one in (NO_STORE, REFERRER) if not header(message["headers"], one[0])]
+                message["headers"] = [*message["headers"], *fixed, *unsaid, (b"content-security-policy", policy)]
             await send(message)
 
         await self._app(scope, receive, send_with_headers)

@@ -6,6 +6,7 @@ Knows no room. Ids are unguessable, so one recording needs no token; a path is t
 
 import asyncio
 import logging
+import time
 from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
@@ -52,13 +53,20 @@ class RecordingService:
     `address` says, as limits know it, for whom something is read: addresses take turns.
     """
 
-    def __init__(self, folder: Path, on_finished: Callable[[Path], None] = lambda recording: None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        on_finished: Callable[[Path], None] = lambda recording: None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.folder = folder
+        self._clock = clock
         self._on_finished = on_finished
         self.unfinished: dict[str, str] = {}  # why, by journal name
         self._finishing = WorkProcess("finishing recordings")
         self._reading = WorkProcess("reading recordings")
         self._pending: dict[str, asyncio.Task[None]] = {}  # by journal name
+        self._last_done = 0.0  # with a journal, or when the first of those that are pending came
         self._retries: dict[str, asyncio.TimerHandle] = {}
         self._replays: OrderedDict[str, KeptReplay] = OrderedDict()
         self._being_read: dict[str, asyncio.Task[ReplayFiles]] = {}
@@ -67,6 +75,11 @@ class RecordingService:
     def pending(self) -> int:
         """Journals being finalised."""
         return len(self._pending)
+
+    @property
+    def stands_still_s(self) -> float:
+        """For how long no journal that is being finalised is done with, as on a disk that hangs."""
+        return self._clock() - self._last_done if self._pending else 0.0
 
     def knows(self, journal: Path) -> bool:
         """Whether a journal is being finished, or will be tried again."""
@@ -172,6 +185,8 @@ class RecordingService:
 
     def _begin(self, journal: Path, work: Any, attempt: int = 0) -> None:
         self._retries.pop(journal.name, None)
+        if not self._pending:
+            self._last_done = self._clock()
         task = asyncio.create_task(self._finish(journal, work, attempt))
         self._pending[journal.name] = task
         task.add_done_callback(lambda _: self._pending.pop(journal.name, None))
@@ -193,6 +208,8 @@ class RecordingService:
         except Exception as error:  # of any kind: the journal is whole, and another time may succeed
             log.exception("the recording %s stays a journal for now", journal.name)
             self._try_later(journal, work, attempt, error)
+        finally:
+            self._last_done = self._clock()
 
     def _try_later(self, journal: Path, work: Any, attempt: int, error: Exception) -> None:
         self.unfinished[journal.name] = str(error)

@@ -47,13 +47,20 @@ class TemplateProcess:
             if self._link is None or self._process is None or self._process.poll() is not None:
                 self.close()
                 self.start()
-            assert self._link is not None
-            socket.send_fds(self._link, [b"copy"], [control.fileno(), handover.fileno()])
-            loop = asyncio.get_running_loop()
-            answer = await asyncio.wait_for(loop.sock_recv(self._link, 64), COPIES_S)
-            if not answer:
-                raise OSError("the process that starts the others has ended")
-            return int(answer)
+            assert self._link is not None and self._process is not None
+            try:
+                return await self._copied(self._link, control, handover)
+            except BaseException:  # a late answer would be taken for that to the next request
+                self._process.kill()
+                self.close()
+                raise
+
+    async def _copied(self, link: socket.socket, control: socket.socket, handover: socket.socket) -> int:
+        socket.send_fds(link, [b"copy"], [control.fileno(), handover.fileno()])
+        answer = await asyncio.wait_for(asyncio.get_running_loop().sock_recv(link, 64), COPIES_S)
+        if not answer:
+            raise OSError("the process that starts the others has ended")
+        return int(answer)
 
     def close(self) -> None:
         if self._link is not None:

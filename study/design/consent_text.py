@@ -12,6 +12,7 @@ from movingout.recordings.report.words import Words
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import Study
 from movingout.study.design.localized_text import LocalizedText
+from movingout.study.design.markdown import unseen_pictures
 
 PLACES: Final = ("minutes", "protocol", "pay.per_hour", "pay.maximum")
 PARTNERS: Final = "partners"  # would unblind anywhere but in the debriefing
@@ -70,6 +71,17 @@ def shared_code(study: Study) -> Iterator[str]:
             "code, let it ask for the ID on the platform (“with your Prolific ID”), which payments.csv has beside the "
             f"pseudonym for as long as retention.identity says, {study.retention.identity}"
         )
+
+
+def unseen(study: Study) -> Iterator[str]:
+    """A sentence per picture that participants would not see; boxes have no Markdown."""
+    shown = [("the consent", study.consent.text)] + ([(DEBRIEFING, study.debrief.text)] if study.debrief else [])
+    for where, text in shown:
+        for address in dict.fromkeys(address for one in text.root.values() for address in unseen_pictures(one)):
+            yield (
+                f"{where} has the picture {address[:100]}, which participants' pages do not load: write it into "
+                "the text, as ![Logo](data:image/png;base64,...) of up to 70 kB (or jpeg, gif, webp), or leave it out"
+            )
 
 
 def _texts(study: Study) -> Iterator[tuple[str, LocalizedText]]:

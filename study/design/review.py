@@ -11,7 +11,7 @@ from movingout.agents.trial import play_a_tick, runs_own_code
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.balance import seat_imbalance
-from movingout.study.design.consent_text import contradictions, shared_code, unfilled
+from movingout.study.design.consent_text import contradictions, shared_code, unfilled, unseen
 from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
 from movingout.study.design.localized_text import DEFAULT
 from movingout.study.design.maps_met import maps_met, unseen_maps
@@ -210,6 +210,7 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
     if study.codes != "unique" and len(set(study.codes.values())) < len(study.codes):
         yield "two outcomes have the same completion code and cannot be told apart when paying"
     yield from shared_code(study)
+    yield from unseen(study)
     if without := _without_code(study):
         yield f"codes has none for {', '.join(without)}: they get random ones, which a platform does not know"
 

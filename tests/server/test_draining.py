@@ -1,12 +1,18 @@
 """Draining: the server ends when the rounds that have begun are over, and none is lost or repeated."""
 
+import re
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from movingout.recordings.verification import verify
 from movingout.server import messages as m
-from tests.server.live import Live, Person, serve
+from movingout.server.cli import main
+from movingout.server.drain_signal import let_in
+from tests.server.live import WAIT_S, Live, Person, serve, wait_until
 from tests.server.processes.cluster import cluster
 
 
@@ -44,3 +50,37 @@ def test_a_round_is_played_to_its_end_and_the_next_one_begins_after_the_restart(
         again.say(type="ready", seat=0, ready=True)
         while again.results()[-1]["index"] == 0:
             again.answer_one()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="what a process holds back is read there")
+def test_a_server_that_is_told_to_drain_while_it_starts_does_so_once_it_is_there(tmp_path: Path) -> None:
+    """The signal ended it: `systemctl reload` right after the start counted as a failure of the unit."""
+    command = [sys.executable, "-m", "movingout.server.cli", "play", "--data", str(tmp_path), "--port", "0"]
+    with subprocess.Popen([*command, "--processes", "1"], stdout=subprocess.PIPE, text=True) as process:
+        wait_until(lambda: signal.SIGUSR1 in held_back(process.pid) or process.poll() is not None)
+        process.send_signal(signal.SIGUSR1)
+        printed, _ = process.communicate(timeout=WAIT_S)
+    assert process.returncode == 0 and "Moving Out Live is ready." in printed
+
+
+def held_back(pid: int) -> set[int]:
+    """The signals that a process does not get for now."""
+    mask = int(re.findall(r"SigBlk:\s+(\w+)", Path(f"/proc/{pid}/status").read_text())[0], 16)
+    return {number for number in range(1, 65) if mask >> (number - 1) & 1}
+
+
+@pytest.mark.parametrize(
+    ("words", "held"), [("play --help", True), ("study serve --help", True), ("maps --help", False)]
+)
+def test_only_servers_hold_the_signal_back(words: str, held: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["movingout", *words.split()])
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    try:
+        with pytest.raises(SystemExit):
+            main()
+        assert (signal.SIGUSR1 in signal.pthread_sigmask(signal.SIG_BLOCK, [])) == held
+        let_in()
+        assert signal.SIGUSR1 not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

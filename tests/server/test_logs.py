@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from movingout.server.logs import PER_MINUTE, JsonFormatter, RateLimit, log_to, printable
+from movingout.server.logs import PER_MINUTE, JsonFormatter, LogFormat, RateLimit, log_to, printable
 from tests.server.live import WAIT_S, raw_socket, serve
 
 
@@ -41,12 +41,47 @@ def test_nobody_writes_lines_or_colours_into_the_log() -> None:
     assert stream.getvalue().count("\n") == 1 and "\x1b" not in stream.getvalue()
 
 
-@pytest.mark.parametrize("address", ["192.168.17.4", "2001:db8:0:1:2:3:4:5", "2001:db8:0:1::5"])
+@pytest.mark.parametrize(
+    "address",
+    [
+        "192.168.17.4",
+        "2001:db8:0:1:2:3:4:5",
+        "2001:db8:0:1::5",
+        "2001:db8::1",
+        "2a02::5",
+        "fe80::1ff:fe23:4567:890a",
+        "::ffff:192.0.2.7",
+    ],
+)
 def test_addresses_of_people_stay_out_of_the_log(address: str) -> None:
-    assert address not in printable(f"a client at {address} left")
-    assert printable("listening at 127.0.0.1:8000, version 1.2.3, 12:30:05") == (
-        "listening at 127.0.0.1:8000, version 1.2.3, 12:30:05"
-    )
+    for sentence in ("a client at {} left", "from {}.", "{}: refused", "client:{}, gone", "('{}', 443)", "[{}]:443"):
+        assert printable(sentence.format(address)) == sentence.format("[address]")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "listening at 127.0.0.1:8000, version 1.2.3, 12:30:05",
+        "listening at ::1, [::1]:8000, :: and ::ffff:127.0.0.1",
+        "12:34:56:78 of std::abc, bass@any::dead",
+    ],
+)
+def test_what_is_no_address_of_anybody_stays_in_the_log(text: str) -> None:
+    assert printable(text) == text
+
+
+@pytest.mark.parametrize("form", ["text", "json"])
+def test_a_traceback_says_no_address_and_obeys_no_stranger(form: LogFormat) -> None:
+    stream = io.StringIO()
+    log_to(stream, form)
+    try:
+        raise ValueError("the peer 2001:db8::7 said \x1b[2J")
+    except ValueError:
+        logging.getLogger("x").exception("it failed")
+    told = stream.getvalue()
+    assert "the peer [address] said" in told and "db8" not in told.split("ValueError")[-1]
+    assert "\x1b" not in told and "\\u001b" not in told
+    assert '  File "' in json.loads(told)["exception"] if form == "json" else '\n  File "' in told, "indented as ever"
 
 
 def test_json_has_one_object_per_line_with_the_traceback() -> None:

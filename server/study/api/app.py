@@ -80,7 +80,9 @@ def study_pages() -> APIRouter:
 
     @router.get("/study")
     async def study() -> Response:
-        return pages.page("study/study.html")
+        page = pages.page("study/study.html")
+        page.headers["referrer-policy"] = "strict-origin"  # its address has who takes part, and a link's signature
+        return page
 
     @router.get("/experimenter")
     async def experimenter() -> Response:

@@ -17,6 +17,7 @@ from movingout.study.store.rounds import LastRound
 
 State = dict[str, Any]
 ROWS_AT_ONCE = 200  # made, or sent, before the games have their turn
+GONE_FOR = 120  # versions, of a second or more: a page that has seen none of them is sent everything
 
 
 class Dashboard:
@@ -34,7 +35,8 @@ class Dashboard:
         self._lateness = Lateness()
         self._rows: dict[str, State] = {}
         self._last_rounds: dict[str, LastRound | None] = {}  # that the rows were made with
-        self._changed: dict[str, int] = {}  # at which version each row was last another one, gone ones too
+        self._changed: dict[str, int] = {}  # at which version each row was last another one
+        self._gone: dict[str, int] = {}  # at which version each went, of the last GONE_FOR
         self.version = 0
 
     async def newest(self) -> bytes:
@@ -54,8 +56,9 @@ class Dashboard:
                 self._update(sessions[first : first + ROWS_AT_ONCE], time.monotonic())
                 await asyncio.sleep(0)
             for pid in self._rows.keys() - {session.pid for session in sessions}:
-                del self._rows[pid], self._last_rounds[pid]
-                self._changed[pid] = self.version
+                del self._rows[pid], self._last_rounds[pid], self._changed[pid]
+                self._gone[pid] = self.version
+            self._gone = {pid: at for pid, at in self._gone.items() if at > self.version - GONE_FOR}
             self._made_at = time.monotonic()
 
     async def _look(self) -> None:
@@ -73,17 +76,18 @@ class Dashboard:
             row = self._row(session, now)
             if row != known:
                 self._rows[session.pid], self._changed[session.pid] = row, self.version
+                self._gone.pop(session.pid, None)
 
     def news(self, since: int) -> Iterator[str]:
         """What a page has to know that has seen version `since`, -1 for nothing: documents of few rows each.
 
         The first one has everything but the rows of the others, which are named `more`.
         """
-        changed = [pid for pid, version in self._changed.items() if version > since]
-        rows = [self._rows[pid] for pid in changed if pid in self._rows]
-        gone = [pid for pid in changed if pid not in self._rows]
+        partial = since >= 0 and since >= self.version - GONE_FOR
+        rows = [self._rows[pid] for pid, version in self._changed.items() if version > since or not partial]
+        gone = [pid for pid, version in self._gone.items() if version > since and partial]
         head = self._head([*self._rows.values()])
-        head |= {"participants": rows[:ROWS_AT_ONCE], "partial": since >= 0, "gone": gone if since >= 0 else []}
+        head |= {"participants": rows[:ROWS_AT_ONCE], "partial": partial, "gone": gone}
         yield orjson.dumps(head).decode()
         for first in range(ROWS_AT_ONCE, len(rows), ROWS_AT_ONCE):
             yield orjson.dumps({"more": rows[first : first + ROWS_AT_ONCE]}).decode()

@@ -1,10 +1,7 @@
 """What a participant's page is sent: the current step, and nothing that reveals who the partner is."""
 
 import time
-from functools import cache
 from typing import Any
-
-from markdown_it import MarkdownIt
 
 from movingout.maps import TUTORIAL, map_to_json
 from movingout.server.study.arrivals.arrival_link import PLATFORMS, PROLIFIC
@@ -15,6 +12,7 @@ from movingout.server.study.unit import StudyUnit
 from movingout.study.design.allocation import letters
 from movingout.study.design.consent_text import filled
 from movingout.study.design.definition import Outcome
+from movingout.study.design.markdown import html
 from movingout.study.design.steps import BREAK_S, Step
 from movingout.study.store.store import GivenAnswer
 from movingout.world.constants import TICK_SECONDS
@@ -23,9 +21,6 @@ View = dict[str, Any]
 PROLIFIC_ADDRESS = "https://app.prolific.com/submissions/complete?cc="
 LONG_AGO_S = 900.0  # who opens the page so long after the end may be the next person at that machine
 AGENT_IN_PAIRS = "A"  # the letter of the agent that replaces a partner who never came
-
-_markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
-_html = cache(_markdown.render)
 
 
 class ParticipantViews:
@@ -84,20 +79,20 @@ class ParticipantViews:
         if step.kind in ("practice", "round"):
             return shown | await self._round(session, step)
         if step.kind == "debrief" and running.study.debrief is not None:
-            html = self._debriefing(session.record.language)
-            return shown | {"html": html, "ask_to_keep": running.study.debrief.ask_to_keep}
+            told = self._debriefing(session.record.language)
+            return shown | {"html": told, "ask_to_keep": running.study.debrief.ask_to_keep}
         return shown | {"seconds": BREAK_S}
 
     def _debriefing(self, language: str) -> str | None:
         debrief = self._running.study.debrief
-        return _html(filled(self._running.study, debrief.text, language)) if debrief else None
+        return html(filled(self._running.study, debrief.text, language)) if debrief else None
 
     def _consent(self, language: str) -> View:
         study, consent = self._running.study, self._running.study.consent
         boxes = [
             {"id": box.id, "text": filled(study, box.text, language), "required": box.required} for box in consent.boxes
         ]
-        return {"version": consent.version, "html": _html(filled(study, consent.text, language)), "boxes": boxes}
+        return {"version": consent.version, "html": html(filled(study, consent.text, language)), "boxes": boxes}
 
     async def _questions(self, session: ParticipantSession, step: Step) -> View:
         running, study = self._running, self._running.study

@@ -151,8 +151,8 @@ def caddy(folder: Path, nodes: Sequence[NodeProcess], certificate: str = "") -> 
         listen=f"http{'s' * bool(certificate)}://127.0.0.1:{port}",
         certificate=certificate,
     )
-    options = "{\n\tadmin off\n\tauto_https disable_redirects\n\tskip_install_trust\n}\n"
-    file.write_text(options + written.text("caddy"), encoding="utf-8")
+    options = "{\n\tadmin off\n\tauto_https disable_redirects\n\tskip_install_trust\n"
+    file.write_text(written.text("caddy").replace("{\n", options, 1), encoding="utf-8")
     own = {**os.environ, "HOME": str(folder), "XDG_DATA_HOME": str(folder), "XDG_CONFIG_HOME": str(folder)}
     command = [program, "run", "--adapter", "caddyfile", "--config", str(file)]
     with (folder / "caddy.log").open("ab") as log:

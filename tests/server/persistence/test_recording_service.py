@@ -108,6 +108,40 @@ def test_a_journal_that_could_not_be_finished_is_named_and_tried_again(
     assert [path.suffix for path in tmp_path.iterdir()] == [".mcap"]
 
 
+def test_it_is_known_for_how_long_finishing_stands_still(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It waited for ever behind a disk that hangs, and nothing told anybody."""
+    now = [100.0]
+
+    async def work() -> list[float]:
+        service, goes_on, seen = RecordingService(tmp_path, clock=lambda: now[0]), asyncio.Semaphore(0), list[float]()
+
+        async def hanging(*arguments: Any, **options: Any) -> None:
+            await goes_on.acquire()
+            raise RecordingError("an input/output error")
+
+        def look(then_s: float) -> None:
+            now[0] += then_s
+            seen.append(service.stands_still_s)
+
+        monkeypatch.setattr(service._finishing, "run", hanging)
+        look(1.0)
+        service.finalise(tmp_path / "one.mcap.journal")
+        look(400.0)
+        service.finalise(tmp_path / "two.mcap.journal")
+        look(20.0)
+        goes_on.release()
+        while service.pending > 1:
+            await asyncio.sleep(0)
+        look(3.0)
+        goes_on.release()
+        await service.settled()
+        look(5.0)
+        await service.close()
+        return seen
+
+    assert asyncio.run(work()) == [0.0, 400.0, 420.0, 3.0, 0.0]
+
+
 def test_a_journal_that_was_deleted_is_not_tried_again(tmp_path: Path) -> None:
     journal = journal_in(tmp_path)
 
