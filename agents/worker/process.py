@@ -23,6 +23,7 @@ from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation, batch_group
 from movingout.agents.catalogue import load_live_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.agents.decision_time import first_decisions
 from movingout.agents.decision_trace import decision_trace
 from movingout.agents.errors import AgentError, TooSlowError
 from movingout.agents.fault_place import located
@@ -50,7 +51,6 @@ from movingout.world.constants import TICK_SECONDS
 IDLE_WAIT_S = 0.5  # interval of an idle worker's heartbeat
 GIVE_UP_AFTER = 20  # consecutive failures after which a seat is not asked again
 MOST_MEMORY = 6 << 30  # bytes of one worker
-TIMED = 5  # decisions of an agent that was just loaded, or is new on a map that people made
 MOST_GROUNDS = 200  # on which it is known that an agent was timed
 MOST_SPARE, MOST_SPARE_IDS = 64, 8  # agents kept for later seats, and different ones; the oldest are dropped
 OVERRUN = 4  # exit code
@@ -249,13 +249,7 @@ def _timed(agent_id: str, agent: Agent, episode: EpisodeInfo, must_keep_up: bool
 
     Raises TooSlowError where it must keep up and even the fastest takes longer than a tick: all would come too late.
     """
-    seen = observe(episode.map, start_state(episode.map), episode.seat)
-    times = []
-    for _ in range(TIMED):
-        agent.reset(episode)
-        begun = time.thread_time()
-        chunk = agent.act(seen)
-        times.append(time.thread_time() - begun)
+    times, chunk = first_decisions(agent, episode, time.thread_time)
     if must_keep_up and min(times) > TICK_SECONDS:
         raise TooSlowError(
             f"{agent_id} needs {1e3 * min(times):.0f} ms for a decision on this machine and on this map, and a tick "
