@@ -1,4 +1,4 @@
-"""How long an agent takes for a decision on this machine: asked by a worker before a round, by a study before it begins.
+"""How long an agent takes for a decision on this machine: asked before a round by a worker, and before a study begins
 
 As a program (`agents/trial.py` starts it) it has the arguments AGENT MAP, and writes the milliseconds.
 """

@@ -1,5 +1,6 @@
 """How the decisions of an agent are timed: by a clock that the test steps."""
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -55,7 +56,7 @@ def test_an_agent_that_keeps_up_is_timed_once_and_a_slow_one_not_for_long(monkey
 def test_waiting_for_a_busy_processor_is_no_cost_of_an_agent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     waited = tmp_path / "schedstat"
     monkeypatch.setattr(decision_time, "_WAITED", waited)
-    monkeypatch.setattr(decision_time.time, "perf_counter", lambda: 10.0)
+    monkeypatch.setattr(time, "perf_counter", lambda: 10.0)
     assert unhindered() == 10.0, "where the system does not tell it"
     waited.write_text("7000000000 2500000000 12\n")
     assert unhindered() == 7.5

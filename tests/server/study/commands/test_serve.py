@@ -75,7 +75,12 @@ def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     timed: list[str] = []
-    monkeypatch.setattr(partner_speed, "decision_ms", lambda agent_id, _: timed.append(agent_id) or 180.0)
+
+    def decision_ms(agent_id: str, the_map: str) -> float:
+        timed.append(agent_id)
+        return 180.0
+
+    monkeypatch.setattr(partner_speed, "decision_ms", decision_ms)
     file, data = tmp_path / "study.yaml", tmp_path / "data"
     file.write_text(SOLO, encoding="utf-8")
     said = refused(capsys, file, data)
