@@ -7,6 +7,10 @@ class AgentError(MovingOutError):
     """An agent is unknown, cannot be made, or answers with something that is not an action chunk."""
 
 
+class TooSlowError(AgentError):
+    """On this machine an agent takes longer for a decision than a tick."""
+
+
 class AgentsBusyError(MovingOutError):
     """The worker processes have no capacity left for another agent."""
 

@@ -1,14 +1,18 @@
-"""An agent plays a tick in another process: what only its own code shows, without running it here."""
+"""An agent plays, or decides, in another process: what only its own code shows, without running it here."""
 
+import os
 import subprocess
 import sys
 
+from movingout.agents.around_others import acting_id
 from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN
 from movingout.agents.catalogue import id_parts
 from movingout.agents.errors import AgentError
 from movingout.agents.llm.model_id import LLM
+from movingout.agents.worker.thread_budget import ONE_THREAD
 from movingout.recordings.recorded_seat import GHOST
 
+_AT_ONCE = ("idle", GHOST, LLM)  # agents that compute nothing here, and one whose answers no tick waits for
 LOADING_LIMIT_S = 90.0  # for an agent to be made, here and in a server's worker
 _OURS = "movingout: "  # begins the sentence of a command
 
@@ -47,3 +51,19 @@ def play_a_tick(agent_id: str, the_map: str) -> None:
     if not said:
         raise AgentError(f"making the partner {agent_id} ended its process ({played.returncode})")
     raise AgentError(said[-1] if agent_id in said[-1] else f"the partner {agent_id} cannot play: {said[-1]}")
+
+
+def decision_ms(agent_id: str, the_map: str) -> float | None:
+    """The median decision on the map (a name or a file) in a process like a server's worker; None where none was made.
+
+    None too for agents whose decisions no tick waits for. Raises NotReadyError.
+    """
+    if acting_id(agent_id).strip().partition(":")[0] in _AT_ONCE:
+        return None
+    command = [sys.executable, "-P", "-m", "movingout.agents.decision_time", agent_id, the_map]
+    with_one_thread = {**os.environ, **ONE_THREAD}
+    try:
+        timed = subprocess.run(command, capture_output=True, env=with_one_thread, timeout=LOADING_LIMIT_S)
+    except subprocess.TimeoutExpired:
+        raise NotReadyError(f"the partner {agent_id} was not ready within {LOADING_LIMIT_S:.0f} s") from None
+    return None if timed.returncode else float(timed.stdout.split()[-1])  # libraries may have written before

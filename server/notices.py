@@ -35,8 +35,8 @@ ErrorCode = Literal[
 ]  # fmt: skip
 ReasonCode = Literal[
     "restarted", "restarted_anew", "lost", "waiting", "paused", "all_back", "not_back", "unsteady", "paused_too_long",
-    "left", "seat_free", "simulation_failed", "agent_failed", "agent_unseen", "cannot_start", "study_paused",
-    "restart_soon",
+    "left", "seat_free", "simulation_failed", "agent_failed", "agent_slow", "agent_unseen", "cannot_start",
+    "study_paused", "restart_soon",
 ]  # fmt: skip
 RefusalCode = Literal["restarting", "rooms_in_use", "busy", "disk_full"]  # why no room can be opened now
 UnrecordedCode = Literal["disk_full", "not_writable", "failed"]  # why a round is not recorded

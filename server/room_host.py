@@ -253,7 +253,12 @@ class RoomHost:
 
 def _agents_of_its_own(settings: Settings) -> AgentPool:
     costs = AgentCosts(settings.data / COSTS)
-    return AgentPool(settings.agent_workers, costs=costs, thread_cores=settings.agent_thread_cores)
+    return AgentPool(
+        settings.agent_workers,
+        costs=costs,
+        thread_cores=settings.agent_thread_cores,
+        slow_agents=settings.slow_agents,
+    )
 
 
 def _folder_id(folder: Path) -> tuple[int, int] | None:

@@ -213,6 +213,9 @@ class Settings:
         MOST_CORES, "cores that agents' own threads may take in one agent process (%(default)s)",
         flag="--agent-threads", metavar="CORES", parse=cores,
     )  # fmt: skip
+    slow_agents: bool = option(
+        False, "let agents play that take longer for a decision than a tick: they miss ticks", parse=None
+    )
     processes: int = option(
         1, "processes for rooms (%(default)s here: one per core but one)", metavar="N", parse=process_count,
         offered=PROCESSES,

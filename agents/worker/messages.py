@@ -18,7 +18,10 @@ _LENGTH = struct.Struct("<I")
 
 
 class Open(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """An episode starts for a seat, identified by `key` in later messages."""
+    """An episode starts for a seat, identified by `key` in later messages.
+
+    An agent that `must_keep_up` is refused where it takes longer for a decision than a tick.
+    """
 
     key: int
     agent_id: str
@@ -26,6 +29,7 @@ class Open(msgspec.Struct, tag=True, array_like=True, frozen=True):
     seat: int
     seed: int
     ticks: int
+    must_keep_up: bool = True
 
 
 class Observe(msgspec.Struct, tag=True, array_like=True, frozen=True):
@@ -71,12 +75,16 @@ class Skipped(msgspec.Struct, tag=True, array_like=True, frozen=True):
 
 
 class Failed(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """The agent raised, gave an invalid answer or could not be made; `fatal` if asking again is pointless."""
+    """The agent raised, gave an invalid answer, or could not be made; `fatal` if asking again is pointless.
+
+    `slow` if it was refused because it takes longer for a decision than a tick.
+    """
 
     key: int
     tick: int
     reason: str
     fatal: bool
+    slow: bool = False
 
 
 ToWorker = Open | Observe | Close

@@ -23,8 +23,9 @@ from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation, batch_group
 from movingout.agents.catalogue import load_live_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.agents.decision_time import first_decisions
 from movingout.agents.decision_trace import decision_trace
-from movingout.agents.errors import AgentError
+from movingout.agents.errors import AgentError, TooSlowError
 from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.agents.worker.heartbeat import WorkerHeartbeat
@@ -50,7 +51,6 @@ from movingout.world.constants import TICK_SECONDS
 IDLE_WAIT_S = 0.5  # interval of an idle worker's heartbeat
 GIVE_UP_AFTER = 20  # consecutive failures after which a seat is not asked again
 MOST_MEMORY = 6 << 30  # bytes of one worker
-TIMED = 5  # decisions of an agent that was just loaded, or is new on a map that people made
 MOST_GROUNDS = 200  # on which it is known that an agent was timed
 MOST_SPARE, MOST_SPARE_IDS = 64, 8  # agents kept for later seats, and different ones; the oldest are dropped
 OVERRUN = 4  # exit code
@@ -150,13 +150,14 @@ class DecisionQueue:
             with self._budget.loading():
                 agent = spare.pop() if spare else _warm(load_live_agent(message.agent_id), episode)
                 if not known:
-                    share = _timed(message.agent_id, agent, episode)
+                    share = _timed(message.agent_id, agent, episode, message.must_keep_up)
                     self._timed_on.append(here)
             agent.reset(episode)
             self._budget.claim(agent)
             group = batch_group(agent)
         except (Exception, SystemExit) as error:  # noqa: BLE001 - the boundary around an agent
-            return Failed(message.key, -1, _sentence(error), fatal=True)
+            slow = isinstance(error, TooSlowError)
+            return Failed(message.key, -1, _sentence(error), fatal=True, slow=slow)
         self._seats[message.key] = _Seat(agent, kept_as, episode, group)
         return Opened(message.key, share)
 
@@ -243,22 +244,17 @@ def _ground(map_spec: MapSpec) -> _Ground:
     return ((), ()) if is_reserved(map_spec.name) else (map_spec.walls, map_spec.goals)
 
 
-def _timed(agent_id: str, agent: Agent, episode: EpisodeInfo) -> float:
+def _timed(agent_id: str, agent: Agent, episode: EpisodeInfo, must_keep_up: bool) -> float:
     """The share of a core that deciding takes: the median of a few first decisions, each of a fresh episode.
 
-    Raises AgentError where even the fastest takes longer than a tick: every answer would come too late.
+    Raises TooSlowError where it must keep up and even the fastest takes longer than a tick: all would come too late.
     """
-    seen = observe(episode.map, start_state(episode.map), episode.seat)
-    times = []
-    for _ in range(TIMED):
-        agent.reset(episode)
-        begun = time.thread_time()
-        chunk = agent.act(seen)
-        times.append(time.thread_time() - begun)
-    if min(times) > TICK_SECONDS:
-        raise AgentError(
+    times, chunk = first_decisions(agent, episode, time.thread_time)
+    if must_keep_up and min(times) > TICK_SECONDS:
+        raise TooSlowError(
             f"{agent_id} needs {1e3 * min(times):.0f} ms for a decision on this machine and on this map, and a tick "
-            f"has {1e3 * TICK_SECONDS:.0f} ms: here it is for matches without people"
+            f"has {1e3 * TICK_SECONDS:.0f} ms: here it is for matches without people; a server that is started with "
+            "--slow-agents lets it play and miss ticks"
         )
     return statistics.median(times) / (TICK_SECONDS * rows_to_execute(agent, checked_chunk(chunk)))
 

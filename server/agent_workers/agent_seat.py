@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import msgspec
 import numpy as np
 
 from movingout.agents.action_chunk import NEUTRAL, world_action
@@ -51,6 +52,11 @@ class _Question:
     asked: float
 
 
+def admitted(opening: Open) -> Open:
+    """For the same seat at another worker: who has sat down is not refused in the middle of a round."""
+    return msgspec.structs.replace(opening, must_keep_up=False)
+
+
 class SeatPool(Protocol):
     """What a seat needs of the pool that made it."""
 
@@ -81,6 +87,7 @@ class AgentSeat:
         self.unseen = unseen_map(opening.agent_id, opening.map.name)
         self.ready = False  # loaded and warm
         self.failed = ""  # why it is no longer asked; empty while it plays
+        self.slow = False  # whether that is why
         self.decisions = 0
         self.missed = 0
         self.failures = 0
@@ -156,6 +163,7 @@ class AgentSeat:
         match message:
             case Opened():
                 self.ready = True
+                self._opening = admitted(self._opening)
                 self._pool.costs.measured(self.cost_name, message.share)
             case Answer():
                 self._take_answer(message)
@@ -198,4 +206,5 @@ class AgentSeat:
         self._asked = None
         self._problem = message.reason
         if message.fatal:
+            self.slow = message.slow
             self.give_up(message.reason)

@@ -49,6 +49,7 @@ class AgentPool:
         costs: AgentCosts | None = None,
         first_key: int = 1,
         thread_cores: float = MOST_CORES,
+        slow_agents: bool = False,
     ) -> None:
         self._clock = clock
         self.costs = costs or AgentCosts()
@@ -56,6 +57,7 @@ class AgentPool:
         self.missed = 0
         self._most = per_worker(workers)
         self._thread_cores = thread_cores
+        self._slow_agents = slow_agents
         self._stopped = StoppedAgents(clock)
         self._late: dict[Worker, LateDecisions] = {}
         self._seats: dict[int, SeatAtWorker] = {}
@@ -101,13 +103,11 @@ class AgentPool:
         agent_card(agent_id)
         worker = self._admitted(agent_id, cost_name(agent_id, map))
         key = next(self._keys)
-        taken = AgentSeat(
-            pool=self,
-            key=key,
-            worker=worker,
-            opening=Open(key=key, agent_id=agent_id, map=map, seat=seat, seed=seed, ticks=ticks),
-            clock=self._clock,
+        must_keep_up = self._limited and not self._slow_agents
+        opening = Open(
+            key=key, agent_id=agent_id, map=map, seat=seat, seed=seed, ticks=ticks, must_keep_up=must_keep_up
         )
+        taken = AgentSeat(pool=self, key=key, worker=worker, opening=opening, clock=self._clock)
         self._seats[key] = taken
         self._home[key] = worker
         if why := self._stopped.why(agent_id):
@@ -118,7 +118,7 @@ class AgentPool:
 
     @contextlib.contextmanager
     def without_limit(self) -> Iterator[None]:
-        """Within it no agent is refused for want of capacity: those of rooms that come back had their place before.
+        """Within it no agent is refused for want of capacity or as too slow: those of rooms that come back had a place.
 
         For a block that does not await.
         """

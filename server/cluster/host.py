@@ -71,7 +71,12 @@ class ClusterHost(Host):
     def __init__(self, settings: Settings) -> None:
         PublicHost.__init__(self, settings)
         costs = AgentCosts(settings.node_folder / COSTS)
-        agents = AgentPool(settings.agent_workers, costs=costs, thread_cores=settings.agent_thread_cores)
+        agents = AgentPool(
+            settings.agent_workers,
+            costs=costs,
+            thread_cores=settings.agent_thread_cores,
+            slow_agents=settings.slow_agents,
+        )
         self._awaiting_agents: dict[str, RoomFile] = {}  # rooms that come back when an agent is free
         self._secret = ""
         self.node: ClusterNode = self._make_node()

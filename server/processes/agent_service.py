@@ -30,6 +30,7 @@ from movingout.agents.worker.messages import (
     frame,
     read_to_worker,
 )
+from movingout.server.agent_workers.agent_seat import admitted
 from movingout.server.agent_workers.capacity import COSTS_S, AgentCosts, cost_name
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.agent_workers.process import Worker
@@ -85,6 +86,7 @@ class ServedSeat:
         """Pass on what the worker says, and learn from it."""
         match message:
             case Opened():
+                self._opening = admitted(self._opening)
                 self._pool.costs.measured(self.cost_name, message.share)
             case Answer():
                 self._pool.note_cost(self.cost_name, message.decision_ms, message.execute)

@@ -60,7 +60,7 @@ class RoomProcess(RoomHost):
 
     def __init__(self, start: Start, control: socket.socket) -> None:
         self.index, self.processes = start.index, start.processes
-        self.shared_agents = SharedAgents()
+        self.shared_agents = SharedAgents(start.settings.slow_agents)
         super().__init__(
             start.settings,
             new_room_id=lambda: new_id_at(start.index, start.processes),

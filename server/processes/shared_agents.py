@@ -21,10 +21,11 @@ log = logging.getLogger(__name__)
 class SharedAgents(AgentPool):
     """A pool whose only worker is the service; `join` connects to it, again whenever the front has started another."""
 
-    def __init__(self) -> None:
+    def __init__(self, slow_agents: bool = False) -> None:
         self._free = 0.0  # as the service said last
         self._heard = asyncio.Event()
-        super().__init__(workers=1, first_key=secrets.randbits(38) << 24)  # no two processes may use the same keys
+        first_key = secrets.randbits(38) << 24  # no two processes may use the same keys
+        super().__init__(workers=1, first_key=first_key, slow_agents=slow_agents)
 
     def _make_worker(self) -> Worker:
         self._link = _ServiceLink(self)

@@ -28,13 +28,14 @@ def about(code: ReasonCode, seats: Sequence[Seat], predicate: str) -> Notice:
 
 
 def agent_notice(seats: Sequence[Seat], with_cautions: bool) -> Notice:
-    """Which agents cannot play and, where people may be told, which may play badly."""
+    """Which agents cannot play and, where people may be told, whether they are too slow and which may play badly."""
     failed = [seat for seat in seats if seat.agent_failure]
     unseen = [seat for seat in seats if seat.agent_caution and with_cautions]
     message = " ".join([seat.agent_failure for seat in failed] + [seat.agent_caution for seat in unseen])
     if failed:
         log.warning("%s", message)
-        return Notice("agent_failed", message, {"players": _names(failed)})
+        slow = with_cautions and all(seat.agent_too_slow for seat in failed)
+        return Notice("agent_slow" if slow else "agent_failed", message, {"players": _names(failed)})
     return Notice("agent_unseen", message, {"players": _names(unseen)}) if unseen else NOTHING
 
 

@@ -53,6 +53,7 @@ class AgentPlayer(Protocol):
 
     ready: bool
     failed: str
+    slow: bool  # whether it failed because it decides too slowly here
     unseen: str  # a sentence if it was not trained on this map
 
     def observe(self, state: WorldState, tick: int, deadline: float, pings: tuple[HelpPing, ...] = ()) -> None: ...
@@ -130,6 +131,11 @@ class Seat:
         """Why the agent cannot play, empty if it can."""
         failed = self.player.failed if self.player is not None else ""
         return f"{self.title} cannot play: {failed}." if failed else ""
+
+    @property
+    def agent_too_slow(self) -> bool:
+        """Whether the agent cannot play because it decides too slowly on this machine."""
+        return self.player is not None and bool(self.player.failed) and self.player.slow
 
     @property
     def agent_caution(self) -> str:

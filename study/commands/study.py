@@ -18,6 +18,7 @@ from movingout.study.commands import backup, data
 from movingout.study.design.allocation import Visit, letters
 from movingout.study.design.consent_text import unfilled
 from movingout.study.design.definition import Study
+from movingout.study.design.partner_speed import partners_timed
 from movingout.study.design.review import Review, own_agents_tried, review
 from movingout.study.design.study_file import read_study
 from movingout.study.design.templates import LANGUAGES, template_names, template_text
@@ -90,7 +91,7 @@ def _check(args: argparse.Namespace) -> int:
             faults = [fault._asdict() for fault in error.faults]
             print(json.dumps({"ready": False, "faults": faults}, indent=2, ensure_ascii=False))
         return 1
-    found = own_agents_tried(review(study))
+    found = partners_timed(own_agents_tried(review(study)))
     if args.json:
         print(json.dumps(_document(found), indent=2, ensure_ascii=False))
     else:
@@ -120,6 +121,8 @@ def _print(found: Review) -> None:
         console.print(f"[yellow]warning:[/yellow] {escape(sentence)}", soft_wrap=True)
     for sentence in found.contradictions:
         console.print(f"[red]wrong:[/red] {escape(sentence)}", soft_wrap=True)
+    for sentence in found.slow:
+        console.print(f"[red]too slow:[/red] {escape(sentence)}", soft_wrap=True)
     for sentence in (*found.missing, *found.untranslated, *found.unfilled):
         console.print(f"[red]missing:[/red] {escape(sentence)}", soft_wrap=True)
     counts = ", ".join(_counts(found))
@@ -129,6 +132,7 @@ def _print(found: Review) -> None:
 def _counts(found: Review) -> list[str]:
     counts = {
         "agent# that cannot play": len(found.missing),
+        "agent# too slow": len(found.slow),
         "text# missing": len(found.untranslated),
         "blank# to fill in": len(found.unfilled),
         "number# wrong": len(found.contradictions),
@@ -203,6 +207,7 @@ def _document(found: Review) -> dict[str, Any]:
         "attention": list(found.attention),
         "warnings": list(found.warnings),
         "missing": list(found.missing),
+        "slow": list(found.slow),
         "untranslated": list(found.untranslated),
         "unfilled": list(found.unfilled),
         "contradictions": list(found.contradictions),

@@ -47,11 +47,12 @@ class Review:
     unfilled: tuple[str, ...]  # sentences, one per blank that participants would read
     contradictions: tuple[str, ...]  # sentences, one per number of the consent that differs from the file
     warnings: tuple[str, ...]
+    slow: tuple[str, ...] = ()  # sentences, one per partner that decides too slowly here
 
     @property
     def ready(self) -> bool:
         """Whether the study can be run as it is."""
-        return not (self.missing or self.untranslated or self.unfilled or self.contradictions)
+        return not (self.missing or self.slow or self.untranslated or self.unfilled or self.contradictions)
 
 
 def review(study: Study) -> Review:
@@ -167,13 +168,13 @@ def own_agents_tried(found: Review) -> Review:
         if _fault_of(name) or not runs_own_code(name):
             continue
         try:
-            play_a_tick(name, found.study.map_source(_first_map(found.study, name)))
+            play_a_tick(name, found.study.map_source(first_map(found.study, name)))
         except AgentError as error:
             missing.append(str(error))
     return replace(found, missing=tuple(missing))
 
 
-def _first_map(study: Study, agent: str) -> str:
+def first_map(study: Study, agent: str) -> str:
     """The first map of the data that an agent is met on, or that of practice where it is met there alone."""
     met = (name for met_agent, name in maps_met(study) if met_agent == agent)
     return next(met, study.blocks[0].maps[0])

@@ -83,6 +83,7 @@ class FakePlayer:
     def __init__(self, action: Floats) -> None:
         self.ready = True
         self.failed = ""
+        self.slow = False  # to decide
         self.unseen = ""
         self.action = action
         self.asleep = False

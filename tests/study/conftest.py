@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.study.design import partner_speed
 from tests.database import PostgresServer, postgres_server
 from tests.study.support import OPENED
 
@@ -14,6 +15,12 @@ def close_stores() -> Iterator[None]:
     yield
     while OPENED:
         OPENED.pop().close()
+
+
+@pytest.fixture(autouse=True)
+def untimed_partners(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`study check` times the partners of every study, which takes seconds (tests/agents/test_decision_time.py)."""
+    monkeypatch.setattr(partner_speed, "decision_ms", lambda agent_id, the_map: None)
 
 
 @pytest.fixture(scope="session")

@@ -41,6 +41,8 @@ from movingout.server.study.api.served_study import Admission
 from movingout.server.study.commands.serve_node import folder_of_node, serve_node
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.definition import Study
+from movingout.study.design.partner_speed import slow_partners
 from movingout.study.design.review import Review, review
 from movingout.study.design.study_file import complete_text, plain_text, read_study
 from movingout.study.errors import StudyError
@@ -63,6 +65,7 @@ def serve(args: argparse.Namespace) -> int:
         begun_with = _begun_with(folder)
         if not admission.simulated and begun_with is None:
             _refuse_blanks(found, args.file)
+            _refuse_slow(study, settings)
         sys.setswitchinterval(SWITCH_S)
         return serve_node(settings, folder, text_to_freeze(args.file, begun_with), admission)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
@@ -79,6 +82,7 @@ def serve(args: argparse.Namespace) -> int:
         begun_with = _begun_with(folder)
         if args.rehearse is None and begun_with is None:
             _refuse_blanks(found, args.file)
+            _refuse_slow(study, settings)
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         log_to(form="json" if settings.log_format == "json" else "text")
@@ -119,6 +123,12 @@ def _refuse_blanks(found: Review, file: Path) -> None:
     if found.unfilled:
         help = f"participants would read this: fill it in in {file}, or rehearse with --rehearse 1"
         raise StudyError("\n".join([*found.unfilled, help]))
+
+
+def _refuse_slow(study: Study, settings: Settings) -> None:
+    """Before the first participant only: a study that has begun is not kept from going on by a slow hour."""
+    if not settings.slow_agents and (slow := slow_partners(study)):
+        raise StudyError("\n".join(slow))
 
 
 def _begun_with(folder: StudyFolder) -> str | None:

@@ -240,9 +240,13 @@ def test_an_agent_whose_every_decision_takes_longer_than_a_tick_is_refused_in_a_
     assert isinstance(failed, Failed) and failed.fatal
     assert re.fullmatch(
         rf"{HERE}:Slow needs \d+ ms for a decision on this machine and on this map, and a tick has 1 ms: "
-        "here it is for matches without people",
+        "here it is for matches without people; a server that is started with --slow-agents lets it play and miss "
+        "ticks",
         failed.reason,
     )
+    assert failed.slow
+    opened = queue.take(Open(0, f"{HERE}:Slow", MAP, 0, 0, 100, must_keep_up=False))
+    assert isinstance(opened, Opened) and opened.share > 1.0
 
 
 def test_an_agent_that_has_played_elsewhere_is_timed_again_on_a_map_that_people_made(

@@ -17,7 +17,7 @@ import uvloop
 
 from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.agents.observation.seat_observation import start_state
-from movingout.agents.worker.messages import Answer, Open, Opened
+from movingout.agents.worker.messages import Answer, Failed, Open, Opened
 from movingout.agents.worker.thread_budget import MOST_CORES
 from movingout.maps import load_map
 from movingout.server.agent_workers import process, process_restarts
@@ -93,6 +93,31 @@ def test_the_latency_of_an_answer_is_measured_by_the_clock_that_the_seat_was_giv
     now[0] = 10.0325
     seat.take(Answer(7, 3, np.zeros((1, 4)).tobytes(), execute=1, decision_ms=2.0, detail={}))
     assert seat.answer(3).latency_ms == pytest.approx(32.5)
+
+
+def test_who_has_sat_down_is_not_refused_as_too_slow_at_the_next_worker_in_the_middle_of_a_round() -> None:
+    worker = _Worker()
+    seat = AgentSeat(AgentPool(0), 7, cast(AgentProcess, worker), Open(7, "idle", MAP, 0, 1, 500), clock=lambda: 0.0)
+    seat.begin()
+    seat.begin()  # the first worker was lost before it had answered
+    seat.take(Opened(7))
+    seat.worker_lost(guilty=False)
+    seat.begin()
+    assert [opening.must_keep_up for opening in worker.told if isinstance(opening, Open)] == [True, True, False]
+
+
+def test_a_server_that_lets_slow_agents_play_and_rooms_that_come_back_refuse_none_as_too_slow() -> None:
+    pool = AgentPool(1)
+    with pool.without_limit():
+        restored = pool.open("idle", MAP, 0, 1, 500)
+    seats = pool.open("idle", MAP, 0, 1, 500), restored, AgentPool(1, slow_agents=True).open("idle", MAP, 0, 1, 500)
+    assert [seat._opening.must_keep_up for seat in seats] == [True, False, False]
+
+
+def test_a_seat_knows_that_its_agent_was_refused_as_too_slow() -> None:
+    seat = AgentPool(1).open("idle", MAP, 0, 1, 500)
+    seat.take(Failed(seat.key, -1, "idle needs 200 ms", fatal=True, slow=True))
+    assert seat.slow and seat.failed == "idle needs 200 ms"
 
 
 def test_an_agent_answers_for_the_tick_it_was_asked_about() -> None:

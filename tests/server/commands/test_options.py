@@ -14,7 +14,7 @@ from movingout.server.settings import AGENT_WORKERS, Limits, Settings
 
 PLAY = (
     "--host", "--port", "--partner", "--data", "--tls", "--origin", "--allow-host", "--proxy", "--maps", "--countdown",
-    "--agent-workers", "--agent-threads", "--processes", "--cluster", "--node", "--lease", "--s3",
+    "--agent-workers", "--agent-threads", "--slow-agents", "--processes", "--cluster", "--node", "--lease", "--s3",
         "--log-format", "--max-rooms", "--max-sockets",
 )  # fmt: skip
 

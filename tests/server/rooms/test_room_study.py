@@ -61,6 +61,22 @@ def test_a_participant_does_not_read_why_an_agent_cannot_play(
     assert "/home/lab/net" in caplog.text
 
 
+@pytest.mark.parametrize(("study", "code"), [(STUDY, "agent_failed"), ({}, "agent_slow")])
+def test_players_hear_that_an_agent_is_too_slow_and_participants_only_that_it_cannot_play(
+    study: dict[str, str], code: str
+) -> None:
+    """That it computes at all is not for a participant to know."""
+    seats = [Seat(0, "human", shared=True), Seat(1, "agent", "bass", name="Partner A")]
+    table = Table(seats=seats, study=study)
+    blue = table.join(claim=1)
+    player = table.services.agents.players[0]
+    player.failed, player.slow = "bass@all needs 200 ms for a decision", True
+    table.ready(blue)
+    told = [one for one in blue.told if isinstance(one, m.RoomState) and one.phase == "countdown"]
+    assert {one.reason_code for one in told} == {code}
+    assert all(one.reason_values == {"players": ["Partner A"]} for one in told)
+
+
 def test_a_participant_does_not_read_which_agent_is_not_free() -> None:
     services = FakeServices()
     table = Table(services=services, seats=[Seat(0, "human", shared=True), Seat(1, "agent", "bass")], study=STUDY)

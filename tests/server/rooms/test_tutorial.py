@@ -28,7 +28,7 @@ from tests.server.support import Ear, FakeAgents, FakeServices, Table
 class RealPlayer:
     """The agent itself, asked in the test's own process."""
 
-    ready, failed, unseen = True, "", ""
+    ready, failed, slow, unseen = True, "", False, ""
 
     def __init__(self, agent_id: str, the_map: MapSpec, seat: int, ticks: int) -> None:
         self._agent, self._map, self._seat = load_agent(agent_id), the_map, seat

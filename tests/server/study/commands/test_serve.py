@@ -7,10 +7,13 @@ from pathlib import Path
 import pytest
 
 from movingout.server.cli import main
+from movingout.server.settings import Settings
+from movingout.server.study.commands import serve
 from movingout.server.study.commands.serve import text_to_freeze
 from movingout.study.commands.data import as_frozen
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.data.versions import model_hashes
+from movingout.study.design import partner_speed
 from movingout.study.design.study_file import complete_text, read_study
 from movingout.study.store.frozen_study import freeze_study
 from tests.server.persistence.test_room_snapshot import free_port
@@ -66,6 +69,32 @@ def test_a_study_that_cannot_run_is_not_served(
     file = tmp_path / "study.yaml"
     file.write_text(SOLO.replace(*change), encoding="utf-8")
     assert said in refused(capsys, file, tmp_path)
+
+
+def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_never_later(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    timed: list[str] = []
+
+    def decision_ms(agent_id: str, the_map: str) -> float:
+        timed.append(agent_id)
+        return 180.0
+
+    monkeypatch.setattr(partner_speed, "decision_ms", decision_ms)
+    file, data = tmp_path / "study.yaml", tmp_path / "data"
+    file.write_text(SOLO, encoding="utf-8")
+    said = refused(capsys, file, data)
+    assert said.startswith("movingout: idle needs 180 ms for a decision on HandOff on this machine") and timed
+    study = read_study(file)
+    serve._refuse_slow(study, Settings(slow_agents=True))
+    with closing(StudyFolder(study, data).open()) as store, closing(StudyFolder(study, data).open_identities()):
+        freeze_study(store, "solo", complete_text(file), {}, model_hashes(study))
+        store.arrive("P1", "en")
+    timed.clear()
+    file.write_text(SOLO.replace("id: solo", "id: solo\nseed: 9"), encoding="utf-8")
+    assert "has begun, and its file" in refused(capsys, file, data)
+    assert "must not be mixed" in refused(capsys, file, data, "--rehearse", "2")
+    assert not timed
 
 
 @pytest.mark.parametrize("options", [("--rehearse", "0"), ("--rehearse", "1000"), ("--database", "oracle://host/name")])
