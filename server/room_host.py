@@ -80,6 +80,7 @@ class RoomHost:
         self.registry.watch_rounds(self._study_round_over)
         self.endpoint = SocketEndpoint(settings, self.registry, self.admission, self._kept)
         self._recordings_id: tuple[int, int] | None = None
+        self.not_opened: dict[str, str] = {}  # rooms that wait for the next start; the round that each was playing
 
     def owns(self, room_id: str) -> bool:
         """Whether a room that is here may go on at this moment."""
@@ -202,18 +203,32 @@ class RoomHost:
             with self.agents.without_limit():
                 room = restore_room(file, self.settings.recordings, self.registry, time.monotonic())
         except MovingOutError as error:
-            log.warning("room %s does not come back: %s", file.id, error)
-            self.store.delete(file.id)
+            self.cannot_open(file, error)
         else:
             self.came_back(room)
+
+    def cannot_open(self, file: RoomFile, error: MovingOutError) -> None:
+        """A package or a folder may be missing at this start only: the room and its journal wait for the next one.
+
+        Not so in a study, which plays on without: it takes the round as far as it was recorded.
+        """
+        if file.config.study:
+            log.warning("room %s does not come back, and its round ends where it was interrupted: %s", file.id, error)
+            self.store.delete(file.id)
+        else:
+            kept = "its file and the recording of its round are kept for the next start"
+            log.warning("room %s does not come back now; %s: %s", file.id, kept, error)
+            self.not_opened[file.id] = file.episode
 
     def came_back(self, room: Room) -> None:
         """A room of the last run, or of another process or node, goes on here."""
         self.registry.add(room)
+        self.not_opened.pop(room.id, None)
 
     def episodes(self) -> list[str]:
-        """The rounds that have begun here, whose journals must be left alone."""
-        return [room.round.episode_id for room in self.registry.rooms.values() if room.round.started]
+        """The rounds that have begun here or wait for the next start, whose journals must be left alone."""
+        begun = [room.round.episode_id for room in self.registry.rooms.values() if room.round.started]
+        return begun + [episode for episode in self.not_opened.values() if episode]
 
     # ---- health ---------------------------------------------------------------------------------------------
 

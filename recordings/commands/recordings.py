@@ -63,6 +63,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         example="movingout recordings recover --data data",
     )
     rescue.add_argument("paths", nargs="*", type=Path, metavar="FILE|DIR", help="default: DATA/recordings")
+    rescue.add_argument(
+        "--all", action="store_true", help="in folders, end rounds, too, that a server goes on with when started again"
+    )
     add_data(rescue)
     add_json(rescue)
     rescue.set_defaults(perform=_recover)
@@ -249,13 +252,13 @@ def _damaged(folder: Path) -> list[Recovery]:
         return [Recovery(folder, None, 0, str(error), failed=True)]
 
 
-def _recovered(path: Path) -> list[Recovery]:
+def _recovered(path: Path, also_waiting: bool) -> list[Recovery]:
     """What became of a journal, a finished file, or a folder's journals and those below, and what is damaged there.
 
     Raises RecordingError for other files.
     """
     if path.is_dir():
-        return recover(path) + _damaged(path)
+        return recover(path, also_waiting) + _damaged(path)
     if path.name.endswith(JOURNAL_SUFFIX):
         return [recover_journal(path)]
     if path.exists() and not path.name.endswith(SUFFIX):
@@ -268,7 +271,7 @@ def _recover(args: argparse.Namespace) -> int:
     usual = _data(args) / "recordings"
     for path in args.paths or ([usual] if usual.exists() else []):
         try:
-            done += _recovered(path)
+            done += _recovered(path, args.all)
         except RecordingError as error:  # the other files that were named are tried all the same
             done.append(Recovery(path, None, 0, str(error), failed=True))
     if args.json:

@@ -15,6 +15,7 @@ from typing import IO
 import orjson
 from mcap.writer import CompressionType, Writer
 
+from movingout.maps.files.file_lock import is_locked
 from movingout.recordings.episode import Episode
 from movingout.recordings.errors import BusyError, RecordingError, UnreadableError, cannot
 from movingout.recordings.file_format.derived_topics import DerivedTopics, result
@@ -23,6 +24,7 @@ from movingout.recordings.file_format.metadata import END, RECORDING, RESULT, he
 from movingout.recordings.file_format.reader import episode_of_journal, read_episode
 from movingout.recordings.file_format.records import Message, records_of
 from movingout.recordings.file_format.topics import CHANNELS, TRUTH
+from movingout.recordings.storage.waiting_rounds import RoundInRoom, waiting_rounds
 from movingout.world.metrics import to_numbers
 
 SUFFIX = ".mcap"
@@ -162,19 +164,34 @@ class Recovery:
     failed: bool = False  # it is still there, and the note says what would help
 
 
-def recover(folder: Path) -> list[Recovery]:
+def recover(folder: Path, also_waiting: bool = False) -> list[Recovery]:
     """Finish every leftover journal in a folder and below; unreadable ones are moved aside, running ones left alone.
 
-    One that cannot be finished keeps nobody from the others.
+    So are those of rounds that a server goes on with when it is started again, unless `also_waiting`. One that cannot
+    be finished keeps nobody from the others.
     """
-    return [_tried(journal) for journal in sorted(folder.rglob(f"*{JOURNAL_SUFFIX}"))]
+    journals = sorted(folder.rglob(f"*{JOURNAL_SUFFIX}"))
+    waiting = {} if also_waiting else waiting_rounds(journals)
+    return [_tried(journal, waiting.get(journal)) for journal in journals]
 
 
-def _tried(journal: Path) -> Recovery:
+def _tried(journal: Path, waiting: RoundInRoom | None) -> Recovery:
     try:
+        if waiting is not None and _is_free(journal):
+            served = f"the study {waiting.study} is served" if waiting.study else "the server is started"
+            note = f"left alone, because its round goes on when {served} again; --all ends it"
+            return Recovery(journal, None, 0, note)
         return recover_journal(journal)
     except RecordingError as error:
         return Recovery(journal, None, 0, str(error), failed=True)
+
+
+def _is_free(journal: Path) -> bool:
+    """Whether no process writes it, as far as the disk says."""
+    try:
+        return not is_locked(journal)
+    except OSError:
+        return False
 
 
 def recover_journal(journal: Path) -> Recovery:

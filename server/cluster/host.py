@@ -244,9 +244,8 @@ class ClusterHost(Host):
                 log.warning("room %s waits for an agent: %s", file.id, error)
             self._awaiting_agents[file.id] = file
         except MovingOutError as error:
-            log.warning("room %s does not come back: %s", file.id, error)
             self._awaiting_agents.pop(file.id, None)
-            self.store.delete(file.id)
+            self.cannot_open(file, error)
 
     async def _bring_awaiting(self) -> None:
         for file in list(self._awaiting_agents.values()):
@@ -277,8 +276,9 @@ class ClusterHost(Host):
             room.suspend(MOVING)
             self.registry.let_go(room)
             self.admission.closed_room(room.id)
-        for room_id in [each for each in self._awaiting_agents if shard_of(each) == shard]:
-            del self._awaiting_agents[room_id]
+        for room_id in [each for each in (*self._awaiting_agents, *self.not_opened) if shard_of(each) == shard]:
+            self._awaiting_agents.pop(room_id, None)
+            self.not_opened.pop(room_id, None)
 
     def room_counts(self) -> dict[str, int]:
         counts: dict[str, int] = {}

@@ -1,8 +1,9 @@
 """The data folder of a server: that it can be written to, and that one server alone uses it."""
 
+import shlex
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -143,7 +144,8 @@ def _unfinished(folder: Path) -> set[str]:
 
 def told_interrupted(folder: Path, study: str = "") -> str:
     """What to say at the end about rounds that were being played, empty for none; other studies' than `study` wait."""
-    journals = _unfinished(folder) - episodes_of_other_studies(folder / "rooms", study).keys()
+    unfinished, others = _unfinished(folder), episodes_of_other_studies(folder / "rooms", study).keys()
+    journals = unfinished - others
     if not journals:
         return ""
     going_on = len(episodes_of_rooms(folder / "rooms").intersection(journals))
@@ -155,4 +157,12 @@ def told_interrupted(folder: Path, study: str = "") -> str:
         f"{ended} recordings are not finished; the next start finishes them.": ended > 1,
     }
     said = " ".join(sentence for sentence, holds in rounds.items() if holds)
-    return f"{said} To end now: movingout recordings recover {folder / 'recordings'}"
+    ending = _ending(folder / "recordings", journals if others & unfinished else None, going_on > 0)
+    return f"{said} To end now: movingout recordings recover {ending}"
+
+
+def _ending(recordings: Path, alone: Collection[str] | None, going_on: bool) -> str:
+    """What `recover` is to be given: the folder, or the journals of these rounds where others must go on."""
+    if alone is not None and going_on:
+        return " ".join(shlex.quote(str(recordings / f"{episode}{JOURNAL_SUFFIX}")) for episode in sorted(alone))
+    return f"{shlex.quote(str(recordings))}{' --all' if going_on else ''}"

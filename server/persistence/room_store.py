@@ -16,6 +16,7 @@ from typing import Any
 
 import msgspec
 
+from movingout.recordings.storage.waiting_rounds import rounds_of_rooms
 from movingout.server import messages as m
 from movingout.server.notices import NoticeCode
 from movingout.server.rooms.services import RoomConfig
@@ -133,32 +134,15 @@ class RoomStore:
         return self._folder / f"{room_id}.json"
 
 
-class _Names(msgspec.Struct, frozen=True):
-    study: dict[str, str] = {}
-
-
-class _Playing(msgspec.Struct):
-    episode: str = ""
-    config: _Names = _Names()
-
-
 def episodes_of_rooms(folder: Path) -> set[str]:
     """The rounds in progress that rooms go on with after the next start."""
-    return {room.episode for room in _playing(folder)}
+    return {room.episode for room in rounds_of_rooms(folder)}
 
 
 def episodes_of_other_studies(folder: Path, study: str) -> dict[str, str]:
     """The rounds in progress of other studies than this one, if it is named: the study's id by episode."""
-    rooms = [room for room in _playing(folder) if _is_of_another(room.config.study, study)]
-    return {room.episode: room.config.study["study"] for room in rooms}
-
-
-def _playing(folder: Path) -> Iterator[_Playing]:
-    for path in folder.glob("*.json"):
-        with contextlib.suppress(OSError, msgspec.MsgspecError):
-            room = msgspec.json.decode(path.read_bytes(), type=_Playing)
-            if room.episode:
-                yield room
+    rooms = [room for room in rounds_of_rooms(folder) if _is_of_another(room.config.study, study)]
+    return {room.episode: room.study for room in rooms}
 
 
 def _is_of_another(names: Mapping[str, str], study: str) -> bool:

@@ -3,11 +3,12 @@
 import argparse
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from movingout.maps.commands.parser import add_out
-from movingout.study.commands.place import add_databases, add_place, databases, folder_of
+from movingout.study.commands.place import add_databases, add_place, databases, folder_of_any
 from movingout.study.data.backup import back_up, restore
 from movingout.study.data.restore_check import check_backup
 from movingout.study.errors import StudyError
@@ -41,9 +42,11 @@ def configure(commands: Any) -> None:
 
 
 def _back_up(args: argparse.Namespace) -> int:
-    folder = folder_of(args)
+    folder, faults = folder_of_any(args)
     target = args.out or Path(f"{folder.study.id}-backup-{time.strftime('%Y%m%d-%H%M%S')}")
     done = back_up(folder, target, time.time(), identities=not args.no_identities, previous=args.previous)
+    if faults:
+        done = replace(done, warnings=(*done.warnings, f"the study file cannot be read: {faults}"))
     if args.json:
         print(json.dumps({"backup": str(done.folder), "files": done.files, "bytes": done.size,
                           "recordings": done.recordings, "missing": done.missing,

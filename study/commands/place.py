@@ -1,12 +1,13 @@
 """Options of the commands for data: which folder and databases hold a study."""
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 
 from movingout.maps.commands.parser import filled, folder
 from movingout.study.data.study_folder import StudyFolder
-from movingout.study.design.study_file import read_study
-from movingout.study.errors import StudyError
+from movingout.study.design.study_file import read_study, unread_study
+from movingout.study.errors import StudyError, StudyFileError
 from movingout.study.store.identity import identities_in
 
 DATA = Path("data")
@@ -41,3 +42,16 @@ def databases(args: argparse.Namespace) -> tuple[str | None, str | None]:
 def folder_of(args: argparse.Namespace) -> StudyFolder:
     """Where the data of the study are. Raises StudyError."""
     return StudyFolder(read_study(args.file), args.data, *databases(args))
+
+
+def folder_of_any(args: argparse.Namespace) -> tuple[StudyFolder, str]:
+    """The same also where the study file has faults, such as maps that lie elsewhere; and these, empty for none.
+
+    Of the study there is then but its id. Raises StudyError.
+    """
+    try:
+        return folder_of(args), ""
+    except StudyFileError as error:
+        with suppress(StudyError):
+            return StudyFolder(unread_study(args.file), args.data, *databases(args)), str(error)
+        raise

@@ -55,13 +55,13 @@ def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
     return _erase(folder, store, _named(folder, store, name))
 
 
-def _erase(folder: StudyFolder, store: Store, pid: str) -> Erased:
+def _erase(folder: StudyFolder, store: Store, pid: str, expired: bool = False) -> Erased:
     """By pseudonym alone: what a link said a participant's ID is may be somebody else's pseudonym."""
     removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
     remove_rooms(folder, pid)
     with folder.existing_identities() as identities:
         known = identities is not None and identities.forget(pid) > 0
-    return Erased(pid, remove_participant(store, pid, removed), removed, known)
+    return Erased(pid, remove_participant(store, pid, removed, expired), removed, known)
 
 
 def _named(folder: StudyFolder, store: Store, name: str) -> str:
@@ -119,7 +119,7 @@ def purge(folder: StudyFolder, store: Store) -> DueForErasure:
         if identities:
             identities.database.scrub_rest()
     for pid in found.trials:
-        _erase(folder, store, pid)
+        _erase(folder, store, pid, expired=True)
     store.database.scrub_rest()
     store.audit("experimenter", "purge", identities=len(gone), participants=len(found.trials))
     return DueForErasure(gone, found.trials, found.may_return)

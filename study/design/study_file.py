@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
@@ -22,7 +22,7 @@ from movingout.maps.yaml_document import (
     list_needed,
     path_text,
 )
-from movingout.study.design.definition import Retention, Study
+from movingout.study.design.definition import Name, Retention, Study
 from movingout.study.design.instruments import instrument_names
 from movingout.study.design.map_files import MapFiles
 from movingout.study.errors import StudyError, StudyFileError
@@ -73,6 +73,20 @@ def retention_of(text: str) -> Retention:
         return Retention.model_validate(document.get("retention") or {})
     except (YamlError, AttributeError, ValidationError) as error:
         raise StudyError(f"the periods of `retention` cannot be read: {error}") from None
+
+
+def unread_study(path: Path) -> Study:
+    """What stands for a study whose file has faults where its data are only copied: its id and its place, no more.
+
+    Raises StudyError where even the id cannot be read.
+    """
+    try:
+        document: Any = YamlDocument(_text(path)).value
+        study = Study.model_construct(id=TypeAdapter[str](Name).validate_python(document["id"]), blocks=())
+    except (YamlError, TypeError, KeyError, ValidationError) as error:
+        raise StudyError(f"the id of the study in {path} cannot be read: {error}") from None
+    study._map_files = MapFiles(path.parent)
+    return study
 
 
 def complete_text(path: Path) -> str:

@@ -22,15 +22,18 @@ def episodes_of(store: Store, pid: str) -> tuple[str, ...]:
         return tuple(connection.execute(select(rounds.c.episode).where(rounds.c.unit == unit)).scalars())
 
 
-def remove_participant(store: Store, pid: str, recordings: int) -> int:
+def remove_participant(store: Store, pid: str, recordings: int, expired: bool = False) -> int:
     """Delete everything about a participant; returns the number of rows.
 
-    The rounds of a pair are deleted for both, as the consent says; the partner's answers stay.
+    The rounds of a pair are deleted for both, as the consent says; the partner's answers stay. Where only the time to
+    keep them has `expired`, the slot of a unit that is done stays done.
     """
     unit = store.participant(pid).unit
     with store.database.write() as connection:
         store.database.mark_deleted(connection)
         subject = subject_of(connection, pid)
+        if expired and unit is not None:
+            _note_purge(connection, unit)
         rows = _rows(connection, pid, unit)
         values = {"subject": subject, "at_ms": store.now(), "rows": rows, "recordings": recordings}
         connection.execute(insert(tombstones).values(**values))
@@ -60,7 +63,7 @@ def with_data(store: Store, pids: Sequence[str]) -> set[str]:
     mine = exists().where(answers.c.pid == participants.c.pid)
     played = exists().where(rounds.c.unit == participants.c.unit)
     noted = exists().where(notes.c.unit == participants.c.unit)
-    holding = exists().where(units.c.id == participants.c.unit, units.c.state != "dropped")
+    holding = exists().where(units.c.id == participants.c.unit, units.c.state.not_in(("dropped", "purged")))
     with store.database.read() as connection:
         for some in _parts(pids):
             query = select(participants.c.pid).where(participants.c.pid.in_(some), or_(mine, played, noted, holding))
@@ -134,9 +137,17 @@ def _remove_data(connection: Connection, pid: str, unit: int | None) -> int:
     rows = _remove(connection, players, or_(players.c.pid == pid, players.c["round"].in_(mine)))
     if unit is not None:
         rows += _remove(connection, rounds, rounds.c.unit == unit)
-        connection.execute(update(units).where(units.c.id == unit).values(state="dropped"))
+        gone = update(units).where(units.c.id == unit, units.c.state != "purged")
+        connection.execute(gone.values(state="dropped"))
     rows += _remove(connection, notes, _about(pid, unit))
     return rows + _remove(connection, answers, answers.c.pid == pid)
+
+
+def _note_purge(connection: Connection, unit: int) -> None:
+    """A unit that is done is from now on one whose time is over, unless somebody in it wants their data deleted."""
+    unwanted = exists().where(participants.c.unit == unit, participants.c.keep.is_(False))
+    done = update(units).where(units.c.id == unit, units.c.state == "done", ~unwanted)
+    connection.execute(done.values(state="purged"))
 
 
 def _about(pid: str, unit: int | None) -> ColumnElement[bool]:

@@ -5,6 +5,7 @@ database refuses, StudyError for what is not allowed, such as a round without co
 """
 
 import json
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -20,7 +21,7 @@ from movingout.study.errors import StoreError, StudyError
 from movingout.study.store.audit import Actor, is_recorded, record
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database
-from movingout.study.store.tables import answers, consents, counts, metadata, notes, participants, study, units
+from movingout.study.store.tables import answers, audit, consents, counts, metadata, notes, participants, study, units
 
 MOST_CHANGES = 200  # answers kept of one step with every change; then a change overwrites the one before
 
@@ -246,11 +247,15 @@ class Store:
             return tuple(_unit(connection, number) for number in sorted(numbers))
 
     def done_units(self) -> tuple[DoneUnit, ...]:
-        """Units all of whose members have finished, of whom nobody has left and nobody's data were removed."""
+        """Units all of whose members have finished, of whom nobody has left and nobody's data were removed.
+
+        Those are among them whose data were removed because the time to keep them was over.
+        """
         members = select(units.c.id, units.c.slot, func.count()).join(participants, participants.c.unit == units.c.id)
         query = members.where(units.c.state == "done").group_by(units.c.id, units.c.slot)
         with self.database.read() as connection:
-            return tuple(DoneUnit(*row) for row in connection.execute(query))
+            done = [DoneUnit(*row) for row in connection.execute(query)]
+            return (*done, *_purged_units(connection))
 
     # ---- answers and notes ---------------------------------------------------------------------------------------
 
@@ -351,6 +356,16 @@ def _unit(connection: Connection, number: int) -> Unit:
     members = select(participants.c.pid).where(participants.c.unit == number).order_by(participants.c.member)
     pids = tuple(connection.execute(members).scalars())
     return Unit(row.id, row.slot, pids, row.paused, dropped=row.state == "dropped")
+
+
+def _purged_units(connection: Connection) -> list[DoneUnit]:
+    """With the size that they had, as the audit has it: the rows of their members are deleted."""
+    slots = {row.id: row.slot for row in connection.execute(select(units).where(units.c.state == "purged"))}
+    if not slots:
+        return []
+    noted = connection.execute(select(audit.c.detail).where(audit.c.action == "allocate")).scalars()
+    sizes = Counter(json.loads(detail)["unit"] for detail in noted)
+    return [DoneUnit(unit, slot, sizes[unit]) for unit, slot in slots.items()]
 
 
 def _settle(connection: Connection, number: int) -> None:

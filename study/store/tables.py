@@ -68,7 +68,12 @@ units = Table(
     metadata,
     Column("id", Integer, primary_key=True, doc="number of the unit: one participant, or a pair"),
     Column("slot", Integer, nullable=False, doc="slot of the allocation, from 0"),
-    Column("state", String(8), nullable=False, doc="active, done or dropped; a dropped slot is given again"),
+    Column(
+        "state",
+        String(8),
+        nullable=False,
+        doc="active, done, purged (done, its time over) or dropped; a dropped slot is given again",
+    ),
     Column("formed_ms", BigInteger, nullable=False, doc="when it began"),
     Column("paused", Boolean, nullable=False, server_default=false(), info=_INSIDE, doc="by the experimenter"),
 )

@@ -45,7 +45,7 @@ def test_only_rounds_that_are_still_recorded_are_said_to_go_on(
         room = {"id": f"room-{episode}", "episode": episode if episode in playing else ""}
         (tmp_path / "rooms" / f"room-{episode}.json").write_text(str(room).replace("'", '"'))
     (tmp_path / "rooms" / "damaged.json").write_text("{")
-    recover = f"To end now: movingout recordings recover {tmp_path / 'recordings'}"
+    recover = f"To end now: movingout recordings recover {tmp_path / 'recordings'}{' --all' if playing else ''}"
     assert told_interrupted(tmp_path) == (said + recover if said else "")
 
 
@@ -60,7 +60,9 @@ def test_rounds_of_other_studies_wait_and_the_start_says_so(tmp_path: Path) -> N
         "1 round of the study one was interrupted; it goes on when that study is served again.",
         "2 rounds of the study two were interrupted; they go on when that study is served again.",
     ]
-    assert told_interrupted(tmp_path, "mine").startswith(ONE)
+    mine = tmp_path / "recordings" / f"d{JOURNAL_SUFFIX}"
+    again = "when the server is started again. To end now:"
+    assert told_interrupted(tmp_path, "mine") == f"{ONE} {again} movingout recordings recover {mine}", "others go on"
     assert told_of_other_studies(tmp_path / "recordings", "mine") == ""
 
 

@@ -184,6 +184,25 @@ def test_the_commands_say_what_they_did(
     assert len(said) == 4, "a sentence each, among what the server beside says"
 
 
+def test_a_backup_is_made_where_the_study_file_has_faults(
+    backed_up: tuple[Path, Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A copy of it in another folder, say, beside which the maps are missing."""
+    first, _, _ = backed_up
+    file, data = tmp_path / "study.yaml", str(tmp_path / "data")
+    restore(first, tmp_path / "data")
+    file.write_text(SOLO.replace("maps: [", "maps: [maps/gone.json, ", 1))
+    assert "gone" in file.read_text()
+    command = ["study", "backup", str(file), "--data", data, "-o", str(tmp_path / "again")]
+    assert main(command) == 0
+    told = capsys.readouterr().out
+    assert "wrote" in told and "warning: the study file cannot be read: study.yaml has 1 fault" in told
+    assert (tmp_path / "again" / "study.yaml").read_text() == (first / "study.yaml").read_text(), "as it began"
+    assert restore(tmp_path / "again", tmp_path / "other").recordings == 1
+    file.write_text("id: [1]\nblocks: 3")
+    assert main([*command[:-1], str(tmp_path / "third")]) == 2, "whose data would that be?"
+
+
 @pytest.mark.parametrize("name", ["Pilot #2", "100%25", "sure?"])
 def test_a_folder_may_have_a_name_that_addresses_would_read_otherwise(tmp_path: Path, name: str) -> None:
     folder = StudyFolder(study(), tmp_path / name)

@@ -27,6 +27,8 @@ from movingout.study.data.erasure import (
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
+from movingout.study.store.removal import remove_participant
+from movingout.study.store.store import DoneUnit
 from tests.recordings.support import record
 from tests.study.support import TEXT, Clock, agree, open_identities, open_store, study
 
@@ -245,6 +247,33 @@ def test_purging_says_who_can_take_part_again_while_the_study_recruits(
         assert warned == ([f"{may_return}"] if may_return else [])
     assert main([*place, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["may_take_part_again"] == 0, "nobody is left to be deleted"
+
+
+@pytest.mark.parametrize(
+    ("removal", "slots"), [("purge", [0, 1]), ("forget", [1]), ("unwanted", [1]), ("one by one", [0, 1])]
+)
+def test_a_slot_stays_done_when_its_time_is_over_and_is_given_again_to_who_replaces_one_forgotten(
+    tmp_path: Path, removal: str, slots: list[int]
+) -> None:
+    folder, clock = StudyFolder(study(), tmp_path), Clock()
+    store = open_store(folder.own, clock)
+    pairs = [["p1", "p2"], ["p3", "p4"]]
+    for pair in pairs:
+        for pid in pair:
+            store.arrive(pid, "en")
+        store.form_unit(pair)
+        for pid in pair:
+            store.finish(pid, "done", f"CODE-{pid}")
+        clock.ms += 20 * 365 * DAY_MS * (pair is pairs[0])
+    if removal == "unwanted":
+        store.keep_data("p2", keep=False)
+    if removal in ("forget", "one by one"):
+        remove_participant(store, "p1", 0, expired=removal == "one by one")
+    purge(folder, store)
+    assert [one.pid for one in store.everybody()] == pairs[1]
+    assert sorted(store.done_units()) == [DoneUnit(slot + 1, slot, 2) for slot in slots]
+    store.arrive("new", "en")
+    assert store.form_unit(["new"]).slot == (2 if len(slots) == 2 else 0)
 
 
 def test_a_code_means_what_it_meant_when_the_study_began(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,81 @@
+"""Rooms that cannot be opened at a start, such as for want of an agent's package: nothing of a game is lost by that."""
+
+import asyncio
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server.cluster.host import ClusterHost
+from movingout.server.host import Host
+from movingout.server.persistence.room_snapshot import room_file
+from movingout.server.persistence.room_store import RoomFile
+from movingout.server.room_host import RoomHost
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import RoomConfig
+from movingout.server.settings import Settings
+
+ROUND = "round-1"
+
+
+def kept_room(data: Path, study: dict[str, str]) -> RoomFile:
+    """The room of a server that has ended; an agent that is not there any more sits in it."""
+    host = Host(Settings(data=data))
+    host.settings.rooms.mkdir()
+    room = host.registry.open(RoomConfig(maps=("Simple",), study=study), [Seat(0, "human"), Seat(1, "idle")])
+    file = msgspec.structs.replace(room_file(room, saved=0.0), episode=ROUND)
+    file.seats[1].kind, file.seats[1].agent_id = "agent", "of-a-package"
+    host.store.save(file)
+    host.store.close()
+    return file
+
+
+def restored(host: RoomHost) -> RoomHost:
+    for file in list(host.store.load()):
+        asyncio.run(host.restore(file))
+    host.store.flush()
+    return host
+
+
+def test_a_room_without_its_agent_waits_for_the_next_start_and_so_does_its_journal(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = kept_room(tmp_path, {})
+    without = restored(Host(Settings(data=tmp_path)))
+    assert not without.registry.rooms
+    assert without.episodes() == [ROUND], "its journal is not finished"
+    assert f"room {file.id} does not come back now; its file and the recording" in caplog.text
+    without.store.close()
+
+    file.seats[1].agent_id = "scripted"  # as if the package were there again
+    (tmp_path / "rooms" / f"{file.id}.json").write_bytes(msgspec.json.encode(file))
+    again = restored(Host(Settings(data=tmp_path)))
+    assert [*again.registry.rooms] == [file.id]
+    again.store.close()
+
+
+def test_a_study_takes_such_a_round_as_it_was_recorded(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    kept_room(tmp_path, {"study": "morning", "unit": "1"})
+    host = restored(Host(Settings(data=tmp_path)))
+    assert host.episodes() == []
+    assert not list((tmp_path / "rooms").iterdir()), "no pseudonym is left behind"
+    assert "its round ends where it was interrupted" in caplog.text
+    host.store.close()
+
+
+def test_a_node_keeps_them_until_it_gives_the_shard_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = kept_room(tmp_path, {})
+    shard = file.id[0]
+    host = ClusterHost(Settings(data=tmp_path, cluster="postgresql://nowhere/none", node="a"))
+    host.settings.recordings.mkdir()
+    (host.settings.recordings / f"{shard}{ROUND}{JOURNAL_SUFFIX}").touch()
+    file.episode = f"{shard}{ROUND}"
+    monkeypatch.setattr(host.node.leases, "valid", lambda shard, now: True)
+    monkeypatch.setattr(host.store, "delete", lambda room_id: pytest.fail("the room is lost"))
+    asyncio.run(host._bring(file, shard))
+    assert host.episodes() == [file.episode]
+    host._recover_shard(shard)  # would ask the recording service, which was not started
+    host.close_shard(shard)
+    assert host.episodes() == []
+    host.store.close()
