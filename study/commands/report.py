@@ -13,6 +13,7 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.report.words import Words
 from movingout.recordings.spreadsheet import ENCODING, safe_cells, safe_text
+from movingout.study.analysis.design_flags import design_flags
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.results import Results, collect
 from movingout.study.analysis.tables import ENGLISH, LANGUAGE_FILES, Namer, ReportTable
@@ -29,7 +30,8 @@ def report(folder: StudyFolder, args: argparse.Namespace) -> int:
     with closing(folder.open_existing()) as store:
         folder = as_frozen(folder, store, args.file)
         frozen, results = frozen_study(store), collect(folder.study, store, folder.recordings, args.annotations)
-        results = replace(results, blinded=args.blinded)
+    flags = (*design_flags(folder.study, blinded=args.blinded), *results.flags)
+    results = replace(results, flags=flags, blinded=args.blinded)
     target: Path = args.out or folder.output("report", frozen.simulated)
     words = Words(args.language or folder.study.languages[0], (LANGUAGE_FILES,))
     name, english = (_namer(folder.study, spoken, blinded=args.blinded) for spoken in (words, ENGLISH))
