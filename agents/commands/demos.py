@@ -23,7 +23,7 @@ from movingout.agents.data.demonstrations import (
     write_all,
 )
 from movingout.agents.data.proving import maps_per_mode, prove
-from movingout.agents.data.repeats import repeats_sentence
+from movingout.agents.data.repeats import folder_sentences
 from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.errors import AgentError, DataError
 from movingout.agents.partners.families import (
@@ -237,8 +237,8 @@ def _generate(args: argparse.Namespace) -> int:
         todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
     _caution((job.map.name for job in todo), selected_maps(args.map))
     other = _say_other_code(todo, args.out)
-    if repeats := repeats_sentence(todo, args.out):
-        print(f"movingout: {repeats}", file=sys.stderr)
+    for sentence in folder_sentences(todo, args.out):
+        print(f"movingout: {sentence}", file=sys.stderr)
     made = _with_progress(len(todo), write_all(todo, args.out, args.workers, args.ray))
     write_output(args.out / "people.json", json.dumps(manifest(), indent=1).encode())
     if args.json:

@@ -28,13 +28,15 @@ from movingout.world.state import Floats, Ints
 Singles = npt.NDArray[np.float32]
 Indices = npt.NDArray[np.int64]
 
+NAMELESS = "nameless:"  # before the id of an episode: its people without a name, who count as somebody of their own
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
     """An episode of T ticks as arrays."""
 
     map: MapSpec
-    participants: tuple[str, str]  # in blue and red
+    participants: tuple[str, str]  # in blue and red; see `NAMELESS`
     robot_poses: Floats  # (T + 1, 2, 3)
     robot_velocities: Floats  # (T + 1, 2, 3)
     held: Ints  # (T + 1, 2)
@@ -106,7 +108,7 @@ def trajectory_of(episode: Episode) -> Trajectory:
     states = episode.states
     return Trajectory(
         map=episode.header.map,
-        participants=(episode.header.seats[0].name, episode.header.seats[1].name),
+        participants=_participants(episode.header),
         robot_poses=np.array([state.robot_poses for state in states]),
         robot_velocities=np.array([state.robot_velocities for state in states]),
         held=np.array([state.held for state in states]),
@@ -116,6 +118,11 @@ def trajectory_of(episode: Episode) -> Trajectory:
         simulated=episode.header.simulated,
         agent_ids=_agent_ids(episode.header),
     )
+
+
+def _participants(header: EpisodeHeader) -> tuple[str, str]:
+    blue, red = (seat.name or f"{NAMELESS}{header.episode_id}" for seat in header.seats)
+    return blue, red
 
 
 def _agent_ids(header: EpisodeHeader) -> frozenset[str]:

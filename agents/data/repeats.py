@@ -1,4 +1,7 @@
-"""Episodes to play that a folder has already under another name, as with another `--seed`: training takes both."""
+"""What a folder has of other runs: recordings that are kept, and episodes to play that it has under another name.
+
+Training takes all of them.
+"""
 
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
@@ -11,6 +14,15 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.metadata import EPISODE, STUDY
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_metadata
+
+
+def folder_sentences(todo: Sequence[EpisodeJob], folder: Path) -> Iterator[str]:
+    """How many recordings of other runs are there, before they are looked into, and how many are to be repeated."""
+    if others := len(list(_of_others(folder, {job.episode_id for job in todo}))):
+        are, they = ("are", "they are") if others != 1 else ("is", "it is")
+        yield f"{counted(others, 'recording')} of other runs {are} in {folder}; {they} kept, and training takes all"
+    if repeats := repeats_sentence(todo, folder):
+        yield repeats
 
 
 def repeats_sentence(todo: Sequence[EpisodeJob], folder: Path) -> str:
@@ -40,9 +52,13 @@ def _played(folder: Path, own: Collection[str]) -> Iterator[tuple[str, ...]]:
 
     Each takes milliseconds to open, and the thousands of a run that goes on would all be its own.
     """
-    for path in sorted(path for path in folder.glob(f"*{SUFFIX}") if path.name.removesuffix(SUFFIX) not in own):
+    for path in sorted(_of_others(folder, own)):
         with suppress(RecordingError, KeyError):
             records = read_metadata(path)
             said, ids = records[EPISODE], records[STUDY]
             blue, red = (ids[colour] for colour in SEAT_COLOURS)
             yield said["map"], said["map_variant"], blue, red, said["limit_ticks"], said["seed"]
+
+
+def _of_others(folder: Path, own: Collection[str]) -> Iterator[Path]:
+    return (path for path in folder.glob(f"*{SUFFIX}") if path.name.removesuffix(SUFFIX) not in own)

@@ -18,6 +18,7 @@ from movingout.matches.commands.dry_run import dry_run
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.beginning import alone, begin, begun, finish, grown
 from movingout.matches.paper.budgets import BUDGETS, GROWING, budget_of
+from movingout.matches.paper.data_sets import check_lists
 from movingout.matches.paper.entry import PaperEntry, measurements, played_cells
 from movingout.matches.paper.page.reproduction_page import write_page
 from movingout.matches.paper.presentation.bar_chart import bar_chart
@@ -75,7 +76,9 @@ def _page(args: argparse.Namespace) -> int:
     page = args.page.resolve()
     try:
         with inside(args.out):
-            write_page(page, ENTRIES.values(), begun(), datetime.date.today().isoformat())
+            space = begun()
+            check_lists(space)
+            write_page(page, ENTRIES.values(), space, datetime.date.today().isoformat())
     except OSError as error:
         raise MatchError(f"there is no folder {args.out}; make tables into one first") from error
     print(f"wrote {args.page}")

@@ -55,6 +55,23 @@ def list_anew(challenge: int, space: Workspace) -> None:
     write_groups(listing, rows)
 
 
+def check_lists(space: Workspace) -> None:
+    """Raises MatchError where a list names recordings that are not there, as in a folder from another computer."""
+    for listing in filter(Path.exists, map(space.listing, ("c1", "c2"))):
+        files = [listing.parent / line["file"] for _, line in read_rows(listing, NEEDED)]
+        if lost := [file for file in files if not file.exists()]:
+            raise MatchError(f"{listing} names {lost[0]}, which is not there: {_remedy(listing, space)}")
+
+
+def _remedy(listing: Path, space: Workspace) -> str:
+    if not space.given:
+        return f"copy {_recorded(1).parent} here, too, or delete {listing}: `movingout paper tables` then records again"
+    return (
+        f"`movingout paper tables LABEL -o {Path.cwd()} --data RECORDINGS`, with the other options that the folder was "
+        "begun with, lists the recordings where they are now"
+    )
+
+
 def listed_episodes(challenge: int, space: Workspace) -> list[GroupedRecording]:
     """The lines of that list. Raises RecordingError or MatchError, as `list_episodes`."""
     found = space.given_files() if space.given else sorted(_recorded(challenge).glob(f"*{SUFFIX}"))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from movingout.maps.suggestion import counted
 from movingout.matches.errors import MatchError
+from movingout.matches.paper.imitation import has_person
 from movingout.recordings.storage.listing import read_players, read_summary
 
 
@@ -29,7 +30,7 @@ def on_paper_maps(paths: Sequence[Path], names: Collection[str]) -> list[Path]:
 
 
 def _has_person(path: Path) -> bool:
-    return any(seat.kind == "human" for seat in read_players(path).seats)
+    return has_person([seat.kind for seat in read_players(path).seats])
 
 
 def _kept(paths: Sequence[Path], kept: list[Path], why: str) -> list[Path]:

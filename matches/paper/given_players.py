@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Sequence
 
 from movingout.maps.suggestion import counted
+from movingout.matches.paper.imitation import has_person
 from movingout.matches.paper.workspace import Workspace
-from movingout.recordings.exports.split import has_people
 from movingout.recordings.groups import GroupedRecording, counted_people, people_of_groups, read_groups
 from movingout.recordings.storage.listing import read_players
 
@@ -35,4 +35,4 @@ def counted_players(rows: Sequence[GroupedRecording]) -> str:
 def _player(row: GroupedRecording) -> str:
     if row.simulated:
         return SIMULATED
-    return PEOPLE if has_people(read_players(row.path)) else AGENTS
+    return PEOPLE if has_person([seat.kind for seat in read_players(row.path).seats]) else AGENTS

@@ -20,11 +20,12 @@ from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign, letters
 from movingout.study.design.balance import seat_imbalance
-from movingout.study.design.definition import Study
+from movingout.study.design.definition import ALLOCATION, Study
 from movingout.study.design.study_file import retention_of
 from movingout.study.errors import StudyError
 from movingout.study.store import Store
 from movingout.study.store.frozen_study import frozen_study
+from movingout.study.store.tables import participants
 
 
 def configure(commands: Any) -> None:
@@ -96,6 +97,15 @@ def seats_told(study: Study, *, blinded: bool = False) -> list[str]:
     """Blocks of its planned orders in which seats go together with partners or maps, as they may by earlier rules."""
     orders = [assign(study, slot) for slot in range(study.units)]
     return list(seat_imbalance(study, orders, letters(study) if blinded else None))
+
+
+def earlier_seats_told(folder: StudyFolder) -> list[str]:
+    """The same, of a study that goes on by an earlier rule because somebody has come; `check` says it of the newest."""
+    with suppress(StudyError), closing(folder.open_existing()) as store:
+        rule = frozen_study(store).allocation
+        if rule != ALLOCATION and store.rows(participants):
+            return seats_told(folder.study.allocated_by(rule))
+    return []
 
 
 def _report(args: argparse.Namespace) -> int:

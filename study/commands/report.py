@@ -3,9 +3,13 @@
 import argparse
 import csv
 import json
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
+from datetime import UTC, datetime
+from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from movingout.maps.suggestion import counted
 from movingout.recordings.annotation.findings_table import finding_rows
@@ -13,6 +17,7 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.report.words import Words
 from movingout.recordings.spreadsheet import ENCODING, safe_cells, safe_text
+from movingout.study.analysis.design_flags import design_flags
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.results import Results, collect
 from movingout.study.analysis.tables import ENGLISH, LANGUAGE_FILES, Namer, ReportTable
@@ -21,22 +26,25 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import SUBSTITUTE, Study
 from movingout.study.errors import StudyError
-from movingout.study.store.frozen_study import FrozenStudy, frozen_study
+from movingout.study.store.frozen_study import FrozenStudy, code_by_time, frozen_study
 
 
 def report(folder: StudyFolder, args: argparse.Namespace) -> int:
     """Write a folder with report.html and a CSV file per table. Raises StudyError."""
     with closing(folder.open_existing()) as store:
         folder = as_frozen(folder, store, args.file)
-        frozen, results = frozen_study(store), collect(folder.study, store, folder.recordings, args.annotations)
-        results = replace(results, blinded=args.blinded)
+        frozen, codes = frozen_study(store), code_by_time(store)
+        results = collect(folder.study, store, folder.recordings, args.annotations)
+    flags = (*design_flags(folder.study, blinded=args.blinded), *results.flags)
+    results = replace(results, flags=flags, blinded=args.blinded)
     target: Path = args.out or folder.output("report", frozen.simulated)
     words = Words(args.language or folder.study.languages[0], (LANGUAGE_FILES,))
     name, english = (_namer(folder.study, spoken, blinded=args.blinded) for spoken in (words, ENGLISH))
     try:
         with new_target(target) as part:
             part.mkdir()
-            text = page(results, name, _about(folder.study, frozen, words), words, frozen.simulated)
+            about = _about(folder.study, frozen, codes, words)
+            text = page(results, name, about, words, frozen.simulated)
             (part / "report.html").write_text(text, encoding="utf-8")
             for table in all_tables(results, english):  # for programs: the same in every language
                 _write(part / f"{table.name}.csv", table)
@@ -57,10 +65,25 @@ def _named(partner: str, agent: str) -> str:
     return partner if partner == agent else f"{partner} ({agent})"
 
 
-def _about(study: Study, frozen: FrozenStudy, words: Words) -> str:
+def _about(study: Study, frozen: FrozenStudy, codes: Sequence[Mapping[str, Any]], words: Words) -> str:
     key = "study.about.protocol" if study.protocol else "study.about"
-    version = frozen.code.get("movingout", "unknown")
-    return words.say(key, id=frozen.id, protocol=study.protocol, file=frozen.file_sha256[:12], version=version)
+    software = ", ".join(_software(codes, words))
+    return words.say(key, id=frozen.id, protocol=study.protocol, file=frozen.file_sha256[:12], version=software)
+
+
+def _software(codes: Sequence[Mapping[str, Any]], words: Words) -> Iterator[str]:
+    """What `code_by_time` says of this project: its versions in order, with the days from which newer ones were there.
+
+    Where there are several, each has the begin of the hash of its sources: they may have one number.
+    """
+    noted = [(one["from_ms"], one["code"] or {}) for one in codes]
+    versions = [(from_ms, code.get("movingout", ""), code.get("source_sha256", "")[:8]) for from_ms, code in noted]
+    apart = [next(group) for _, group in groupby(versions, key=lambda one: one[1:])]
+    for number, (from_ms, version, source) in enumerate(apart):
+        name = version or words.say("study.about.unknown")
+        name += f" ({source})" if source and len(apart) > 1 else ""
+        day = datetime.fromtimestamp(from_ms / 1000, UTC).date().isoformat()
+        yield words.say("study.about.later", version=name, day=day) if number else name
 
 
 def _write(path: Path, table: ReportTable) -> None:

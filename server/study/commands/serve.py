@@ -40,6 +40,7 @@ from movingout.server.study.api.app import create_study_app
 from movingout.server.study.api.served_study import Admission
 from movingout.server.study.commands.serve_node import folder_of_node, serve_node
 from movingout.server.uvicorn_server import game_server, listen
+from movingout.study.commands.data import earlier_seats_told
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.design.partner_speed import slow_partners
@@ -194,4 +195,6 @@ def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> 
     lines += [f"  Data           {settings.data.resolve()}", ""]
     if told := told_of_other_studies(settings.data, folder.study.id):
         lines += [told, ""]
+    if seats := earlier_seats_told(folder):
+        lines += [*(f"warning: {sentence}" for sentence in seats), ""]
     return "\n".join(lines + hints(settings, "movingout study serve FILE"))

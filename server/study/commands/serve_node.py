@@ -14,6 +14,7 @@ from movingout.server.persistence.recording_uploads import check_bucket
 from movingout.server.settings import Settings
 from movingout.server.study.api.served_study import Admission
 from movingout.server.uvicorn_server import game_server, listen
+from movingout.study.commands.data import earlier_seats_told
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.store.identity import identities_in
@@ -64,4 +65,6 @@ def _links(settings: Settings, folder: StudyFolder) -> str:
         f"  Data           {settings.data.resolve()}",
         "",
     ]
+    if seats := earlier_seats_told(folder):
+        lines += [*(f"warning: {sentence}" for sentence in seats), ""]
     return "\n".join(lines)

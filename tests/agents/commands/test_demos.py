@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from movingout.agents.data.demonstrations import episode_jobs
-from movingout.agents.data.repeats import repeats_sentence
+from movingout.agents.data.repeats import folder_sentences, repeats_sentence
 from movingout.agents.scripted.populations import population
 from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
@@ -127,6 +127,30 @@ def test_a_run_that_goes_on_opens_no_recording_of_its_own_to_look_for_repeats(
         (tmp_path / f"{name}.mcap").touch()
     assert repeats_sentence(jobs, tmp_path) == ""
     assert opened == [tmp_path / "of-another-run.mcap"]
+
+
+def test_recordings_of_other_runs_are_told_of_before_they_are_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With ten thousand of them it was silent for many seconds before it began."""
+    opened: list[Path] = []
+
+    def opens(path: Path) -> dict[str, dict[str, str]]:
+        opened.append(path)
+        return {}
+
+    monkeypatch.setattr("movingout.agents.data.repeats.read_metadata", opens)
+    jobs = episode_jobs(population("A")[:2], [load_map("HandOff")], 2, 1, seed=0, prefix="a")
+    assert list(folder_sentences(jobs, tmp_path)) == []
+    for number, name in enumerate((jobs[0].episode_id, "of-another-run", "and-another")):
+        (tmp_path / f"{name}.mcap").touch()
+        are = ("", "1 recording of other runs is in {}; it is", "2 recordings of other runs are in {}; they are")[
+            number
+        ]
+        said = folder_sentences(jobs, tmp_path)
+        assert next(said, "") == (f"{are.format(tmp_path)} kept, and training takes all" if are else "")
+    assert opened == []
+    assert list(said) == [] and len(opened) == 2
 
 
 @pytest.mark.parametrize("action", ["generate", "label"])

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.agents.checkpoint.checkpoint import find_checkpoint
 from movingout.maps import load_map, map_from_json, map_to_json
 from movingout.maps.commands.parser import parsers_below
 from movingout.server.cli import configured, main
@@ -132,3 +133,12 @@ def test_what_is_yes_or_no_is_told_so(capsys: pytest.CaptureFixture[str]) -> Non
     with pytest.raises(SystemExit):
         main(["train", "bass", "somewhere", "--base", "dp@all", "--rigid", "False"])
     assert "yes or no, not 'False'" in capsys.readouterr().err
+
+
+def test_a_card_says_how_many_episodes_are_of_people_without_a_name(tmp_path: Path) -> None:
+    for number, people in enumerate((("ann", "bob"), ("", ""), ("", ""))):
+        recorded(tmp_path / "mixed", f"e{number}", ticks=20, seed=number, people=people, kinds=("human", "human"))
+    assert main(["train", "mlp", str(tmp_path / "mixed"), "--id", "mlp@mixed", "--data", str(tmp_path), *TINY]) == 0
+    card = find_checkpoint("mlp@mixed", tmp_path / "models").card
+    assert card.training.population == "2 participants and people without a name (2 episodes)"
+    assert card.description == f"MLP trained on 3 episodes of {card.training.population}."

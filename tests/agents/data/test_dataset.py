@@ -79,6 +79,21 @@ def test_a_program_beside_a_person_is_no_participant() -> None:
         assert len(windows.split(0.1, seed)[1]) == 2 * 3, "both seats of one person's episode"
 
 
+def test_people_without_a_name_are_somebody_of_their_own_in_each_episode(tmp_path: Path) -> None:
+    """As one participant they were all held out together, by chance, or never."""
+    files = [recorded(tmp_path, f"open{n}", 3, people=("", ""), kinds=("human", "human")) for n in range(8)]
+    files += [recorded(tmp_path, "named", 3, people=("Q1", ""), kinds=("human", "human"))]
+    files += [recorded(tmp_path, "beside", 3, people=("", "dp@all"), kinds=("human", "agent"))]
+    played = read_trajectories(files)
+    nobody = [f"nameless:{file.stem}" for file in files]
+    assert [one.people for one in played] == [*({name} for name in nobody[:8]), {"Q1", nobody[8]}, {nobody[9]}]
+    windows = trajectory_windows(played, "official-v1", "hold")
+    assert windows.names == tuple(sorted(("Q1", *nobody)))
+    for seed in range(9):
+        assert 1 <= held_out_episodes([one.people for one in played], 0.2, seed).sum() <= 2
+        assert 3 <= len(windows.split(0.2, seed)[1]) <= 2 * 2 * 3
+
+
 def test_where_people_cannot_be_held_out_every_tenth_episode_is() -> None:
     for group in ({"ann", "bob"}, set()):  # two people who always play together; trained agents alone
         assert np.flatnonzero(held_out_episodes([group] * 25, 0.5, 0)).tolist() == [9, 19]

@@ -9,7 +9,10 @@ from movingout.maps import load_map, map_names
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.data_sets import listed_episodes
+from movingout.matches.paper.given_choice import with_people
+from movingout.matches.paper.given_players import players_of
 from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.groups import grouped
 from tests.agents.learning import recorded
 
 PEOPLE = ("human", "human")
@@ -37,6 +40,16 @@ def test_agents_alone_are_no_participants_where_others_are_people(
     assert f"movingout: 1 of 25 episodes cannot be learned from: {why}" in capsys.readouterr().err
     with pytest.raises(MatchError, match="1 of 1 episode cannot be learned from: nobody but agents"):
         _listed(tmp_path, challenge=2)
+
+
+def test_an_agent_beside_a_replay_is_not_imitated_for_the_person_who_is_replayed(tmp_path: Path) -> None:
+    beside = recorded(tmp_path, "beside", 9, people=("ghost:old#blue", "dp@all"), kinds=("ghost", "agent"))
+    agents = recorded(tmp_path, "agents", 9, people=("dp@all", "bass@all"))
+    person = recorded(tmp_path, "person", 9, people=("ann", "ghost:old#red"), kinds=("human", "ghost"))
+    assert with_people([beside, agents], [beside, agents]) == [beside, agents]
+    assert players_of(grouped([beside, agents], 1)) == "agents"
+    given = [beside, agents, person]
+    assert with_people(given, given) == [person] and players_of(grouped([person], 1)) == "people"
 
 
 def test_recordings_of_agents_alone_are_all_listed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

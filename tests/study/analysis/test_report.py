@@ -28,6 +28,7 @@ from movingout.study.analysis.tables import (
 from movingout.study.design.definition import SUBSTITUTE, Outcome
 from movingout.study.design.localized_text import LocalizedText
 from movingout.study.store import Unit
+from movingout.study.store.frozen_study import freeze_study
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import answers, rounds
 from tests.recordings.report.support import english_left
@@ -282,3 +283,17 @@ def test_pings_are_counted_by_partner_and_participant_where_they_are_on(tmp_path
 
 def test_a_study_without_pings_has_no_table_of_them(results: Results, html: str) -> None:
     assert results.pings == () and "Pings" not in html
+
+
+def test_the_foot_of_the_page_names_all_software_that_the_study_was_run_with(tmp_path: Path) -> None:
+    small, text = template("agent_survey", **SHORT)
+    _, store, _ = fill(tmp_path, small, text, 1)
+    about = {"movingout": "0.1", "source_sha256": "0123456789abcdef"}
+    for code in (about, about | {"pymunk": "6.11"}, about | {"source_sha256": "f" * 64}, {"movingout": "0.2"}):
+        freeze_study(store, small.id, text, code, {})
+    file = tmp_path / "study.yaml"
+    file.write_text(text, encoding="utf-8")
+    out, common = tmp_path / "report", ["--data", str(tmp_path), "--language", "de"]
+    assert main(["study", "report", str(file), *common, "-o", str(out)]) == 0
+    said = "Software test, 0.1 (01234567) {0}, 0.1 (ffffffff) {0}, 0.2 {0}.".format("ab 2026-09-21")
+    assert said in (out / "report.html").read_text(encoding="utf-8")

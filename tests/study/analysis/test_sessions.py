@@ -14,6 +14,7 @@ from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.paper_tables import annotation_table, failure_table, paper_table
 from movingout.study.analysis.results import collect
 from movingout.study.analysis.sessions import paper_label
+from movingout.study.analysis.tables import performance
 from movingout.study.data.erasure import erase
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import letters
@@ -55,6 +56,11 @@ def test_a_session_has_a_failure_if_a_round_has_and_the_papers_rate_stands_besid
     assert rows["dp", "Fails to grasp on approach"] == ("2", "0 / 2 (0.000)", "–", "58 / 64 (0.906)")
     table = paper_table(results, plain)
     assert table is not None
+    for note in (table.note, performance(results, plain).note):
+        assert (
+            "Where rounds are missing (see the quality flags), the means of two partners may be over different" in note
+        )
+    assert "where the study has other maps than the paper's twelve" in table.note
     ours, papers, *_ = table.rows
     assert ours[:4] == ("dp", "this study", "1", "4") and papers[:4] == ("DP", "paper", "1", "–")
     assert papers[4:] == ("0.386 ± 0.051", "0.555 ± 0.043", "0.489 ± 0.046", "0.805 ± 0.013", "0.805 ± 0.013")

@@ -6,7 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from movingout.recordings.report.words import Phrase, Words
 from movingout.server.cli import main
+from movingout.study.analysis.design_flags import design_flags
+from movingout.study.analysis.results import Flag
+from movingout.study.analysis.tables import LANGUAGE_FILES
+from movingout.study.commands.data import earlier_seats_told
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign, cells
 from movingout.study.design.definition import ALLOCATION, Study
@@ -81,6 +86,31 @@ def test_check_warns_where_seats_and_partners_go_together_in_a_block() -> None:
     )
 
 
+def test_on_the_page_of_a_report_it_is_a_quality_flag() -> None:
+    of = of_blocks(TWICE)
+    assert not list(design_flags(of, blinded=False))
+    role, of_map = design_flags(of.allocated_by(1), blinded=False)
+    assert role == Flag("", "block-1", Phrase("study.flag.partners_by_seat", {"counts": "a 48 / 24, b 24 / 48"}))
+    assert of_map.reason.values == {"map": "Simple", "partner": "a", "blue": 16, "red": 8}
+    role, of_map = design_flags(of.allocated_by(1), blinded=True)
+    assert role.reason.values == {"counts": "Partner B 24 / 48, Partner C 48 / 24"}
+    german = Words("de", (LANGUAGE_FILES,)).phrase(of_map.reason)
+    assert "Simple mit Partner C wird in Blau und in Rot 16- und 8-mal gespielt" in german
+
+
+def test_a_server_says_it_at_its_start_once_somebody_has_come(tmp_path: Path) -> None:
+    text = HEAD + "".join(BLOCK % (number, *block) for number, block in enumerate(TWICE))
+    folder, store, _ = fill(tmp_path, of_blocks(TWICE), text, 0)
+    told = "block block-1: role and model are confounded: participants play in blue and in red with a 48 and 24"
+    assert earlier_seats_told(folder) == []
+    with store.database.write() as connection:
+        connection.execute(study_table.update().values(allocation=1))
+    assert earlier_seats_told(folder) == [], "it begins by the newest rule"
+    store.arrive("P1", "en")
+    (role, _) = earlier_seats_told(folder)
+    assert role.startswith(told)
+
+
 @pytest.mark.slow
 def test_exports_and_reports_of_a_study_begun_by_the_first_rule_say_it_too(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -98,6 +128,8 @@ def test_exports_and_reports_of_a_study_begun_by_the_first_rule_say_it_too(
             assert main(["study", *command, str(file), "--data", str(tmp_path / "data"), "-o", out]) == 0
             said = told + ("Partner " if "--blinded" in command else "a 48 and 24")
             assert (said in capsys.readouterr().out) == (rule == 1)
+            flags = Path(out, "flags.csv").read_text("utf-8-sig") if "report" in command else ""
+            assert ('–,block-1,"partner and seat go together' in flags) == (rule == 1 and "report" in command)
 
 
 def test_a_study_that_has_begun_by_the_first_rule_is_drawn_by_it_to_its_end(place: Path | str, tmp_path: Path) -> None:

@@ -15,10 +15,14 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.data.versions import model_hashes
 from movingout.study.design import partner_speed
 from movingout.study.design.study_file import complete_text, read_study
+from movingout.study.store.clock import now_ms
 from movingout.study.store.frozen_study import freeze_study
+from movingout.study.store.tables import study as study_table
 from tests.server.persistence.test_room_snapshot import free_port
 from tests.server.study.study_process import study_process
 from tests.server.study.support import SOLO
+from tests.study.design.test_allocation_rules import BLOCK, HEAD, TWICE
+from tests.study.filled import fill
 
 WITH_FILE = re.sub(r'en: "# Consent.*?"', "en: {file: consent.md}", SOLO)
 
@@ -49,6 +53,21 @@ def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsy
     file.write_text(SOLO, encoding="utf-8")
     simulated = refused(capsys, file, tmp_path, "--rehearse", "2")
     assert "holds what people did, and simulated participants must not be mixed with them" in simulated
+
+
+@pytest.mark.slow
+def test_what_the_rule_of_a_begun_study_confounds_is_said_at_the_start(tmp_path: Path) -> None:
+    file, port = tmp_path / "study.yaml", free_port()
+    file.write_text(HEAD + "".join(BLOCK % (number, *block) for number, block in enumerate(TWICE)), encoding="utf-8")
+    study = read_study(file)
+    _, store, _ = fill(tmp_path, study, file.read_text(encoding="utf-8"), 1, clock=now_ms)
+    with store.database.write() as connection:
+        connection.execute(study_table.update().values(allocation=1))
+    store.close()
+    with study_process(file, tmp_path, port) as running:
+        assert running.process.stdout is not None
+        printed = [running.process.stdout.readline() for _ in range(2)]
+        assert printed[1].startswith("warning: block block-1: role and model are confounded")
 
 
 @pytest.mark.parametrize(
