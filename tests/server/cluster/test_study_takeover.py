@@ -9,6 +9,8 @@ import pytest
 from movingout.server.cluster.lease_store import ClusterView, LeaseRow
 from movingout.server.cluster.study.host import StudyNodeHost
 from movingout.server.cluster.study.room_works import NodeStatus
+from movingout.server.notices import NOTHING, Notice
+from movingout.server.public_host import PublicHost
 
 
 def lease(shard: str, node: str | None, expired_s: float = -5.0) -> LeaseRow:
@@ -44,3 +46,13 @@ def test_it_waits_until_it_knows_who_has_each_room(
     leases: list[LeaseRow], shards: dict[str, str], missing: list[str]
 ) -> None:
     assert Host(leases, **shards).missing() == missing
+
+
+def test_a_node_that_cannot_record_takes_no_room_itself_and_stops_no_round_at_the_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    host = Host([])
+    monkeypatch.setattr(host, "refusal", lambda: NOTHING)
+    monkeypatch.setattr(PublicHost, "cannot_record", lambda _: Notice("not_writable", "Recordings cannot be written."))
+    assert host.why_no_room() == "Recordings cannot be written."
+    assert not host.cannot_record()
