@@ -43,12 +43,12 @@ def test_what_one_process_has_taken_no_other_takes_for_free(tmp_path: Path) -> N
             await processes[-1].joined(5.0)
         for process, left in zip(processes[:2], (0.5, 0.2), strict=True):
             open_idle(process)
-            await until(lambda left=left: all(one._left == [pytest.approx(left)] for one in processes))  # type: ignore[misc]
+            await until(lambda left=left: all(one._shares_left == [pytest.approx(left)] for one in processes))  # type: ignore[misc]
         for process in processes[2:]:
             with pytest.raises(AgentsBusyError, match="all at work"):
                 open_idle(process)
         await processes[0].close()  # its seat is free again, which the others hear
-        await until(lambda: processes[3]._left == [pytest.approx(0.5)])
+        await until(lambda: processes[3]._shares_left == [pytest.approx(0.5)])
         open_idle(processes[3])
         await asyncio.gather(*(process.close() for process in processes[1:]))
 
