@@ -21,7 +21,7 @@ class ProcessHealth(NamedTuple):
     busy: bool = False  # games leave no room for more
     agents: bool = False  # can be asked
     faults: tuple[str, ...] = ()  # what does not work and will not by itself, in English
-    records: bool = True  # whether a round that began now would be recorded, as far as was tried
+    unwritable: str = ""  # why a round that began now would not be recorded, as far as was tried, in English
 
 
 class Overload:

@@ -368,8 +368,8 @@ class PublicHost(ABC):
 
     def cannot_record(self) -> Notice:
         """Why a round would not be recorded now, NOTHING where it would; the log says more."""
-        unwritable = Notice("not_writable", "Nothing can be written to the server's folder of recordings.")
-        return self.full_disk() if self.health().records else unwritable
+        why = self.health().unwritable
+        return Notice("not_writable", f"Rounds would not be recorded ({why}).") if why else self.full_disk()
 
     # ---- randomised maps ------------------------------------------------------------------------------------
 

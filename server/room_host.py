@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import errno
 import logging
 import time
 from collections.abc import Callable
@@ -11,11 +12,12 @@ import psutil
 
 from movingout.agents.catalogue import agent_cards
 from movingout.maps import TUTORIAL, MovingOutError, load_map, shipped_map_names
+from movingout.recordings import EpisodeWriter
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
 from movingout.server.agent_workers.capacity import COSTS, COSTS_S, AgentCosts
 from movingout.server.agent_workers.pool import AgentPool
-from movingout.server.background import BackgroundWork
+from movingout.server.background import BackgroundWork, reason
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.endpoint import SocketEndpoint
 from movingout.server.memory import GarbageCollection
@@ -41,8 +43,12 @@ from movingout.world.distance import paper_distances
 log = logging.getLogger(__name__)
 
 SYNC, SYNC_S = "saving recordings to the disk", 1.0
-WRITING, WRITING_S = "writing to the folder of recordings", 3.0
+WRITING, WRITING_S = "writing to the folder of recordings", 30.0
 CPU_SAMPLES = 5  # seconds that the CPU share is averaged over
+
+
+class FolderReplacedError(FileNotFoundError):
+    """Another folder lies where the recordings are: rounds that begin now are recorded there."""
 
 
 class RoomHost:
@@ -95,7 +101,7 @@ class RoomHost:
         self.background.keep_running("the clock of the rooms", self.scheduler.run)
         self._recordings_id = _folder_id(self.settings.recordings)
         self.background.repeat(SYNC, self._sync, SYNC_S)
-        self.background.repeat(WRITING, self._try_writing, WRITING_S)
+        self.background.repeat(WRITING, self._try_writing, WRITING_S, may_be_late=True)
         self.background.repeat("keeping the costs of agents", self._keep_costs, COSTS_S)
         self.background.repeat("watching the load", self._watch_cpu, 1.0)
         self._garbage.start()
@@ -235,8 +241,15 @@ class RoomHost:
     def process_health(self) -> ProcessHealth:
         """What this process says of itself."""
         faults = (*self.background.faults(), *self.agents.faults())
-        records = self.background.works(SYNC) and self.background.works(WRITING)
-        return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, faults, records)
+        return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, faults, self._unwritable())
+
+    def _unwritable(self) -> str:
+        """Why a round that began now would not be recorded: what failed the last time that it was done."""
+        for work in (SYNC, WRITING):
+            error = self.background.error(work)
+            if error is not None and not isinstance(error, FolderReplacedError):
+                return f"{work}: {reason(error)}"
+        return ""
 
     def sync_age_s(self) -> float:
         """Since recordings were last forced to the disk."""
@@ -246,16 +259,28 @@ class RoomHost:
 
     async def _sync(self) -> None:
         """Make what was recorded survive a power failure; in a thread, because disks are slow."""
-        if _folder_id(self.settings.recordings) != self._recordings_id:
-            raise FileNotFoundError(f"the folder {self.settings.recordings} was moved away or replaced")
-        recorders = [room.round.recorder for room in self.registry.rooms.values()]
-        writers = [recorder.writer for recorder in recorders if recorder.writer is not None]
+        folder = self.settings.recordings
+        found, writers = _folder_id(folder), self._writers()
+        if found is None:
+            raise FileNotFoundError(errno.ENOENT, "the folder was moved away", str(folder))
+        if found != self._recordings_id:
+            raise FolderReplacedError(errno.ENOENT, "the folder was replaced by another one", str(folder))
         if writers:
-            await asyncio.to_thread(sync_recordings, self.settings.recordings, writers)
+            await asyncio.to_thread(sync_recordings, folder, writers)
+        elif self.background.error(SYNC) is not None:  # that round is over, the reason may not be
+            await asyncio.to_thread(try_writing, folder)
 
     async def _try_writing(self) -> None:
-        """Notice a full or read-only disk while nobody plays: rounds that are not recorded are played all the same."""
-        await asyncio.to_thread(try_writing, self.settings.recordings)
+        """Notice a full or read-only disk while nobody plays: rounds that are not recorded are played all the same.
+
+        While somebody plays, saving tells whether recordings can be written.
+        """
+        if not self._writers():
+            await asyncio.to_thread(try_writing, self.settings.recordings)
+
+    def _writers(self) -> list[EpisodeWriter]:
+        recorders = [room.round.recorder for room in self.registry.rooms.values()]
+        return [recorder.writer for recorder in recorders if recorder.writer is not None]
 
     async def _keep_costs(self) -> None:
         await asyncio.to_thread(self.agents.costs.save)

@@ -13,9 +13,10 @@ class Lost(msgspec.Struct, tag=True, array_like=True, frozen=True):
 
 
 class Free(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """The share of a core that one more agent may need, of the worker that has most of it left."""
+    """What one more agent may need of each worker, in shares of a core, as often as it changes."""
 
-    share: float
+    left: tuple[float, ...]
+    most: float  # what the seats of one worker may need together; one without seats takes any agent
     key: int = 0
 
 

@@ -8,7 +8,7 @@ import itertools
 import logging
 import signal
 import socket
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -118,16 +118,18 @@ class ServicePool(AgentPool):
         found = self._seats.get(key)
         return found if isinstance(found, ServedSeat) else None
 
-    def free(self) -> float:
-        """What the worker with most time left can take."""
-        return max((PLENTY if not self._seats_of(one) else self._left(one) for one in self._workers), default=0.0)
+    def free(self) -> Free:
+        """What each worker can take."""
+        left = (self._left(one) if self._seats_of(one) else PLENTY for one in self._workers)
+        return Free(tuple(left), self._most)
 
 
 class RoomsLink:
-    """The connection to one process with rooms."""
+    """The connection to one process with rooms; `tell_all` tells every process at once what it has taken or left."""
 
-    def __init__(self, pool: ServicePool) -> None:
+    def __init__(self, pool: ServicePool, tell_all: Callable[[], None]) -> None:
         self._pool = pool
+        self._tell_all = tell_all
         self._writer: asyncio.StreamWriter | None = None
         self._keys: set[int] = set()
 
@@ -146,24 +148,27 @@ class RoomsLink:
             self._writer.close()
             for key in list(self._keys):
                 self._close(key)
+            self._tell_all()
 
     def send(self, message: FromWorker | Lost | Free) -> None:
         if self._writer is not None and not self._writer.is_closing():
             self._writer.write(frame(message))
 
     def tell_free(self) -> None:
-        self.send(Free(self._pool.free()))
+        self.send(self._pool.free())
 
     def _take(self, message: ToWorker) -> None:
         match message:
             case Open():
                 self._open(message)
+                self._tell_all()
             case Observe():
                 seat = self._pool.seat(message.key)
                 if seat is not None:
                     seat.ask(message)
             case Close():
                 self._close(message.key)
+                self._tell_all()
 
     def _open(self, message: Open) -> None:
         try:
@@ -171,14 +176,12 @@ class RoomsLink:
             self._keys.add(message.key)
         except AgentError as error:
             self.send(Failed(message.key, -1, str(error), fatal=True))
-        self.tell_free()
 
     def _close(self, key: int) -> None:
         self._keys.discard(key)
         seat = self._pool.seat(key)
         if seat is not None:
             self._pool.forget(seat)
-        self.tell_free()
 
 
 class AgentService:
@@ -191,12 +194,13 @@ class AgentService:
 
     def join(self, link: socket.socket) -> None:
         """Serve one more process with rooms."""
-        rooms = RoomsLink(self.pool)
+        rooms = RoomsLink(self.pool, self.tell_free)
         task = asyncio.create_task(rooms.serve(link))
         self._links[rooms] = task
         task.add_done_callback(lambda _: self._links.pop(rooms, None))
 
-    async def tell_free(self) -> None:
+    def tell_free(self) -> None:
+        """Processes admit seats by themselves, so that none may take for free what another has just taken."""
         for rooms in self._links:
             rooms.tell_free()
 
@@ -236,8 +240,11 @@ async def _serve(control: socket.socket, handover: socket.socket, start: StartAg
     async def tell_news() -> None:
         channel.tell(heard, service.faults())
 
+    async def tell_free() -> None:
+        service.tell_free()
+
     background.repeat("telling the front", tell_news, NEWS_S)
-    background.repeat("telling how many agents are possible", service.tell_free, NEWS_S)
+    background.repeat("telling how many agents are possible", tell_free, NEWS_S)
     background.repeat("keeping the costs of agents", service.keep_costs, COSTS_S)
     loop = asyncio.get_running_loop()
     loop.add_reader(handover, lambda: _take_links(handover, service))

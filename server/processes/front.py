@@ -130,13 +130,17 @@ class Front(PublicHost):
                 *self.agents.faults(),
                 *self.background.faults(),
             ),
-            records=all(each.records for each in ready),
+            unwritable=min((each.unwritable for each in ready), default=""),  # empty where one process can write
         )
 
     async def open_room(self, config: RoomConfig, seats: list[Seat]) -> str:
-        """In the process with the fewest rooms; where its agents are all busy, in the next. Raises as PublicHost."""
+        """In the process with the fewest rooms; where its agents are all busy, in the next. Raises as PublicHost.
+
+        Rounds of a study begin in no process that cannot record them.
+        """
         busy: AgentsBusyError | ProcessGone | None = None
-        for link in sorted(self.links, key=lambda each: (not each.is_ready, each.health.busy, len(each.rooms))):
+        able = [link for link in self.links if not (config.study and link.health.unwritable)]
+        for link in sorted(able, key=lambda each: (not each.is_ready, each.health.busy, len(each.rooms))):
             try:
                 room_id: str = await link.call(room_process.open_room, config, seats)
             except (AgentsBusyError, ProcessGone) as error:

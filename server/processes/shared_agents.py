@@ -22,7 +22,7 @@ class SharedAgents(AgentPool):
     """A pool whose only worker is the service; `join` connects to it, again whenever the front has started another."""
 
     def __init__(self, slow_agents: bool = False) -> None:
-        self._free = 0.0  # as the service said last
+        self._shares_left = [0.0]  # by worker, as the service said last, less what was admitted since
         self._heard = asyncio.Event()
         first_key = secrets.randbits(38) << 24  # no two processes may use the same keys
         super().__init__(workers=1, first_key=first_key, slow_agents=slow_agents)
@@ -33,9 +33,10 @@ class SharedAgents(AgentPool):
 
     def _admitted(self, agent_id: str, cost_name: str) -> Worker:
         share = self.costs.of(cost_name)
-        if self._limited and share > self._free:
+        self._shares_left.sort()
+        if self._limited and share > self._shares_left[-1]:
             raise AgentsBusyError(f"no room for one more {agent_id!r}: the agents of this server are all at work")
-        self._free -= share
+        self._shares_left[-1] = min(self._shares_left[-1], self._most) - share
         return self._link
 
     def join(self, link: socket.socket) -> None:
@@ -53,8 +54,8 @@ class SharedAgents(AgentPool):
 
     def heard(self, body: bytes) -> None:
         match message := read_from_service(body):
-            case Free(share):
-                self._free = share
+            case Free(left, most):
+                self._shares_left, self._most = [*left] or [0.0], most
                 self._heard.set()
             case Lost(key, guilty):
                 seat = self._seats.get(key)
@@ -70,7 +71,7 @@ class SharedAgents(AgentPool):
             seat.begin()
 
     def service_lost(self) -> None:
-        self._free = 0.0
+        self._shares_left = [0.0]
         for seat in self._seats.values():
             seat.worker_lost(guilty=False)
 

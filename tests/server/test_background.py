@@ -11,10 +11,11 @@ import pytest
 
 from movingout.recordings import EpisodeWriter, RecordingError
 from movingout.server import background, room_host
-from movingout.server.background import BackgroundWork
+from movingout.server.background import BackgroundWork, reason
 from movingout.server.host import Host
 from movingout.server.persistence import fsync
 from movingout.server.persistence.fsync import FEW, TRIED, sync_recordings, try_writing
+from movingout.server.room_host import SYNC, FolderReplacedError
 from movingout.server.settings import Settings
 from tests.recordings.full_disk import limited
 from tests.server.live import serve
@@ -52,24 +53,77 @@ def test_work_that_fails_is_done_again_and_logged_once(caplog: pytest.LogCapture
     ]
 
 
-def test_work_that_failed_once_does_not_work_until_it_succeeds_again() -> None:
-    found: list[bool] = []
+def test_the_error_of_work_is_known_until_it_succeeds_again() -> None:
+    found: list[str] = []
 
     async def run() -> None:
         work_of = BackgroundWork()
 
         async def work() -> None:
-            found.append(work_of.works("saving"))
+            error = work_of.error("saving")
+            found.append("" if error is None else reason(error))
             if len(found) == 2:
-                raise OSError(30, "Read-only file system")
+                raise OSError(30, "Read-only file system", "/srv/secret")
+            if len(found) == 3:
+                raise RecordingError("cannot sync /srv/secret") from OSError(5, "Input/output error")
 
         work_of.repeat("saving", work, 0.001)
-        while len(found) < 4:
+        while len(found) < 5:
             await asyncio.sleep(0.001)
         await work_of.stop()
 
     asyncio.run(run())
-    assert found[:4] == [True, True, False, True]
+    assert found[:5] == ["", "", "Read-only file system", "Input/output error", ""]
+
+
+def test_work_that_may_be_late_is_a_fault_only_while_it_fails() -> None:
+    clock, failing = Clock(), asyncio.Event()
+
+    async def work() -> None:
+        if failing.is_set():
+            raise OSError(30, "Read-only file system", "/srv/secret")
+
+    async def run() -> list[list[str]]:
+        work_of, found = BackgroundWork(clock), []
+        work_of.repeat("writing", work, 0.001, may_be_late=True)
+        clock.now += 1000.0
+        found.append([*work_of.faults()])
+        await asyncio.sleep(0.02)
+        failing.set()
+        while work_of.error("writing") is None:
+            await asyncio.sleep(0.001)
+        clock.now += 4.0
+        found.append([*work_of.faults()])
+        clock.now += 2.0
+        found.append([*work_of.faults()])
+        failing.clear()
+        while work_of.error("writing") is not None:
+            await asyncio.sleep(0.001)
+        found.append([*work_of.faults()])
+        await work_of.stop()
+        return found
+
+    fault = "writing: not done for 6 s (Read-only file system)"
+    assert asyncio.run(asyncio.wait_for(run(), 10.0)) == [[], [], [fault], []]
+
+
+def test_what_has_failed_is_tried_again_soon_however_seldom_it_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(background, "AGAIN_S", 0.001)
+    tries: list[int] = []
+
+    async def work() -> None:
+        tries.append(1)
+        if len(tries) < 4:
+            raise OSError(30, "Read-only file system")
+
+    async def run() -> None:
+        work_of = BackgroundWork()
+        work_of.repeat("writing", work, 0.2)
+        while len(tries) < 4:
+            await asyncio.sleep(0.001)
+        await work_of.stop()
+
+    asyncio.run(asyncio.wait_for(run(), 0.6))
 
 
 def test_work_that_never_succeeds_is_a_fault_after_five_seconds() -> None:
@@ -171,7 +225,7 @@ def test_a_disk_that_takes_no_writing_while_nobody_plays_is_a_fault(
         host.background = BackgroundWork(clock)
         assert not host.cannot_record()
         await host.start_rooms()
-        while host.process_health().records:
+        while not host.process_health().unwritable:
             await asyncio.sleep(0.001)
         clock.now += 5.5
         reasons = [host.cannot_record().message, *host.faults()]
@@ -180,9 +234,42 @@ def test_a_disk_that_takes_no_writing_while_nobody_plays_is_a_fault(
         return reasons
 
     assert asyncio.run(asyncio.wait_for(run(), 10.0)) == [
-        "Nothing can be written to the server's folder of recordings.",
-        "writing to the folder of recordings: not done for 6 s",
+        "Rounds would not be recorded (writing to the folder of recordings: Read-only file system).",
+        "writing to the folder of recordings: not done for 6 s (Read-only file system)",
     ]
+
+
+def test_after_a_round_that_could_not_be_saved_the_folder_is_tried_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[Path] = []
+    monkeypatch.setattr(room_host, "try_writing", tried.append)
+    host = Host(Settings(data=tmp_path))
+    host.settings.recordings.mkdir()
+    host._recordings_id = room_host._folder_id(host.settings.recordings)
+    asyncio.run(host._sync())
+    assert tried == []
+    monkeypatch.setattr(host.background, "error", lambda _: OSError(errno.EIO, "Input/output error"))
+    asyncio.run(host._sync())
+    assert tried == [host.settings.recordings]
+    host.store.close()
+
+
+def test_nothing_is_tried_while_rounds_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[Path] = []
+    monkeypatch.setattr(room_host, "try_writing", tried.append)
+
+    async def run() -> None:
+        host = Host(Settings(data=tmp_path))
+        monkeypatch.setattr(host, "_writers", lambda: [cast(EpisodeWriter, None)])
+        await host._try_writing()
+        assert tried == []
+        monkeypatch.setattr(host, "_writers", list)
+        await host._try_writing()
+        host.store.close()
+
+    asyncio.run(run())
+    assert tried == [tmp_path / "recordings"]
 
 
 def test_recordings_that_were_moved_away_are_a_fault(tmp_path: Path) -> None:
@@ -190,11 +277,29 @@ def test_recordings_that_were_moved_away_are_a_fault(tmp_path: Path) -> None:
         folder = live.host.settings.recordings
         live.run(lambda: None)
         folder.rename(tmp_path / "elsewhere")
-        with pytest.raises(FileNotFoundError, match="moved away or replaced"):
+        with pytest.raises(FileNotFoundError, match="the folder was moved away"):
             asyncio.run_coroutine_threadsafe(live.host._sync(), live.loop).result(10)
         folder.mkdir()
-        with pytest.raises(FileNotFoundError, match="moved away or replaced"):
+        with pytest.raises(FolderReplacedError, match="the folder was replaced"):
             asyncio.run_coroutine_threadsafe(live.host._sync(), live.loop).result(10)
         folder.rmdir()
         (tmp_path / "elsewhere").rename(folder)
         asyncio.run_coroutine_threadsafe(live.host._sync(), live.loop).result(10)
+
+
+@pytest.mark.parametrize(
+    ("error", "unwritable"),
+    [
+        (FileNotFoundError(errno.ENOENT, "the folder was moved away"), f"{SYNC}: the folder was moved away"),
+        (FolderReplacedError(errno.ENOENT, "the folder was replaced"), ""),
+        (None, ""),
+    ],
+)
+def test_rounds_begin_in_a_folder_that_has_taken_the_place_of_another_and_not_in_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception | None, unwritable: str
+) -> None:
+    host = Host(Settings(data=tmp_path))
+    monkeypatch.setattr(host.background, "error", lambda name: error if name == SYNC else None)
+    monkeypatch.setattr(host.background, "age_s", lambda name: 1000.0)
+    assert host.process_health().unwritable == unwritable, "however long it takes"
+    host.store.close()

@@ -21,7 +21,7 @@ from movingout.server.cluster.node import ClusterNode
 from movingout.server.cluster.shards import SHARDS, STUDY, shard_of
 from movingout.server.cluster.study import room_works
 from movingout.server.cluster.study.room_works import NodeStatus, SeatPlan
-from movingout.server.notices import Notice
+from movingout.server.notices import NOTHING, Notice
 from movingout.server.public_host import Away, Found, Given, NoRoom
 from movingout.server.rooms.prepared_maps import KEPT, Variant
 from movingout.server.rooms.room import Room
@@ -136,7 +136,11 @@ class StudyNodeHost(ClusterHost):
     # ---- rooms wherever they are ------------------------------------------------------------------------------
 
     def why_no_room(self) -> str:
-        return self.refusal().message or self.cannot_record().message
+        return self.refusal().message or super().cannot_record().message
+
+    def cannot_record(self) -> Notice:
+        """NOTHING, whatever this node can do: `open_room` takes a node that records, and says why where none does."""
+        return NOTHING
 
     def shards_here(self) -> list[str]:
         return [shard for shard in self.node.open if shard in SHARDS and self.node.serves(shard)]

@@ -14,6 +14,8 @@ from movingout.server.cluster.shards import STUDY
 from movingout.server.cluster.study.host import StudyNodeHost
 from movingout.server.cluster.study.room_works import NodeStatus
 from movingout.server.cluster.study_tries import PAUSE_S, TRIES, StudyTries
+from movingout.server.notices import NOTHING, Notice
+from movingout.server.public_host import PublicHost
 from movingout.server.settings import Settings
 from movingout.study.errors import StoreError
 from tests.server.cluster.clock import TestClock
@@ -155,3 +157,13 @@ def test_status_does_not_say_that_a_node_runs_a_study_which_it_cannot_begin(
     assert main(["cluster", "status", "--cluster", clock.url]) == 1
     shown = capsys.readouterr().out
     assert f"node a: {WHY}" in shown and "runs the study" not in shown
+
+
+def test_a_node_that_cannot_record_takes_no_room_itself_and_stops_no_round_at_the_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    host = Host([])
+    monkeypatch.setattr(host, "refusal", lambda: NOTHING)
+    monkeypatch.setattr(PublicHost, "cannot_record", lambda _: Notice("not_writable", "Recordings cannot be written."))
+    assert host.why_no_room() == "Recordings cannot be written."
+    assert not host.cannot_record()

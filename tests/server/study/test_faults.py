@@ -156,7 +156,7 @@ def test_wherever_the_disk_is_full_an_answer_is_kept_or_refused_and_later_taken(
     ("asked", "answer", "alerts"),
     [
         ("full_disk", Notice("disk_full", "The disk is full."), {"room", "disk"}),
-        ("process_health", ProcessHealth(agents=True, records=False), {"room"}),
+        ("process_health", ProcessHealth(agents=True, unwritable="writing: Read-only file system"), {"room"}),
     ],
 )
 def test_a_disk_that_is_full_or_takes_no_writing_lets_no_round_begin_and_says_so(
