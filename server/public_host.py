@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import itertools
 import logging
-import shutil
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator
@@ -25,6 +24,7 @@ from movingout.server.overload import ProcessHealth
 from movingout.server.own_maps.folder import MapFolder
 from movingout.server.own_maps.workers import MapWorkers
 from movingout.server.persistence.answer_log import AnswerLog
+from movingout.server.persistence.disk_space import LEAST_FREE, disk_free
 from movingout.server.persistence.recording_service import RecordingService
 from movingout.server.persistence.recording_uploads import RecordingUploads
 from movingout.server.persistence.room_store import episodes_of_other_studies
@@ -353,16 +353,12 @@ class PublicHost(ABC):
         return [*self.faults(), *agents, *([refusal.message] if refusal else [])]
 
     def disk_free(self) -> int:
-        """Bytes on the disk of the data folder, or of the recordings where theirs has less; 0 when it is gone."""
-        folders = self.settings.data, self.settings.recordings
-        try:
-            return min(shutil.disk_usage(folder).free for folder in folders if folder == folders[0] or folder.exists())
-        except OSError:
-            return 0
+        """Bytes, see `disk_space.disk_free`."""
+        return disk_free(self.settings.data, self.settings.recordings)
 
     def full_disk(self) -> Notice:
         """Why nothing more can be recorded, NOTHING while there is room."""
-        if self.disk_free() < 50e6:
+        if self.disk_free() < LEAST_FREE:
             return Notice("disk_full", "The server's disk is almost full; free some space.")
         return NOTHING
 
