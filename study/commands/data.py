@@ -159,12 +159,13 @@ def _purge(args: argparse.Namespace) -> int:
 
 
 def _who_may_return(number: int, applied: bool) -> list[str]:
-    """A warning while the study still recruits: nothing but their identity tells that somebody was there."""
+    """A warning where the study recruits: nothing but their identity tells that somebody was there."""
     if not number:
         return []
     people = f"{counted(number, 'participant')} whose identity {'was' if applied else 'would be'} deleted"
     what = "can take part again, as somebody new, and be paid again"
-    return [f"warning: the study still recruits: while it is served, {people} {what}; serve it no more, or purge later"]
+    why = "the study recruits, or does again with the places that this frees"
+    return [f"warning: {why}: while it is served, {people} {what}; serve it no more, or purge later"]
 
 
 def _keeping_promises(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:

@@ -43,7 +43,7 @@ class DueForErasure:
 
     identities: tuple[str, ...]  # only their identity
     trials: tuple[str, ...]  # everything
-    may_return: int = 0  # how many of these can take part again, as somebody new, because the study still recruits
+    may_return: int = 0  # how many of these can take part again, as somebody new, because the study recruits then
 
 
 def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
@@ -95,12 +95,12 @@ def _due(study: Study, store: Store, known: Mapping[str, tuple[str, str]]) -> Du
         elif one.pid in known and _expired(one, study.retention.identity, now):
             identities.append(one.pid)
     returning = [pid for pid in (*identities, *trials) if pid in known and known[pid][0] != CODE]
-    return DueForErasure(tuple(identities), tuple(trials), len(returning) if _is_recruiting(study, store) else 0)
+    return DueForErasure(tuple(identities), tuple(trials), len(returning) if _recruits(study, store, trials) else 0)
 
 
-def _is_recruiting(study: Study, store: Store) -> bool:
-    """Whether a server would still let somebody in, now or once somebody on their way has left."""
-    unwanted = {one.unit for one in store.everybody() if one.keep is False}
+def _recruits(study: Study, store: Store, removed: Collection[str]) -> bool:
+    """Whether a server would let somebody in once these are `removed`, then or when somebody on their way has left."""
+    unwanted = {one.unit for one in store.everybody() if one.keep is False or one.pid in removed}
     done = [one for one in store.done_units() if one.id not in unwanted]
     return planned_done(done, study.units, study.group) < study.units
 

@@ -247,6 +247,21 @@ def test_purging_says_who_can_take_part_again_while_the_study_recruits(
     assert json.loads(capsys.readouterr().out)["may_take_part_again"] == 0, "nobody is left to be deleted"
 
 
+def test_a_purge_that_opens_a_full_study_again_says_who_can_take_part_again(tmp_path: Path) -> None:
+    text = TEXT.replace("participants: 12\n", "participants: 2\n")
+    folder = StudyFolder(parse_study(text), tmp_path)
+    clock = Clock()
+    store, identities = open_store(folder.own, clock, text), open_identities(folder.own)
+    pids = [identities.pid("prolific", id)[0] for id in ("5f3c", "5f3d")]
+    for pid in pids:
+        store.arrive(pid, "en")
+        store.form_unit([pid])
+        store.finish(pid, "done", f"CODE-{pid}")
+    clock.ms += 20 * 365 * DAY_MS
+    assert due_now(folder, store).may_return == purge(folder, store).may_return == 2
+    assert store.done_units() == (), "their places are free"
+
+
 def test_a_code_means_what_it_meant_when_the_study_began(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     begun, now = (TEXT.replace("codes: unique", f"codes: {{withdrew: {code}}}") for code in ("STOP1", "STOP2"))
     folder = StudyFolder(parse_study(begun), tmp_path)
