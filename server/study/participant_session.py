@@ -40,6 +40,7 @@ class ParticipantSession:
     unpaid_s: float = 0.0  # absences that have ended, also with a pause, and that are not in the database yet
     unpaid_until: float = -inf  # when a pause began in a long absence, which is in `unpaid_s` up to then
     away_before_s: float = 0.0  # of an absence that began before the server started or slept, what lies before that
+    heard: bool = False  # a page of theirs was heard since that was last noted in the database
     ended_at: float = 0.0  # when they were given their code, on the same clock; 0 before a restart
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 
@@ -94,6 +95,7 @@ class ParticipantSession:
         if not self.present(now):
             self.present_since = now
         self.last_seen_at = now
+        self.heard = True
 
     def slept(self, seconds: float, now: float) -> None:
         """The server slept for so long: an absence, as a stop of it is. Who has not come back yet is no news.

@@ -164,13 +164,19 @@ class Participants:
         await self.refresh(tx, session)
 
     async def note_last_seen(self, tx: Transaction) -> None:
-        """Keep until when everybody was here: an absence goes on over a stop of the server."""
+        """Keep until when everybody was here: an absence goes on over a stop of the server.
+
+        Retention begins when somebody was heard: a pause ends absences, also of who has long gone.
+        """
         tx.check()
         now, now_ms = time.monotonic(), self._store.now()
         on_their_way = [one for one in self if not one.finished]
         seen = {one.pid: now_ms - round(1e3 * one.away_s(now)) for one in on_their_way}
+        heard = [one for one in on_their_way if one.heard]
         if seen:
-            await tx.run(self._store.seen, seen)
+            await tx.run(self._store.seen, seen, {one.pid for one in heard})
+        for session in heard:
+            session.heard = False
 
     async def finish(
         self, tx: Transaction, session: ParticipantSession, outcome: Outcome, paused: bool = False

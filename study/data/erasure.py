@@ -126,7 +126,7 @@ def purge(folder: StudyFolder, store: Store) -> DueForErasure:
 
 
 def _expired(one: Participant, keep: str, now: int) -> bool:
-    since = one.finished_ms if one.finished_ms is not None else max(one.arrived_ms, one.last_seen_ms or 0)
+    since = one.finished_ms if one.finished_ms is not None else max(one.arrived_ms, one.heard_ms or 0)
     return now - since > period_days(keep) * DAY_MS
 
 

@@ -6,13 +6,13 @@ database refuses, StudyError for what is not allowed, such as a round without co
 
 import json
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Row, Table, bindparam, func, insert, select, update
+from sqlalchemy import BigInteger, Connection, Row, Table, bindparam, func, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
 from movingout.study.design.allocation import next_slot
@@ -61,7 +61,8 @@ class Participant:
     keep: bool | None  # whether the data may be kept, None while nobody has asked
     screen: str  # the same for two who share one screen, else empty
     away_ms: int  # long absences after which they came back
-    last_seen_ms: int | None  # as of the last minute, None before and in data of earlier versions
+    last_seen_ms: int | None  # as of the last minute, None before and in data of earlier versions; later after a pause
+    heard_ms: int | None  # when a page of theirs was last heard, likewise; no pause moves it
 
 
 class DoneUnit(NamedTuple):
@@ -193,18 +194,22 @@ class Store:
             change = update(participants).where(participants.c.pid == pid)
             connection.execute(change.values(away_ms=participants.c.away_ms + round(1e3 * away_s)))
 
-    def seen(self, last_seen_ms: Mapping[str, int]) -> None:
-        """When participants were last seen, by pseudonym."""
-        change = update(participants).where(participants.c.pid == bindparam("who")).values(last_seen_ms=bindparam("at"))
+    def seen(self, last_seen_ms: Mapping[str, int], heard: Collection[str] = ()) -> None:
+        """When participants were last seen, by pseudonym; and who of them was heard by now."""
+        now = self.now()
+        rows = [{"who": pid, "at": at, "heard": now if pid in heard else None} for pid, at in last_seen_ms.items()]
+        heard_ms = func.coalesce(bindparam("heard", type_=BigInteger), participants.c.heard_ms)
+        change = update(participants).where(participants.c.pid == bindparam("who"))
         with self.database.write() as connection:
-            connection.execute(change, [{"who": pid, "at": at} for pid, at in last_seen_ms.items()])
+            connection.execute(change.values(last_seen_ms=bindparam("at"), heard_ms=heard_ms), rows)
 
     def set_back(self, by_ms: Mapping[str, int]) -> None:
         """The clock was set back: participants, by pseudonym, arrived so many milliseconds earlier and are here now."""
         change = update(participants).where(participants.c.pid == bindparam("who"))
-        moved = {"arrived_ms": participants.c.arrived_ms - bindparam("by"), "last_seen_ms": self.now()}
+        moved = {name: participants.c[name] - bindparam("by") for name in ("arrived_ms", "heard_ms")}
         with self.database.write() as connection:
-            connection.execute(change.values(**moved), [{"who": pid, "by": by} for pid, by in by_ms.items()])
+            here = change.values(**moved, last_seen_ms=self.now())
+            connection.execute(here, [{"who": pid, "by": by} for pid, by in by_ms.items()])
             seconds = round(max(by_ms.values()) / 1e3)
             record(connection, self.now(), "server", "clock-set-back", participants=len(by_ms), seconds=seconds)
 

@@ -105,8 +105,12 @@ participants = Table(
     Column("screen", String(16), nullable=False, server_default="", doc="the same for two who share one screen"),
     Column("away_ms", BigInteger, nullable=False, server_default="0", info=_INSIDE, doc="absences; they are not paid"),
     Column(
-        "last_seen_ms", BigInteger, info=_INSIDE, doc="noted once a minute; a server that starts goes on from there"
+        "last_seen_ms",
+        BigInteger,
+        info=_INSIDE,
+        doc="noted once a minute, without their absence, which a pause ends; a server that starts goes on from there",
     ),
+    Column("heard_ms", BigInteger, info=_INSIDE, doc="when a page of theirs was last heard, noted once a minute"),
 )
 consents = Table(
     "consents",

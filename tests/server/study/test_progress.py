@@ -284,6 +284,40 @@ def test_a_pause_over_a_stop_is_paid_and_what_went_before_it_counts_once(tmp_pat
     asyncio.run(test())
 
 
+@pytest.mark.parametrize("stops", [False, True])
+def test_a_pause_makes_nobody_heard_who_has_long_gone(tmp_path: Path, stops: bool) -> None:
+    """Retention begins when they were heard, also where every evening is a pause."""
+
+    async def test() -> None:
+        clock = Clock()
+        study = begun(tmp_path, clock)
+        session = await here(study)
+        session.seen(time.monotonic(), paused=False)
+        async with study.transaction() as tx:
+            await study.participants.note_last_seen(tx)
+        noted = clock.ms
+        clock.ms += 1000 * 2400 * HOUR_S
+        session.last_seen_at -= 2400 * HOUR_S
+        async with study.transaction() as tx:
+            await study.progress.set_paused(tx, True)
+        if stops:
+            await study.stop()
+            study = begun(tmp_path, clock)
+            session = await started_again(study)
+        try:
+            async with study.transaction() as tx:
+                await study.progress.set_paused(tx, False)
+                heard_ms = study.databases.store.participant("P1").heard_ms
+                assert heard_ms and abs(heard_ms - noted) < 1000
+                session.seen(time.monotonic(), paused=False)
+                await study.participants.note_last_seen(tx)
+            assert (study.databases.store.participant("P1").heard_ms or 0) > heard_ms
+        finally:
+            study.databases.close()
+
+    asyncio.run(test())
+
+
 @pytest.mark.parametrize(("slept_s", "paid_s"), [(9 * HOUR_S, 0), (250, 250)])
 @pytest.mark.parametrize("first", ["monitor", "page", "pause"])
 def test_a_laptop_that_slept_with_the_server_was_away_for_everybody_but_in_a_pause(

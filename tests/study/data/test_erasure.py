@@ -217,7 +217,7 @@ def test_of_who_has_not_finished_the_period_begins_when_they_were_last_seen(tmp_
     here, gone = (identities.pid("prolific", id)[0] for id in ("5f3c", "5f3d"))
     agree(store, [here, gone])
     clock.ms += 31 * DAY_MS
-    store.seen({here: clock.ms})
+    store.seen({here: clock.ms, gone: clock.ms}, {here})  # as after a pause, in which nobody is absent
     assert due_now(folder, store).identities == (gone,)
     clock.ms += 31 * DAY_MS
     assert due_now(folder, store).identities == (here, gone)
