@@ -3,10 +3,11 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from movingout.agents.training.training_data import read_training_data
-from movingout.recordings import Episode, SeatInfo, finalise, read_episode
+from movingout.recordings import Episode, SeatInfo, TickRecord, finalise, read_episode
 from movingout.recordings.diversity.episodes import read_paths
 from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import ExportPlan
@@ -15,7 +16,9 @@ from movingout.recordings.imports.convert import import_source
 from movingout.recordings.imports.sources import find, read
 from movingout.recordings.storage import copies
 from movingout.recordings.storage.copies import without_copies
-from tests.recordings.support import record
+from tests.recordings.support import STARTED_NS, begin, record
+
+A_MINUTE = 60_000_000_000  # ns
 
 
 def imported(places: list[Path], folder: Path, decimals: int = 99, salt: str = "salt") -> list[Path]:
@@ -39,6 +42,16 @@ def recordings(tmp_path: Path) -> list[Path]:
         journal, _ = record(folder, ticks=12, episode_id=name, seats=seats, seed=number, map_name="LeftRight")
         made.append(finalise(journal))
     return made
+
+
+def idle(folder: Path, ticks: int, started_ns: int = STARTED_NS) -> Path:
+    """An episode in which nobody does anything."""
+    writer, played = begin(folder, map_name="LeftRight", episode_id=f"idle-{ticks}", started_ns=started_ns)
+    for _ in range(ticks):
+        played.world.step(np.zeros((2, 3)))
+        after, delivered = played.world.state(), tuple(played.world.delivered().tolist())
+        writer.tick(TickRecord(np.zeros((2, 3)), ("human", "human"), (-1, -1), after, delivered, 0.0))
+    return finalise(writer.close("time"))
 
 
 @pytest.mark.parametrize("decimals", [99, 6])
@@ -70,9 +83,31 @@ def test_plays_that_are_equal_but_not_imported_stay(tmp_path: Path) -> None:
     assert without_copies(same) == same
 
 
-def test_what_summaries_tell_apart_is_not_read(
+@pytest.mark.parametrize("more", [0, 1])
+def test_where_nobody_does_anything_nobody_else_is_a_copy(tmp_path: Path, more: int) -> None:
+    """Two people vanished who had waited as long as two others."""
+    (made,) = imported([idle(tmp_path / "theirs", 15 + more)], tmp_path / "imported")
+    ours = idle(tmp_path / "ours", 15, started_ns=STARTED_NS + A_MINUTE)
+    assert without_copies([ours, made]) == [ours, made]
+    assert without_copies([tmp_path / "theirs" / f"idle-{15 + more}.mcap", made, ours])[1:] == [ours], "its own is one"
+
+
+def test_what_is_too_short_proves_nothing(tmp_path: Path) -> None:
+    (made,) = imported([finalise(record(tmp_path, ticks=3)[0])], tmp_path / "imported")
+    ours = finalise(record(tmp_path / "ours", ticks=3, started_ns=STARTED_NS + A_MINUTE)[0])
+    assert without_copies([ours, made]) == [ours, made]
+
+
+def test_a_recording_of_no_tick_is_no_copy(tmp_path: Path) -> None:
+    (made,) = imported([finalise(record(tmp_path, ticks=1)[0])], tmp_path / "imported")
+    empty = finalise(begin(tmp_path / "failed", episode_id="failed")[0].close("error"))
+    assert without_copies([empty, made]) == [empty, made]
+
+
+def test_only_what_ends_alike_is_read_whole(
     tmp_path: Path, recordings: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Episodes that are out of time are all as long."""
     made = imported(recordings[:1], tmp_path / "imported")
     longer = finalise(record(tmp_path, ticks=30, map_name="LeftRight", episode_id="longer")[0])
     elsewhere = finalise(record(tmp_path, ticks=12, map_name="HandOff", episode_id="elsewhere")[0])
@@ -83,8 +118,9 @@ def test_what_summaries_tell_apart_is_not_read(
         return read_episode(path)
 
     monkeypatch.setattr(copies, "read_episode", counting)
-    assert without_copies([*made, longer, elsewhere]) == [*made, longer, elsewhere] and read_whole == []
-    assert without_copies([*made, recordings[0]]) == recordings[:1] and len(read_whole) == 2
+    others = [*made, longer, elsewhere, *recordings[1:]]
+    assert without_copies(others) == others and read_whole == []
+    assert without_copies([*made, *recordings]) == recordings and len(read_whole) == 2
 
 
 def test_a_damaged_recording_stays(tmp_path: Path, recordings: list[Path]) -> None:
