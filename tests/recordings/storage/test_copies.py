@@ -65,6 +65,17 @@ def test_an_import_beside_its_recordings_is_a_copy(tmp_path: Path, recordings: l
     assert (len(reading.episodes), reading.copies) == (3, 3)
 
 
+def test_between_two_places_too_an_import_is_a_copy(tmp_path: Path, recordings: list[Path]) -> None:
+    """A player was there twice: as recorded, and under a pseudonym."""
+    made = imported(recordings, tmp_path / "imported")
+    official = tmp_path / "imported-export" / "recorder"
+    for places in ([made[0].parent, recordings[0].parent], [official, recordings[0].parent, made[0].parent]):
+        reading = read_paths(places, workers=1)
+        assert sorted(one.file for one in reading.episodes) == list(map(str, recordings))
+        assert reading.copies == 3 * (len(places) - 1)
+    assert len(read_paths([made[0].parent, recordings[0].parent], workers=1, by_place=True).episodes) == 6
+
+
 def test_an_import_without_its_recording_stays(tmp_path: Path, recordings: list[Path]) -> None:
     made = imported(recordings, tmp_path / "both" / "imported")
     assert len(without_copies([*made, *recordings[1:]])) == 3
