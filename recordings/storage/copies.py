@@ -36,16 +36,17 @@ class _File(NamedTuple):
     source: str = ""
     map: str = ""
     ticks: int = 0
+    variant: str = ""
 
 
 def without_copies(paths: Sequence[Path]) -> list[Path]:
     """One file of each episode, in order: a backup in a folder below is no second play. Unreadable ones stay.
 
     Copies have the same id and began at the same time: what was made twice under one id is there twice. Of copies it
-    is a recording before a journal, a whole one before one that was cut off, one that is named by its episode before
-    one that was renamed, else the first. An imported episode is a copy of a recording, or of an import in another
-    folder, that equals it action by action; where nobody did anything, or for less than a second, it also says that it
-    was recorded in the same second.
+    is a recording before a journal, a whole one before one that was cut off, an import on a map as designed before one
+    on a varied map, one that is named by its episode before one that was renamed, else the first. An imported episode
+    is a copy of a recording, or of an import in another folder, that equals it action by action; where nobody did
+    anything, or for less than a second, it also says that it was recorded in the same second.
     """
     files: dict[tuple[str, str], list[_File]] = defaultdict(list)
     for path in paths:
@@ -55,7 +56,7 @@ def without_copies(paths: Sequence[Path]) -> list[Path]:
     found: set[Path] = set()
     for (episode_id, _), alike in files.items():
         if len(alike) > 1:
-            ranks = [_rank(file.path, f"{episode_id}{SUFFIX}") for file in alike]
+            ranks = [_rank(file, f"{episode_id}{SUFFIX}") for file in alike]
             found |= {file.path for file in alike} - {alike[ranks.index(min(ranks))].path}
     found |= _imported_copies(file for alike in files.values() for file in alike if file.path not in found)
     return [path for path in paths if path not in found]
@@ -68,19 +69,29 @@ def _file(path: Path) -> _File:
     records = read_metadata(path)
     record = recorded_as(path, records)
     ticks = records.get(RECORDING, {}).get("ticks", "")
-    episode_id, started, source, played = (
-        record.get(name, "") for name in ("episode_id", "started_ns", "source", "map")
+    return _File(
+        path=path,
+        episode_id=record.get("episode_id", ""),
+        started=record.get("started_ns", ""),
+        source=record.get("source", ""),
+        map=record.get("map", ""),
+        ticks=int(ticks) if ticks.isdecimal() else 0,
+        variant=record.get("map_variant", ""),
     )
-    return _File(path, episode_id, started, source, played, int(ticks) if ticks.isdecimal() else 0)
 
 
-def _rank(path: Path, named: str) -> tuple[bool, bool, bool]:
+def _rank(file: _File, named: str) -> tuple[bool, bool, bool, bool]:
     """Of a copy, the best first."""
     try:
-        complete = read_summary(path).complete
+        complete = read_summary(file.path).complete
     except RecordingError:
         complete = False
-    return path.name.endswith(JOURNAL_SUFFIX), not complete, path.name != named
+    return file.path.name.endswith(JOURNAL_SUFFIX), not complete, _is_varied(file), file.path.name != named
+
+
+def _is_varied(file: _File) -> bool:
+    """Whether it was imported as on a varied map, maybe for numbers that are rounded: earlier versions did so."""
+    return file.source == "import" and file.variant != ""
 
 
 def _imported_copies(files: Iterable[_File]) -> set[Path]:
@@ -90,7 +101,7 @@ def _imported_copies(files: Iterable[_File]) -> set[Path]:
         by_map[file.map].append(file)
     found: set[Path] = set()
     for there in by_map.values():
-        imports = [file for file in there if file.source == "import"]
+        imports = sorted((file for file in there if file.source == "import"), key=_is_varied)
         others = [file for file in there if file.source != "import"]
         if imports and (others or len({file.path.parent for file in imports}) > 1):
             found |= _copies_on_a_map(others, imports)

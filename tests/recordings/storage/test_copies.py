@@ -7,15 +7,21 @@ import numpy as np
 import pytest
 
 from movingout.agents.training.training_data import read_training_data
+from movingout.matches.errors import MatchError
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.data_sets import listed_episodes
+from movingout.matches.paper.workspace import Workspace
 from movingout.recordings import Episode, SeatInfo, TickRecord, finalise, read_episode
 from movingout.recordings.diversity.episodes import read_paths
 from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import ExportPlan
-from movingout.recordings.groups import grouped
+from movingout.recordings.groups import grouped, is_varied, read_groups
+from movingout.recordings.imports import map_match
 from movingout.recordings.imports.convert import import_source
 from movingout.recordings.imports.sources import find, read
 from movingout.recordings.storage import copies
 from movingout.recordings.storage.copies import without_copies
+from movingout.server.cli import main
 from tests.recordings.support import STARTED_NS, begin, record
 
 A_MINUTE = 60_000_000_000  # ns
@@ -74,6 +80,37 @@ def test_between_two_places_too_an_import_is_a_copy(tmp_path: Path, recordings: 
         assert sorted(one.file for one in reading.episodes) == list(map(str, recordings))
         assert reading.copies == 3 * (len(places) - 1)
     assert len(read_paths([made[0].parent, recordings[0].parent], workers=1, by_place=True).episodes) == 6
+
+
+@pytest.fixture
+def varied(tmp_path: Path, recordings: list[Path], monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """Rounded exports as earlier versions imported them: as of a varied map."""
+    with monkeypatch.context() as earlier:
+        earlier.setattr(map_match, "is_as_designed", lambda designed, found: False)
+        made = imported(recordings, tmp_path / "both" / "earlier", decimals=6)
+    assert all(map(is_varied, made))
+    return made
+
+
+def test_no_play_is_of_both_challenges(
+    tmp_path: Path, recordings: list[Path], varied: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["recordings", "split", str(tmp_path / "both"), "-o", str(tmp_path / "c.csv"), "--challenge"]
+    assert main([*command, "1"]) == 0 and len(read_groups(tmp_path / "c.csv")) == 3
+    assert "3 left out, 3 copies among them" in capsys.readouterr().out
+    assert main([*command, "2"]) == 2
+    assert "none of 3 recordings is on a varied map" in capsys.readouterr().err
+    with pytest.raises(MatchError, match="none of 6 recordings is on a varied map"):
+        listed_episodes(2, Workspace(budget=BUDGETS["smoke"], given=(tmp_path / "both",)))
+
+
+def test_of_two_imports_the_one_on_the_map_as_designed_stays(
+    tmp_path: Path, recordings: list[Path], varied: list[Path]
+) -> None:
+    """Of one file their ids are the same."""
+    for decimals in (6, 5):
+        made = imported(recordings, tmp_path / f"in-{decimals}", decimals)
+        assert not any(map(is_varied, made)) and without_copies([*varied, *made]) == made
 
 
 def test_an_import_without_its_recording_stays(tmp_path: Path, recordings: list[Path]) -> None:
