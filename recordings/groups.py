@@ -57,16 +57,19 @@ def of_challenge(paths: Sequence[Path], challenge: int) -> list[Path]:
     return found
 
 
-def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 0.0) -> list[GroupedRecording]:
+def grouped(
+    paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 0.0, once: Sequence[Path] | None = None
+) -> list[GroupedRecording]:
     """Divide recordings into groups that share no participant.
 
     Left out are those with a TCR below `min_tcr`, tutorials, what was cut off, live rounds that ended early, copies,
-    and what a study does not count (`storage.study_rounds`).
+    and what a study does not count (`storage.study_rounds`). `once` are those to divide of `paths`, where the caller
+    has chosen: none of them is a copy of another.
 
     Raises RecordingError for a file that cannot be read, when none is left, for too few participants, and for several
     groups of people without a name: the same person might be in two of them.
     """
-    kept = _kept(paths, min_tcr)
+    kept = _kept(paths, min_tcr, once)
     if groups > 1:
         _check_named([players for _, _, players in kept])
     numbers = divided([players for _, _, players in kept], groups, seed)
@@ -76,14 +79,14 @@ def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 
 
 
 def grouped_by_style(
-    paths: Sequence[Path], styles: Styles, min_tcr: float = 0.0
+    paths: Sequence[Path], styles: Styles, min_tcr: float = 0.0, once: Sequence[Path] | None = None
 ) -> tuple[list[GroupedRecording], list[str]]:
     """A group for each style, in the order of their names, and these names; who plays each is in one group alone.
 
     Left out are also episodes of people of different styles. Raises RecordingError as `grouped`, for people without a
     style, and where fewer than two styles are left.
     """
-    kept = _kept(paths, min_tcr)
+    kept = _kept(paths, min_tcr, once)
     who = [participants(players) for players in unmasked([players for _, _, players in kept])]
     of_people = styles_of((name for names in who for name in names), styles)
     found = [style_of_pair(names, of_people) for names in who]
@@ -109,10 +112,10 @@ def _read(path: Path) -> _Read:
         return path, read_summary(path), read_players(path)
 
 
-def _kept(paths: Sequence[Path], min_tcr: float) -> list[_Read]:
+def _kept(paths: Sequence[Path], min_tcr: float, once: Sequence[Path] | None) -> list[_Read]:
     """Those that count and are good enough. Raises RecordingError where none is."""
     uncounted = uncounted_episodes(paths)  # of all: a copy elsewhere has no study beside it
-    found = [_read(path) for path in without_copies(paths)]
+    found = [_read(path) for path in (without_copies(paths) if once is None else once)]
     valid = _valid(found, uncounted)
     kept = [entry for entry in valid if _tcr(entry[1]) >= min_tcr]
     if not kept:

@@ -12,6 +12,7 @@ from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
 from movingout.matches.run import OnProgress
 from movingout.recordings.groups import NEEDED, GroupedRecording, grouped, grouped_by_style, is_varied, write_groups
 from movingout.recordings.spreadsheet import read_rows
+from movingout.recordings.storage.copies import without_copies
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_summary
 
@@ -75,23 +76,24 @@ def _remedy(listing: Path, space: Workspace) -> str:
 def listed_episodes(challenge: int, space: Workspace) -> list[GroupedRecording]:
     """The lines of that list. Raises RecordingError or MatchError, as `list_episodes`."""
     found = space.given_files() if space.given else sorted(_recorded(challenge).glob(f"*{SUFFIX}"))
-    paths = [path for path in found if is_varied(path) == (challenge == 2)]
+    once = without_copies(found)  # of all: a recording and an import of it may be of different challenges
+    paths = [path for path in once if is_varied(path) == (challenge == 2)]
     if not paths:
         raise MatchError(_nothing(challenge, len(found)))
     if space.given:
         paths = on_paper_maps(with_people(paths, found), map_names())
     if space.given and challenge == 2:
         paths = fair_variants(paths, space.evaluation)
-    rows = _grouped(paths, challenge, space)
+    rows = _grouped(found, paths, challenge, space)
     _check(rows, challenge, space)
     return rows
 
 
-def _grouped(paths: list[Path], challenge: int, space: Workspace) -> list[GroupedRecording]:
+def _grouped(found: list[Path], paths: list[Path], challenge: int, space: Workspace) -> list[GroupedRecording]:
     least = space.min_tcr if space.given else 0.0
     if challenge == 2 or space.grouping == "random":
-        return grouped(paths, len(GROUPS) if challenge == 1 else 1, space.seed, least)
-    rows, names = grouped_by_style(paths, dict(space.styles), least)
+        return grouped(found, len(GROUPS) if challenge == 1 else 1, space.seed, least, paths)
+    rows, names = grouped_by_style(found, dict(space.styles), least, paths)
     if len(names) != len(GROUPS):
         raise MatchError(
             f"the tables compare {len(GROUPS)} groups, and these recordings have {len(names)} styles "

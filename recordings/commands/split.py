@@ -53,19 +53,19 @@ def perform(args: argparse.Namespace) -> int:
         raise RecordingError("--groups is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
     check_name(args.out)
     found = expanded(args.paths)
-    copies = len(found) - len(without_copies(found))
-    paths = of_challenge(found, args.challenge) if args.challenge else found
+    once = without_copies(found)  # of all: a recording and an import of it may be of different challenges
+    chosen = of_challenge(once, args.challenge) if args.challenge else once
     styles = given_styles(args.styles, args.by)
     if args.by == "style":
-        rows, names = grouped_by_style(paths, styles, args.min_tcr)
+        rows, names = grouped_by_style(found, styles, args.min_tcr, chosen)
     else:
-        rows, names = grouped(paths, args.groups, args.seed, args.min_tcr), []
+        rows, names = grouped(found, args.groups, args.seed, args.min_tcr, chosen), []
     write_groups(args.out, rows)
     if args.json:
         print_json({"file": str(args.out), "styles": names, "recordings": [_document(row) for row in rows]})
         return 0
     left_out = f"; {len(found) - len(rows)} left out" if len(found) > len(rows) else ""
-    left_out += f", {words[0]} among them" if (words := left_out_words(0, copies)) else ""
+    left_out += f", {words[0]} among them" if (words := left_out_words(0, len(found) - len(once))) else ""
     print(f"{counted(len(rows), 'recording')} in {args.out}{left_out}")
     print("\n".join(printable(sentence) for sentence in group_sentences(rows, names)))
     return 0

@@ -56,25 +56,23 @@ class Reading(NamedTuple):
     tutorials: int
     unreadable: list[Unreadable]
     uncounted: int = 0  # which their study leaves out
-    copies: int = 0  # of recordings at the same place, or files of an earlier place, where those are left out
+    copies: int = 0  # of recordings at the same place, or at any place, where those are left out
 
 
 def read_paths(places: Sequence[Path], workers: int, by_place: bool = False) -> Reading:
     """The finished episodes under each place: recordings, or official files where there are none.
 
     Left out are copies, and what a study beside the recordings does not count. A place that is named twice is read
-    once. A file under two places belongs to the first, and `by_place` to both. Raises RecordingError when a place
-    holds neither.
+    once. A file under two places belongs to the first, and of copies under two places one stays; `by_place` each
+    place has its own. Raises RecordingError when a place holds neither.
     """
     found = Reading([], 0, 0, [])
-    unfinished = tutorials = uncounted = copies = 0
-    seen: set[str] = set()
+    unfinished = tutorials = 0
     with tempfile.TemporaryDirectory() as folder:  # of all places: an official trajectory under two of them is one file
-        for place in _named_once(places):
-            there = _recordings(place, Path(folder), workers)
-            counted = counted_recordings(there)
-            files = _without_copies(counted, set() if by_place else seen)
-            uncounted, copies = uncounted + len(there) - len(counted), copies + len(counted) - len(files)
+        there = {place: _recordings(place, Path(folder), workers) for place in _named_once(places)}
+        counted = {place: counted_recordings(files) for place, files in there.items()}
+        once = _once_each(counted) if by_place else _once(counted)
+        for place, files in once.items():
             for one in map_in_processes(partial(_path_episode, str(place)), files, workers, "reading"):
                 match one:
                     case PathEpisode():
@@ -85,6 +83,7 @@ def read_paths(places: Sequence[Path], workers: int, by_place: bool = False) -> 
                         tutorials += 1
                     case _:
                         unfinished += 1
+    uncounted, copies = _number(there) - _number(counted), _number(counted) - _number(once)
     return found._replace(unfinished=unfinished, tutorials=tutorials, uncounted=uncounted, copies=copies)
 
 
@@ -95,11 +94,29 @@ def _named_once(places: Sequence[Path]) -> list[Path]:
     return list(first.values())
 
 
-def _without_copies(files: Sequence[Path], seen: set[str]) -> list[Path]:
-    """One file of each episode at a place, but none of those `seen` at an earlier place, to which these are added."""
-    new = [file for file in files if os.path.realpath(file) not in seen]
-    seen.update(map(os.path.realpath, new))
-    return recorded_copies.without_copies(new)
+_Places = dict[Path, list[Path]]  # the files under each place
+
+
+def _number(places: _Places) -> int:
+    return sum(map(len, places.values()))
+
+
+def _once_each(places: _Places) -> _Places:
+    """One file of each episode at each place."""
+    return {place: recorded_copies.without_copies(files) for place, files in places.items()}
+
+
+def _once(places: _Places) -> _Places:
+    """One file of each episode, and that at one place; a file at several is at the first."""
+    new: dict[str, Path] = {}
+    for file in (file for files in places.values() for file in files):
+        new.setdefault(os.path.realpath(file), file)
+    left = set(recorded_copies.without_copies(list(new.values())))
+    found: _Places = {}
+    for place, files in places.items():
+        found[place] = [file for file in files if file in left]
+        left -= set(files)
+    return found
 
 
 def _recordings(place: Path, folder: Path, workers: int) -> list[Path]:

@@ -12,18 +12,28 @@ from typing import BinaryIO, NamedTuple, TypeVar
 
 import zstandard
 from mcap.data_stream import ReadDataStream
-from mcap.records import Attachment, AttachmentIndex, Channel, Chunk, Header, Metadata, MetadataIndex, SummaryOffset
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    Chunk,
+    ChunkIndex,
+    Header,
+    Metadata,
+    MetadataIndex,
+    SummaryOffset,
+)
 
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time; then the payload
 RECORD = struct.Struct("<BQ")  # opcode, length
 DATA_END = struct.Struct("<BQI")  # opcode, length, crc
 FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, crc
-_FOOTER, _ATTACHMENT_INDEX, _METADATA_INDEX, _SUMMARY_OFFSET = 0x02, 0x0A, 0x0D, 0x0E
+_FOOTER, _CHUNK_INDEX, _ATTACHMENT_INDEX, _METADATA_INDEX, _SUMMARY_OFFSET = 0x02, 0x08, 0x0A, 0x0D, 0x0E
 _HEADER, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA, _DATA_END = 0x01, 0x04, 0x05, 0x06, 0x09, 0x0C, 0x0F
 
 
-Entry = TypeVar("Entry", AttachmentIndex, MetadataIndex, SummaryOffset)
+Entry = TypeVar("Entry", AttachmentIndex, ChunkIndex, MetadataIndex, SummaryOffset)
 
 
 class Message(NamedTuple):
@@ -121,6 +131,19 @@ def metadata_in(stream: BinaryIO) -> dict[str, dict[str, str]]:
         record = Metadata.read(_stream(_read(stream, entry.offset, entry.length)[RECORD.size :]))
         found[record.name] = record.metadata
     return found
+
+
+def messages_since(stream: BinaryIO, log_time: int) -> Iterator[Message]:
+    """The messages of a finished file from a log time on: the index tells which chunks have them.
+
+    Raises ZstdError, ValueError or an error of struct or mcap where they, or the end of the file, are not whole.
+    """
+    for entry in _index(stream, _CHUNK_INDEX, ChunkIndex):
+        if entry.message_end_time >= log_time:
+            chunk = _read(stream, entry.chunk_start_offset, entry.chunk_length)
+            for record in _walk(chunk, 0, False, _Budget(len(chunk))):
+                if isinstance(record, Message) and record.log_time >= log_time:
+                    yield record
 
 
 def attachment_in(stream: BinaryIO, name: str, limit: int) -> bytes | None:

@@ -126,7 +126,7 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
     header = _header(source, salt, spec)
     path = folder / f"{header.episode_id}{SUFFIX}"
     there = _made_before(path, known.get(_digest(spec, steps, before)))
-    unchanged = _known(there, header.seats, path) if there else ""
+    unchanged = _known(there, header, path) if there else ""
     outcome = _outcome(source, delivered_items(spec, states[-1].item_poses).tolist(), len(actions))
     path = there or _written(source, folder, header, states, actions, outcome)
     return ImportReport(
@@ -136,7 +136,7 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
         unchanged=unchanged,
         ticks=len(actions),
         differences=tuple(differences),
-        varied=bool(spec.variant),
+        varied=bool(read_summary(there).variant if there else spec.variant),
         participants_known=all(seat.name for seat in (read_players(there).seats if there else header.seats)),
         **_checks(states, actions, steps),
         outcome=outcome,
@@ -219,13 +219,15 @@ def _made_before(path: Path, alike: Path | None) -> Path | None:
     return None if alike == path else alike
 
 
-def _known(path: Path, seats: tuple[SeatInfo, SeatInfo], own: Path) -> str:
+def _known(path: Path, header: EpisodeHeader, own: Path) -> str:
     """What is said about a trajectory whose recording is there already, as `own` or as another: it is kept."""
-    kept = read_players(path).seats
+    kept, seats = read_players(path).seats, header.seats
     said = "imported before" if path == own else f"recorded already, as {path.name}"
     otherwise = f"To import it otherwise, move {path.name} away"
     if [seat.kind for seat in kept] != [seat.kind for seat in seats]:
         return f"{said}, with {kept[0].kind} in blue and {kept[1].kind} in red; nothing changed. {otherwise}"
+    if read_summary(path).variant and not header.map.variant:
+        return f"{said}, on a varied map; nothing changed. To count it as designed, import it into a new folder"
     if any(new.name and not old.name for old, new in zip(kept, seats, strict=True)):
         return f"{said}, without names; nothing changed. To name its participants, import it into a new folder"
     given = [(old.name, new.name) for old, new in zip(kept, seats, strict=True) if new.name]

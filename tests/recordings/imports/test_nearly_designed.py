@@ -11,6 +11,7 @@ from movingout.maps import load_map
 from movingout.maps.spec import MapSpec
 from movingout.recordings import finalise, read_episode, verify
 from movingout.recordings.groups import is_varied
+from movingout.recordings.imports import map_match
 from movingout.recordings.imports.convert import ImportReport, import_source
 from movingout.recordings.imports.map_match import is_as_designed
 from movingout.recordings.imports.sources import read
@@ -111,3 +112,19 @@ def test_the_command_says_what_counts_as_varied(
     assert main(["recordings", "import", str(path), "--out", str(tmp_path / "in"), "--workers", "1"]) == 0
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
     assert all(line in lines for line in said) and sum("Challenge 2" in line for line in lines) == len(said) - 1
+
+
+def test_what_was_imported_as_varied_before_still_counts_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was said to count as designed, while `split --challenge 1` left it out."""
+    path, _ = file_of(tmp_path, moved(DESIGNED, 3e-7), decimals=6)
+    with monkeypatch.context() as earlier:
+        earlier.setattr(map_match, "is_as_designed", lambda designed, found: False)
+        assert imported(path, tmp_path / "in")[0].varied
+    report, made = imported(path, tmp_path / "in")
+    assert report.varied and is_varied(made)
+    assert main(["recordings", "import", str(path), "--out", str(tmp_path / "in"), "--workers", "1"]) == 0
+    said = capsys.readouterr().out
+    assert "imported before, on a varied map; nothing changed. To count it as designed, import it into a new" in said
+    assert "! HandOff: 1 count as varied (Challenge 2)" in said and "count as designed\n" not in said
