@@ -15,7 +15,7 @@ from movingout.study.analysis.tables import flags, metric_comparisons, rating_co
 from movingout.study.design.pooling import are_seats_crossed
 from movingout.study.store import Store
 from movingout.study.store.rounds import Rounds
-from movingout.study.store.tables import answers, rounds
+from movingout.study.store.tables import answers, participants, rounds, units
 from tests.study.filled import fill, template
 
 FORM = "movingout-paper-nine"
@@ -162,3 +162,17 @@ def test_a_seat_counts_where_everybody_meets_every_partner_in_both(tmp_path: Pat
     mark_invalid(store, [row for row in before.rounds if row["partner"] == "dp"][:1])
     found = again(store, before).compare_rounds("tcr", "dp", "bass")
     assert len(found.left_out) == left_out
+
+
+def test_who_may_still_play_the_other_rounds_is_not_flagged_and_who_left_is(tmp_path: Path) -> None:
+    small, text = template("human_study", **SMALL)
+    place, store, _ = fill(tmp_path, small, text, 1)
+    before = collect(small, store, place.recordings)
+    mark_invalid(store, [row for row in before.rounds if (row["map"], row["partner"]) == ("HandOff", "dp")])
+    assert "unit 1: 1 of 3 rounds are left out" in str(flags(again(store, before)).rows)
+    for hours, flagged in ((1, False), (25, True)):
+        with store.database.write() as connection:
+            seen = store.now() - hours * 3_600_000
+            connection.execute(update(units).values(state="active"))
+            connection.execute(update(participants).values(arrived_ms=seen, last_seen_ms=seen))
+        assert ("rounds are left out" in str(flags(again(store, before)).rows)) == flagged
