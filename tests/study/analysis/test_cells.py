@@ -79,7 +79,7 @@ def test_what_has_no_value_with_one_partner_is_left_out_with_the_other() -> None
         {"1": of(("a", 1.0), ("b", None)), "2": of(("a", None))},
         {"1": of(("b", 0.5), ("a", 0.25)), "2": of(("a", 1.0))},
     )
-    assert found == ({"1": 1.0}, {"1": 0.25}, {("1", "0"), ("2", "0")})
+    assert found == ({"1": 1.0}, {"1": 0.25}, frozenset({("1", "0"), ("2", "0")}))
     again = paired({"1": of(("a", 1.0), ("a", None), ("b", 0.0))}, {"1": of(("a", 1.0), ("a", 1.0), ("b", 0.0))})
     assert again == ({"1": 0.5}, {"1": 0.5}, frozenset())
 
