@@ -9,7 +9,6 @@ import msgspec
 
 from movingout.recordings.spreadsheet import safe_text
 from movingout.server.notices import Notice
-from movingout.server.security.tokens import new_id
 from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.earnings import earnings
 from movingout.server.study.participant_session import ParticipantSession
@@ -37,7 +36,7 @@ class ExperimenterRequest(msgspec.Struct):
     pid: str | None = None
     unit: int | None = None
     episode: str | None = None
-    pause: str | None = None  # which pause is to end, as `pause` named it
+    hold: str | None = None  # of `pause` and `resume`: what its page calls the hold of a dialog
     reason: str = ""
     text: str = ""
 
@@ -50,31 +49,22 @@ class ExperimenterActions:
         self._databases = running.databases
         self._session_service = session_service
 
-    async def pause(self, request: ExperimenterRequest) -> dict[str, str]:
-        """Pause one unit, or everybody; `pause` is the name of a unit's pause, empty where it was paused already."""
-        async with self._running.transaction() as tx:
-            unit = self._unit_or_all(request)
-            name = new_id()
-            new = unit is not None and not unit.paused
-            await self._audit("pause", request)
-            await self._running.progress.set_paused(tx, True, unit)
-            if unit is not None:
-                unit.pause = name
-        return {"pause": name if new else ""}
+    async def pause(self, request: ExperimenterRequest) -> None:
+        """Pause one unit, or everybody; with `hold`, one unit for as long as a dialog is open."""
+        await self._set_paused(request, True)
 
     async def resume(self, request: ExperimenterRequest) -> None:
-        """Let one unit go on, or everybody; of a pause that is named only where nobody has paused the unit since."""
-        async with self._running.transaction() as tx:
-            unit = self._unit_or_all(request)
-            if request.pause is not None and (unit is None or unit.pause != request.pause):
-                return
-            await self._audit("resume", request)
-            await self._running.progress.set_paused(tx, False, unit)
-            if unit is not None:
-                unit.pause = None
+        """Let one unit go on, or everybody; with `hold`, once nobody has paused the unit or holds it."""
+        await self._set_paused(request, False)
 
-    def _unit_or_all(self, request: ExperimenterRequest) -> StudyUnit | None:
-        return self._unit(request) if request.pid or request.unit is not None else None
+    async def _set_paused(self, request: ExperimenterRequest, paused: bool) -> None:
+        async with self._running.transaction() as tx:
+            of_one = request.pid or request.unit is not None or request.hold is not None
+            unit = self._unit(request) if of_one else None
+            if unit is not None and not paused and request.hold is not None and request.hold not in unit.holds:
+                return  # somebody let the unit go on, or the server was started again
+            await self._audit("pause" if paused else "resume", request)
+            await self._running.progress.set_paused(tx, paused, unit, request.hold)
 
     async def restart_round(self, request: ExperimenterRequest) -> None:
         """End the running round, which does not count; it is played again from its map card."""

@@ -117,16 +117,20 @@ class Progress:
                 session.away_before_s = 0.0  # a pause is no absence
         await self.hold_rooms(tx)
 
-    async def set_paused(self, tx: Transaction, paused: bool, unit: StudyUnit | None = None) -> None:
-        """Pause or resume a unit or everybody; a restart of the server changes nothing."""
-        await tx.run(self._databases.store.pause, paused, None if unit is None else unit.record.id)
+    async def set_paused(
+        self, tx: Transaction, paused: bool, unit: StudyUnit | None = None, hold: str | None = None
+    ) -> None:
+        """Pause or resume a unit or everybody; a restart of the server changes nothing, but ends the holds of units."""
+        tx.check()
+        if hold is None:
+            await tx.run(self._databases.store.pause, paused, None if unit is None else unit.record.id)
         self.note_sleep()
         if paused:
             self._end_absences(unit)
         if unit is None:
             self._paused = paused
         else:
-            unit.paused = paused
+            unit.set_paused(paused, hold)
         await self.hold_rooms(tx)
         self.note_standing(time.monotonic())
         if not paused:

@@ -56,14 +56,28 @@ class StudyUnit:
     slow_told: bool = False  # whether the experimenter knows that they wait for a partner who is here
     running_round: RunningRound | None = None
     finished_round: FinishedRound | None = None
-    paused: bool = False
-    pause: str | None = None  # the name of the newest pause, since this server's start
+    paused_by_hand: bool = False  # somebody pressed "Pause"; kept in the database
+    holds: set[str] = field(default_factory=set)  # of dialogs that are open, for whose time the unit is paused, too
     standing_since: float | None = None  # when a pause began that is still on, in seconds of the monotonic clock
     problem: str = ""  # why no round can begin now
     episode: str = ""  # the recording of the newest round
     blocks_over: frozenset[str] = frozenset()  # whose time was up when it was last looked
     finished_steps: frozenset[str] = frozenset()  # the rounds that were played by then
     left_out: frozenset[str] = frozenset()  # the rounds that cannot be played
+
+    @property
+    def paused(self) -> bool:
+        return self.paused_by_hand or bool(self.holds)
+
+    def set_paused(self, paused: bool, hold: str | None = None) -> None:
+        """Pause, or resume whatever paused the unit; begin or end one hold alone."""
+        if hold is None:
+            self.paused_by_hand = paused
+            self.holds = self.holds if paused else set()
+        elif paused:
+            self.holds.add(hold)
+        else:
+            self.holds.discard(hold)
 
     @property
     def finished(self) -> bool:

@@ -56,7 +56,8 @@ class Units:
 
     def _add(self, record: Unit, members: Sequence[ParticipantSession], episode: str = "") -> None:
         size = self._study.group if record.dropped else len(members)  # an agent plays with one whom nobody has left
-        self._units[record.id] = StudyUnit(record, list(members), size, paused=record.paused, episode=episode)
+        unit = StudyUnit(record, list(members), size, paused_by_hand=record.paused, episode=episode)
+        self._units[record.id] = unit
         for session in members:
             session.steps = steps(self._study, assign(self._study, record.slot))
 

@@ -4,7 +4,7 @@ Who met one partner on easy maps only, and another on all, would else make a dif
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from movingout.study.analysis.questions import occasion
@@ -35,23 +35,23 @@ class Paired(NamedTuple):
 
 
 def paired(first: CellValues, second: CellValues) -> Paired:
-    """Two partners over the cells that each participant has with both, each cell with one weight for both.
+    """Two partners over the cells in which each participant has a value with both, each cell with one weight for both.
 
-    Who has no such cell is left out. Where nobody met both, everything counts: these are different people. What has no
-    value is no part of a mean.
+    Who has no such cell is left out. Where nobody has one, these are different people: all count who have values with
+    one of the two.
     """
-    if not first.keys() & second.keys():
-        everything = {who: _cells(values) for who, values in (*first.items(), *second.items())}
-        return Paired(_means(first, everything), _means(second, everything))
-    shared = {who: _cells(first[who]) & _cells(second.get(who, [])) for who in first}
+    cells = {who: (_cells(first.get(who, ())), _cells(second.get(who, ()))) for who in (*first, *second)}
+    counts = {who: one & other for who, (one, other) in cells.items()}
+    if not any(counts.values()):
+        counts = {who: one + other for who, (one, other) in cells.items() if not (one and other)}
     left_out = frozenset(
         (who, value.source)
         for met in (first, second)
         for who, values in met.items()
         for value in values
-        if value.cell not in shared.get(who, ())
+        if value.value is not None and value.cell not in counts.get(who, ())
     )
-    return Paired(_means(first, shared), _means(second, shared), left_out)
+    return Paired(_means(first, counts), _means(second, counts), left_out)
 
 
 def name_cells(study: Study, rounds: Iterable[Row], answers: Iterable[Row], units: Mapping[str, int | None]) -> None:
@@ -71,7 +71,8 @@ def name_cells(study: Study, rounds: Iterable[Row], answers: Iterable[Row], unit
 
 
 def _cells(values: Iterable[CellValue]) -> Counter[str]:
-    return Counter(one.cell for one in values)
+    """How many values there are in each cell."""
+    return Counter(one.cell for one in values if one.value is not None)
 
 
 def _means(met: CellValues, counts: Mapping[str, Counter[str]]) -> Means:
@@ -80,10 +81,11 @@ def _means(met: CellValues, counts: Mapping[str, Counter[str]]) -> Means:
     return {who: mean for who, mean in found.items() if mean is not None}
 
 
-def _mean(values: Iterable[CellValue], counts: Counter[str]) -> float | None:
-    kept = [one for one in values if one.cell in counts]
-    had = _cells(kept)
-    weighted = [(one.value, counts[one.cell] / had[one.cell]) for one in kept if one.value is not None]
+def _mean(values: Sequence[CellValue], counts: Counter[str]) -> float | None:
+    had = _cells(values)
+    weighted = [
+        (one.value, counts[one.cell] / had[one.cell]) for one in values if one.value is not None and one.cell in counts
+    ]
     if not weighted:
         return None
     if len({weight for _, weight in weighted}) == 1:

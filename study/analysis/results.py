@@ -26,6 +26,7 @@ from movingout.world.metrics import METRICS
 STORED = tuple(metric for metric in METRICS if metric.key in rounds.c)  # what the table of rounds has a column for
 AWAY_SHARE = 0.5  # of ticks without input
 HIDDEN_S = 2.0
+RECENT_MS = 86_400_000  # whoever was there within a day may still be taking part
 Row = dict[str, Any]
 
 
@@ -198,7 +199,7 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
         pings=ping_rounds(study, counted, store.rows(players), recordings),
         sessions=sessions_of(counted, store.rows(players), recordings, annotations, pooled_blocks(study)),
     )
-    return replace(found, flags=(*found.flags, *_unpaired_flags(found)))
+    return replace(found, flags=(*found.flags, *_unpaired_flags(found, _under_way(store, people))))
 
 
 def _name_substitutes(study: Study, kept: list[Row], said: Iterable[Row], groups: dict[int, list[str]]) -> None:
@@ -278,17 +279,27 @@ def _round_flags(study: Study, store: Store, kept: list[Row]) -> Iterable[Flag]:
             yield Flag(one["pid"], step, Phrase("study.flag.rtt", {"ms": f"{one['rtt_ms']:.0f}"}))
 
 
-def _unpaired_flags(results: Results) -> Iterable[Flag]:
-    """Whose rounds are missing where partners are compared: the other partner has none that count on the same map."""
+def _unpaired_flags(results: Results, under_way: Container[int]) -> Iterable[Flag]:
+    """Whose rounds are missing where partners are compared: the other partner has none that count on the same map.
+
+    Those `under_way` may still play them.
+    """
     for label, part in results.by_condition():
         left_out: set[tuple[str, str]] = set()
         for one, other in combinations(part.partners, 2):
             left_out |= part.compare_rounds("tcr", one, other).left_out
         played = Counter(row["unit"] for row in part.rounds)
         for unit, number in sorted(Counter(int(unit) for unit, _ in left_out).items()):
-            yield Flag(
-                "", label or "–", Phrase("study.flag.unpaired", {"unit": unit, "number": number, "all": played[unit]})
-            )
+            if unit not in under_way:
+                values = {"unit": unit, "number": number, "all": played[unit]}
+                yield Flag("", label or "–", Phrase("study.flag.unpaired", values))
+
+
+def _under_way(store: Store, people: Iterable[Row]) -> set[int]:
+    """Units that have not ended, of whom one was there within a day: a single person who leaves does not end theirs."""
+    since = store.now() - RECENT_MS
+    here = {row["unit"] for row in people if max(row["arrived_ms"], row["last_seen_ms"] or 0) >= since}
+    return {row["id"] for row in store.rows(units) if row["state"] == "active" and row["id"] in here}
 
 
 def _attention_flags(study: Study, newest: Iterable[Row]) -> Iterable[Flag]:

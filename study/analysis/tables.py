@@ -281,6 +281,7 @@ def _comparison_table(key: str, found: Comparisons, name: Namer, words: Words) -
             one.measure,
             f"{name(one.one)} – {name(one.other)}",
             f"{one.difference:+.3f}",
+            f"{one.n[0]} / {one.n[1]}",
             "–" if one.t is None else f"{one.t:.2f}",
             _p(one.t_p),
             str(one.pairs),
@@ -296,7 +297,7 @@ def _comparison_table(key: str, found: Comparisons, name: Namer, words: Words) -
         say(f"study.comparison.{head}") for head in ("measure", "partners", "difference", "pairs")
     )
     head = tuple(say("study.block") for _ in found.rows[0][0]) if found.rows else ()
-    heads = (*head, measure, partners, difference, "t", "p (t)", pairs, "p (Wilcoxon)", "p (Holm)", "g [95 %]")
+    heads = (*head, measure, partners, difference, "n", "t", "p (t)", pairs, "p (Wilcoxon)", "p (Holm)", "g [95 %]")
     note, empty = _comparison_note(found, words), say("study.comparison.empty")
     return ReportTable(key, say(f"study.{key}"), heads, tuple(rows), len(head) + 2, note, empty)
 

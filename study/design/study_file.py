@@ -29,6 +29,7 @@ from movingout.study.errors import StudyError, StudyFileError
 
 FILE_KEY = "file"
 QUOTED_MARK, QUOTED_CRLF = '"\\U0000feff', "\\r\\n"  # in texts of files, as earlier versions kept them
+_ESCAPE = re.compile(r"\\r\\n|\\.", re.DOTALL)
 
 
 def read_study(path: Path) -> Study:
@@ -171,7 +172,29 @@ def _text_beside(file: Path) -> str:
 
 def plain_text(complete: str) -> str:
     """A complete text that an earlier version kept, without the marks and ends of lines that Windows had written."""
-    return complete.removeprefix("\ufeff").replace(QUOTED_MARK, '"').replace(QUOTED_CRLF, "\\n")
+    text, parts, end = complete.removeprefix("\ufeff"), [], 0
+    if QUOTED_MARK not in text and QUOTED_CRLF not in text:
+        return text
+    for start, stop in _double_quoted(text):
+        letters = text[start:stop].removeprefix(QUOTED_MARK)
+        mark = '"' if len(letters) < stop - start else ""
+        parts += [text[end:start], mark, _ESCAPE.sub(_plain_end, letters)]
+        end = stop
+    return "".join([*parts, text[end:]])
+
+
+def _plain_end(escape: re.Match[str]) -> str:
+    return "\\n" if escape[0] == QUOTED_CRLF else escape[0]
+
+
+def _double_quoted(text: str) -> list[tuple[int, int]]:
+    """Where texts in double quotes begin and end, in which alone a backslash is an escape; none of a faulty file."""
+    try:
+        tokens = list(yaml.scan(text, yaml.SafeLoader))
+    except yaml.YAMLError:
+        return []
+    quoted = [one for one in tokens if isinstance(one, yaml.ScalarToken) and one.style == '"']
+    return [(one.start_mark.index, one.end_mark.index) for one in quoted]
 
 
 # ---- faults of single fields ------------------------------------------------------------------------------------

@@ -36,7 +36,6 @@ class FakeDashboard:
     def __init__(self) -> None:
         self.heard: list[tuple[str, dict[str, Any]]] = []
         self.refuse = ""
-        self.pause = "pause-1"  # the name of the next one
         self.state: dict[str, Any] = {
             "study": {
                 "id": "human-study", "title": "Playing with partners",
@@ -86,7 +85,7 @@ class FakeDashboard:
         elif path == "payments.csv":
             route.fulfill(body="pid,minutes,amount\nP0DONE,62,20.67\n", content_type="text/csv")
         else:
-            route.fulfill(json={"code": "K7QX4WPL2M", "path": "/study?code=K7QX4WPL2M", "pause": self.pause})
+            route.fulfill(json={"code": "K7QX4WPL2M", "path": "/study?code=K7QX4WPL2M"})
 
 
 def until_heard(page: Page, study: FakeDashboard, *actions: str) -> None:
@@ -204,15 +203,19 @@ def test_the_round_stands_still_while_a_reason_is_asked_and_goes_on_when_it_is_n
     page.get_by_role("button", name="Restart the round").click()
     expect(page.get_by_role("dialog")).to_have_count(0)
     until_heard(page, study, "pause", "resume", "pause", "restart-round", "resume")
-    assert [body["pause"] for action, body in study.heard if action == "resume"] == ["pause-1", "pause-1"]
-    study.pause = ""  # somebody else has paused them already
+    first, first_end, second, second_end = [body["hold"] for _, body in study.heard if "hold" in body]
+    assert first == first_end != second == second_end
+
+
+def test_a_round_goes_on_when_the_page_is_left_while_a_reason_is_asked(open_page: OpenPage) -> None:
+    study = FakeDashboard()
+    page = open_page("/healthz", script=UNLOCKED)
+    study.open(page)
     page.get_by_role("button", name="Actions for P4K7Q2").click()
     page.get_by_role("button", name="Restart the round").click()
-    until_heard(page, study, "pause", "resume", "pause", "restart-round", "resume", "pause")
-    page.keyboard.press("Escape")
-    expect(page.get_by_role("dialog")).to_have_count(0)
-    page.get_by_role("button", name="Pause all").click()
-    until_heard(page, study, "pause", "resume", "pause", "restart-round", "resume", "pause", "pause")
+    until_heard(page, study, "pause")
+    page.evaluate("dispatchEvent(new PageTransitionEvent('pagehide'))")
+    until_heard(page, study, "pause", "resume")
 
 
 def test_everything_can_be_paused_and_alerts_are_put_away(open_page: OpenPage) -> None:

@@ -23,14 +23,15 @@ export class ApiError extends Error {
 
 /**
  * @param {string} path
- * @param {{token?: string, body?: unknown, method?: string, signal?: AbortSignal}} [options]
+ * @param {{token?: string, body?: unknown, method?: string, signal?: AbortSignal, keepalive?: boolean}} [options]
+ *   `keepalive`: it goes out although the page is being left
  * @returns {Promise<Response>} an answer with a 2xx status
  */
-export async function request(path, { token, body, method, signal } = {}) {
+export async function request(path, { token, body, method, signal, keepalive = false } = {}) {
   const headers = new Headers();
   if (token) headers.set("Authorization", `Bearer ${token}`);
   if (body !== undefined) headers.set("Content-Type", "application/json");
-  const init = { method: method ?? (body === undefined ? "GET" : "POST"), headers, signal: signal ?? null };
+  const init = { method: method ?? (body === undefined ? "GET" : "POST"), headers, signal: signal ?? null, keepalive };
   const answer = await fetch(path, body === undefined ? init : { ...init, body: JSON.stringify(body) }).catch(noAnswer);
   if (!answer.ok) throw await refusal(answer);
   return answer;
@@ -38,7 +39,7 @@ export async function request(path, { token, body, method, signal } = {}) {
 
 /**
  * @param {string} path
- * @param {{token?: string, body?: unknown, method?: string, signal?: AbortSignal}} [options]
+ * @param {{token?: string, body?: unknown, method?: string, signal?: AbortSignal, keepalive?: boolean}} [options]
  * @returns {Promise<any>}
  */
 export function requestJson(path, options) {

@@ -66,18 +66,18 @@ export function askForAction(row, act) {
 
 /**
  * The round stands still while the reason is typed, so that it does not end first; afterwards it goes on, unless
- * somebody else has paused it.
+ * somebody has paused it or another dialog holds it.
  * @param {ParticipantRow} row @param {HTMLDialogElement} dialog @param {Do} act @param {HTMLElement} problem
  */
 async function hold({ pid }, dialog, act, problem) {
-  const closed = new Promise((done) => dialog.addEventListener("close", done));
-  try {
-    const { pause } = /** @type {{pause: string}} */ (await act("pause", { pid }));
-    await closed;
-    if (pause) await act("resume", { pid, pause });
-  } catch (error) {
-    if (dialog.open) problem.prepend(sentence(error)); // afterwards the row shows the pause, and its button ends it
-  }
+  const about = { pid, hold: `${Date.now()}-${Math.random()}` };
+  const closed = new Promise((done) => {
+    dialog.addEventListener("close", done);
+    window.addEventListener("pagehide", done, { once: true });
+  });
+  await act("pause", about).catch((error) => dialog.open && problem.prepend(sentence(error)));
+  await closed;
+  await act("resume", about).catch(() => {}); // it has ended, or the row shows the pause, and its button ends it
 }
 
 /** @param {ParticipantRow} row @param {Action} action @param {Do} act @param {() => void} done */
@@ -159,5 +159,5 @@ export async function downloadPayments(token, said) {
 
 /** @param {string} token @returns {Do} */
 export function actor(token) {
-  return (action, body) => requestJson(`/api/experimenter/${action}`, { token, body });
+  return (action, body) => requestJson(`/api/experimenter/${action}`, { token, body, keepalive: action === "resume" });
 }

@@ -237,9 +237,8 @@ class Dashboard {
     const shown = { row, cells, watch, goOn, data };
     more.addEventListener("click", () =>
       askForAction(shown.data, async (action, body) => {
-        const answer = await this.act(action, body);
+        await this.act(action, body);
         await this.#ask();
-        return answer;
       }),
     );
     this.#rows.append(row);

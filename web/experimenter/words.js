@@ -289,7 +289,7 @@ export function actionsFor({ outcome, kind, last_round: last, room, unit, paused
     label: last && MARKS.includes(action) ? markWords(action, last) : say(`experimenter.action.${action}`),
     asks: ASKS.includes(action) ? say(`experimenter.reason.${action}`) : "",
     danger: action === "kick",
-    holds: inRound && !paused && HOLDS.includes(action),
+    holds: inRound && HOLDS.includes(action),
   }));
 }
 

@@ -31,7 +31,7 @@ def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: 
     async def live() -> StreamingResponse:
         return event_stream(every_second(running, dashboard))
 
-    actions: dict[str, Callable[[ExperimenterRequest], Awaitable[dict[str, str] | None]]] = {
+    actions: dict[str, Callable[[ExperimenterRequest], Awaitable[None]]] = {
         "pause": experimenter.pause,
         "resume": experimenter.resume,
         "restart-round": experimenter.restart_round,
@@ -69,10 +69,10 @@ def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: 
 
 
 def _handler(
-    action: Callable[[ExperimenterRequest], Awaitable[dict[str, str] | None]],
+    action: Callable[[ExperimenterRequest], Awaitable[None]],
 ) -> Callable[[Request], Awaitable[dict[str, Any]]]:
     async def perform(request: Request) -> dict[str, Any]:
-        said = await action(await body_of(request, ExperimenterRequest))
-        return {"done": True, **(said or {})}
+        await action(await body_of(request, ExperimenterRequest))
+        return {"done": True}
 
     return perform

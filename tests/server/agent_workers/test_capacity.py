@@ -76,7 +76,7 @@ def test_the_service_seats_what_a_process_has_admitted_though_another_was_quicke
 
 def test_the_service_does_not_refuse_as_too_slow_who_has_sat_down() -> None:
     pool = ServicePool(1)
-    RoomsLink(pool)._take(Open(1, "idle", MAP, 0, 1, 500))
+    RoomsLink(pool, lambda: None)._take(Open(1, "idle", MAP, 0, 1, 500))
     seat = pool.seat(1)
     assert seat and seat._opening.must_keep_up
     seat.take(Opened(1))

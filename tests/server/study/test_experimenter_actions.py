@@ -174,19 +174,6 @@ def test_a_paused_round_stands_still_until_the_experimenter_lets_it_go_on(long: 
     visitor.wait_until(lambda one: long.row(one.pid)["phase"] == "playing")
 
 
-def test_the_end_of_one_pause_ends_no_pause_that_somebody_else_has_begun(long: Served) -> None:
-    visitor = playing(long)
-    own = long.ask("pause", pid=visitor.pid)["pause"]
-    assert long.ask("pause", pid=visitor.pid)["pause"] == "", "paused already: not for this one to end"
-    long.ask("resume", pid=visitor.pid, pause=own)
-    assert visitor.look()["step"]["kind"] == "paused"
-    long.ask("resume", pid=visitor.pid)
-    assert visitor.look()["step"]["state"] == "playing"
-    own = long.ask("pause", pid=visitor.pid)["pause"]
-    long.ask("resume", pid=visitor.pid, pause=own)
-    assert visitor.look()["step"]["state"] == "playing"
-
-
 def test_when_all_are_paused_everybody_sees_it(long: Served) -> None:
     visitor, newcomer = playing(long), long.visitor()
     long.ask("pause")

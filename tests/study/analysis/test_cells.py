@@ -15,7 +15,7 @@ from movingout.study.analysis.tables import flags, metric_comparisons, rating_co
 from movingout.study.design.pooling import are_seats_crossed
 from movingout.study.store import Store
 from movingout.study.store.rounds import Rounds
-from movingout.study.store.tables import answers, rounds
+from movingout.study.store.tables import answers, participants, rounds, units
 from tests.study.filled import fill, template
 
 FORM = "movingout-paper-nine"
@@ -34,7 +34,7 @@ def of(*values: tuple[str, float | None]) -> list[CellValue]:
 
 
 def rated_each_round(folder: Path, seats: str = "alternate") -> tuple[Store, Results]:
-    """Two people who rate each round, on two maps, with two partners."""
+    """Two people who rate each round, on two maps, with two partners; each round has a value of each metric."""
     changes = {
         **SMALL,
         "seats: alternate": f"seats: {seats}",
@@ -42,6 +42,8 @@ def rated_each_round(folder: Path, seats: str = "alternate") -> tuple[Store, Res
     }
     small, text = template("human_study", **changes)
     place, store, _ = fill(folder, small, text, 2, seed=3)
+    with store.database.write() as connection:
+        connection.execute(update(rounds).where(rounds.c.ac.is_(None)).values(ac=0.5))
     return store, collect(small, store, place.recordings)
 
 
@@ -72,12 +74,26 @@ def test_a_map_played_less_often_with_one_partner_has_one_weight_for_both() -> N
     assert found.first == found.second == {"1": pytest.approx(2 / 3)} and not found.left_out
 
 
-def test_a_round_without_a_value_is_no_part_of_a_mean_and_nothing_is_left_out_for_it() -> None:
+def test_what_has_no_value_with_one_partner_is_left_out_with_the_other() -> None:
     found = paired(
         {"1": of(("a", 1.0), ("b", None)), "2": of(("a", None))},
         {"1": of(("b", 0.5), ("a", 0.25)), "2": of(("a", 1.0))},
     )
-    assert found == ({"1": 1.0}, {"1": 0.375, "2": 1.0}, frozenset())
+    assert found == ({"1": 1.0}, {"1": 0.25}, frozenset({("1", "0"), ("2", "0")}))
+    again = paired({"1": of(("a", 1.0), ("a", None), ("b", 0.0))}, {"1": of(("a", 1.0), ("a", 1.0), ("b", 0.0))})
+    assert again == ({"1": 0.5}, {"1": 0.5}, frozenset())
+
+
+def test_one_person_without_values_of_both_hides_nobody_elses() -> None:
+    first: CellValues = {f"a{number}": of(("", 1.0)) for number in range(10)}
+    second: CellValues = {f"b{number}": of(("", 0.0)) for number in range(10)}
+    refused = paired({**first, "x": of(("", None))}, {**second, "x": of(("", 0.5))})
+    assert (len(refused.first), len(refused.second), refused.left_out) == (10, 11, frozenset())
+    on_other_maps = paired({**first, "x": of(("easy", 1.0))}, {**second, "x": of(("hard", 0.5))})
+    assert (len(on_other_maps.first), len(on_other_maps.second)) == (10, 10), "x would be a pair that is none"
+    assert on_other_maps.left_out == {("x", "0")}
+    both = paired({**first, "x": of(("", 1.0))}, {**second, "x": of(("", 0.5))})
+    assert (both.first, both.second, len(both.left_out)) == ({"x": 1.0}, {"x": 0.5}, 20)
 
 
 def test_who_met_one_of_two_partners_counts_only_where_nobody_met_both() -> None:
@@ -130,6 +146,7 @@ def test_missing_rounds_are_left_out_with_their_counterparts_and_the_report_says
     assert {row[2] for row in compared.rows if row[0] == "TCR ↑"} == {"+0.000"}
     assert {row[2] for row in rated.rows if row[0] == f"Teamwork ({FORM})"} == {"+0.000"}
     assert compared.note.endswith("rounds or answers: 1, of participants or pairs: 1.")
+    assert {row[compared.heads.index("n")] for row in compared.rows if row[0] == "TCR ↑"} == {"2 / 2"}
     assert "rounds or answers:" not in metric_comparisons(before, plain).note
     assert [row[2] for row in flags(found).rows][-1].startswith("unit 1: 1 of 3 rounds are left out where partners")
 
@@ -145,3 +162,17 @@ def test_a_seat_counts_where_everybody_meets_every_partner_in_both(tmp_path: Pat
     mark_invalid(store, [row for row in before.rounds if row["partner"] == "dp"][:1])
     found = again(store, before).compare_rounds("tcr", "dp", "bass")
     assert len(found.left_out) == left_out
+
+
+def test_who_may_still_play_the_other_rounds_is_not_flagged_and_who_left_is(tmp_path: Path) -> None:
+    small, text = template("human_study", **SMALL)
+    place, store, _ = fill(tmp_path, small, text, 1)
+    before = collect(small, store, place.recordings)
+    mark_invalid(store, [row for row in before.rounds if (row["map"], row["partner"]) == ("HandOff", "dp")])
+    assert "unit 1: 1 of 3 rounds are left out" in str(flags(again(store, before)).rows)
+    for hours, flagged in ((1, False), (25, True)):
+        with store.database.write() as connection:
+            seen = store.now() - hours * 3_600_000
+            connection.execute(update(units).values(state="active"))
+            connection.execute(update(participants).values(arrived_ms=seen, last_seen_ms=seen))
+        assert ("rounds are left out" in str(flags(again(store, before)).rows)) == flagged

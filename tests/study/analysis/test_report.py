@@ -71,7 +71,7 @@ def test_the_table_by_partner_is_in_the_layout_of_the_papers(results: Results) -
 def test_every_pair_of_partners_is_compared_in_every_metric_over_participants(results: Results) -> None:
     rows = metric_comparisons(results, plain).rows
     assert len(rows) == 4 * 6
-    assert rows[0][:2] == ("TCR ↑", "dp – bass") and rows[0][5] == "6"
+    assert rows[0][:2] == ("TCR ↑", "dp – bass") and (rows[0][3], rows[0][6]) == ("6 / 6", "6")
 
 
 def test_a_wrong_attention_item_is_flagged_and_one_without_an_answer_and_the_newest_counts(results: Results) -> None:
