@@ -249,6 +249,11 @@ def read_groups(path: Path) -> list[GroupedRecording]:
     return rows
 
 
+def listed_maps(path: Path) -> Counter[str]:
+    """How many episodes of each map such a list has; the recordings need not be there. Raises RecordingError."""
+    return Counter(line["map"] for _, line in read_rows(path, NEEDED))
+
+
 def _read_line(path: Path, number: int, line: dict[str, str]) -> GroupedRecording:
     try:
         return GroupedRecording(

@@ -48,6 +48,7 @@ from movingout.maps.suggestion import counted
 ConfigT = TypeVar("ConfigT", bound=Optimisation)
 
 
+PEOPLE = "people_sha256"  # key in the run's configuration of who counts as whom, which earlier versions did not write
 Begun = Mapping[str, object]
 """The configuration of a run as it was before."""
 
@@ -144,13 +145,13 @@ class TrainingRun(Generic[ConfigT]):
 
     def begin(
         self, data_sha256: str = "", changes: Mapping[str, Change] = NO_CHANGES, learned: LearnedData = NOTHING,
-        known_as: str = "",
+        known_as: str = "", people_sha256: str = "",
     ) -> Begun:  # fmt: skip
         """Write the run's configuration, see `run_folder.begin`; without a SHA-256 when nothing is trained.
 
-        `learned` is what it is about to learn from, and `known_as` another SHA-256 of the same data. Returns the
-        configuration it had before, empty when nothing was learned with one. Raises DataError also while another
-        process trains there.
+        `learned` is what it is about to learn from, `known_as` another SHA-256 of the same data, and `people_sha256`
+        that of who counts as whom in them. Returns the configuration it had before, empty when nothing was learned with
+        one. Raises DataError also while another process trains there.
         """
         names = ("id", "kind", "preset", *self.kept_options)
         about = {name: str(value) for name, value in vars(self.options).items() if name in names}
@@ -159,20 +160,36 @@ class TrainingRun(Generic[ConfigT]):
         self.until_its_end.enter_context(run_folder.held(self.folder))
         if known_as:
             run_folder.rename_data(self.folder, known_as, data_sha256)
-        more = {}
+        more: dict[str, object] = {PEOPLE: people_sha256} if people_sha256 else {}
         if data_sha256:
             in_all = self._learned_before(data_sha256).plus(learned)
             more[LEARNED] = in_all.model_dump(mode="json")
         return run_folder.begin(self.folder, about, self.config, self.options.go_on, changes, more)
 
     def begin_on(self, data: TrainingData, changes: Mapping[str, Change] = NO_CHANGES) -> Begun:
-        """The same, for what learns from recordings."""
+        """The same, for what learns from recordings. Raises DataError also where it held out others of them."""
+        known_as = data.sha256_with_copies if data.copies else ""
+        self._check_held_out(data, known_as)
         return self.begin(
             data.sha256,
             changes,
             learned=on_maps(one.map for one in data.episodes),
-            known_as=data.sha256_with_copies if data.copies else "",
+            known_as=known_as,
+            people_sha256=data.people_sha256,
         )
+
+    def _check_held_out(self, data: TrainingData, known_as: str) -> None:
+        """Raises DataError where these weights learned from episodes of people who are held out now, unless asked."""
+        begun = run_folder.begun(self.folder) if run_folder.has_learned(self.folder) else {}
+        if self.options.go_on or not self.config.held_out or begun.get("data_sha256") not in (data.sha256, known_as):
+            return
+        is_other = begun[PEOPLE] != data.people_sha256 if PEOPLE in begun else data.has_programs_beside_people
+        if is_other:
+            raise DataError(
+                f"{self.agent_id} was begun when an agent beside a person counted as one more participant: it has "
+                "learned from people who would be held out for validation now; choose another --id, or continue with "
+                "--go-on"
+            )
 
     def _learned_before(self, data_sha256: str) -> LearnedData:
         """From what these weights learned until now; of old folders, that is no more than their card says."""

@@ -1,5 +1,7 @@
 """The data of a training run: recordings, and episodes labelled by an expert."""
 
+import hashlib
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
@@ -69,6 +71,17 @@ class TrainingData:
     def people(self) -> set[str]:
         """The people in all episodes."""
         return {name for trajectory in self.episodes for name in trajectory.people}
+
+    @property
+    def people_sha256(self) -> str:
+        """Of who counts as whom in the seats of all episodes: of the same data, others are held out by another one."""
+        pairs = sorted((one.whose(0), one.whose(1)) for one in self.episodes)
+        return hashlib.sha256(json.dumps(pairs).encode()).hexdigest()
+
+    @property
+    def has_programs_beside_people(self) -> bool:
+        """Whether in any seat a program counts as somebody else; for earlier versions it was somebody of its own."""
+        return any(one.whose(seat) != person(one.participants[seat]) for one in self.episodes for seat in (0, 1))
 
     @property
     def learns_from_tests(self) -> bool:

@@ -57,7 +57,7 @@ def begin(space: Workspace) -> None:
     """
     check_beginning(space)
     note = _note(space)
-    if _is_begun() and _is_elsewhere(note, _begun_with()):
+    if _is_begun() and _is_elsewhere(space, _begun_with()):
         for challenge in (1, 2):
             list_anew(challenge, space)
     write_whole(BEGUN, json.dumps({**note, FINISHED: _finished()}, indent=1) + "\n")
@@ -74,12 +74,12 @@ def check_beginning(space: Workspace) -> None:
     mine = _note(space)
     if _is_begun():
         theirs = _begun_with()
-        moved = _is_elsewhere(mine, theirs)
+        moved = _is_elsewhere(space, theirs)
         other = [name for name in _fixed(mine) if theirs.get(name) != mine[name] and not (moved and name == "data")]
         if other:
             said = ", ".join(f"{name} {theirs.get(name)}" for name in other)
             raise MatchError(f"{Path.cwd()} was begun with {said}; choose another folder with --out")
-        if theirs.get(RECORDINGS, mine[RECORDINGS]) != mine[RECORDINGS]:
+        if RECORDINGS in theirs and not _same_recordings(space, theirs):
             raise MatchError(
                 f"the recordings of --data are not those that {Path.cwd()} was begun with: since then some were added, "
                 "removed, changed, or marked as invalid in their study; choose another folder with --out"
@@ -136,20 +136,25 @@ def _fixed(note: dict[str, Any]) -> list[str]:
     return [name for name in note if name not in (*GROWING, RECORDINGS)]
 
 
-def _is_elsewhere(mine: dict[str, Any], theirs: dict[str, Any]) -> bool:
+def _is_elsewhere(space: Workspace, theirs: dict[str, Any]) -> bool:
     """Whether the same recordings were given, and lie or are called otherwise by now."""
-    if not mine["data"] or not theirs.get("data"):
-        return False
-    return bool(mine["data"] != theirs["data"] and mine[RECORDINGS] == theirs.get(RECORDINGS))
+    given = [str(path) for path in space.given]
+    return bool(given and theirs.get("data") and given != theirs["data"] and _same_recordings(space, theirs))
 
 
-def _digest(space: Workspace) -> str:
+def _same_recordings(space: Workspace, theirs: dict[str, Any]) -> bool:
+    """Whether a folder was begun with these. Earlier versions took them in the order of their folders."""
+    found = theirs.get(RECORDINGS)
+    return found == _digest(space) or found == _digest(space, in_order=True)
+
+
+def _digest(space: Workspace, in_order: bool = False) -> str:
     """Of the names and sizes of given recordings, and of which of them do not count; empty where none are given."""
     if not space.given:
         return ""
     files = space.given_files()
     sizes = [[path.name, path.stat().st_size] for path in files]
-    text = json.dumps([sizes, sorted(uncounted_episodes(files))])
+    text = json.dumps([sizes if in_order else sorted(sizes), sorted(uncounted_episodes(files))])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

@@ -39,21 +39,21 @@ def list_episodes(challenge: int, space: Workspace) -> None:
 
 
 def list_anew(challenge: int, space: Workspace) -> None:
-    """Write the list again, where there is one, of recordings that lie elsewhere by now.
+    """Write the list again, in its order, where there is one, of recordings that lie elsewhere by now.
 
     Raises MatchError where other episodes or groups come of it, and what `list_episodes` raises.
     """
     listing = space.listing(f"c{challenge}")
     if not listing.exists():
         return
-    rows = listed_episodes(challenge, space)
+    rows = {(row.episode, str(row.group)): row for row in listed_episodes(challenge, space)}
     before = [(line["episode"], line["group"]) for _, line in read_rows(listing, NEEDED)]
-    if [(row.episode, str(row.group)) for row in rows] != before:
+    if sorted(rows) != sorted(before):
         raise MatchError(
             f"of the recordings of --data, others or other groups would be learned from than {listing.resolve()} has; "
             "choose another folder with --out"
         )
-    write_groups(listing, rows)
+    write_groups(listing, [rows[line] for line in before])
 
 
 def check_lists(space: Workspace) -> None:

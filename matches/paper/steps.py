@@ -1,9 +1,11 @@
 """What tables need, as steps in order: recordings, trainings, matches, measurements. What is done is skipped."""
 
+import contextlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
+from movingout.maps.errors import MovingOutError
 from movingout.matches.match import Match
 from movingout.matches.paper.cells import Measurement
 from movingout.matches.paper.costs import match_seconds, recording_seconds, training_seconds
@@ -11,6 +13,7 @@ from movingout.matches.paper.data_sets import list_episodes, listed_episodes, re
 from movingout.matches.paper.entry import PaperEntry, measurements, played_cells
 from movingout.matches.paper.match_store import MatchStore
 from movingout.matches.paper.methods import METHODS, TrainedId, trained_before, trained_id
+from movingout.matches.paper.rows.data_sizes import SizeCell
 from movingout.matches.paper.training import train_agent
 from movingout.matches.paper.workspace import Workspace
 from movingout.matches.results.other_code import played_by_other_code
@@ -40,8 +43,10 @@ def paper_steps(entries: Sequence[PaperEntry], space: Workspace) -> list[PaperSt
     data = {name for one in measured for name in one.data}
     data |= {name for entry in chosen if entry.drawing for name in entry.drawing.data}
     challenges |= {2 if name == "c2" else 1 for name in data}
+    sizes = {cell.ours.challenge for entry in chosen for cell in entry.cells() if isinstance(cell.ours, SizeCell)}
     return [
         *(step for challenge in sorted(challenges) for step in _data_steps(challenge, space)),
+        *(step for challenge in sorted(sizes - challenges) for step in _counting_steps(challenge, space)),
         *(_training_step(agent, space) for agent in agents),
         *_match_steps(list(dict.fromkeys(_matches(chosen, space))), space),
         *(_measuring_step(one, training, space) for one in measured for training in one.trainings(space.budget)),
@@ -98,6 +103,33 @@ def _data_steps(challenge: int, space: Workspace) -> Iterator[PaperStep]:
         lambda progress: list_episodes(challenge, space),
         check=partial(listed_episodes, challenge, space) if space.given else None,
     )
+
+
+def _counting_steps(challenge: int, space: Workspace) -> Iterator[PaperStep]:
+    """List given recordings of which only the sizes are told: those that nothing can be learned from stop nothing."""
+    if space.given:
+        for step in _data_steps(challenge, space):
+            yield replace(
+                step,
+                about=f"list the episodes of Challenge {challenge} to count them",
+                perform=lambda progress: _list_if_possible(challenge, space),
+                note=lambda: _not_counted(challenge, space),
+                check=None,
+            )
+
+
+def _list_if_possible(challenge: int, space: Workspace) -> None:
+    with contextlib.suppress(MovingOutError):  # which the note has said
+        list_episodes(challenge, space)
+
+
+def _not_counted(challenge: int, space: Workspace) -> str:
+    """Why the episodes of a challenge cannot be listed; empty where they can."""
+    try:
+        listed_episodes(challenge, space)
+    except MovingOutError as error:
+        return f"they are not counted: {error}"
+    return ""
 
 
 def _training_step(agent: TrainedId, space: Workspace) -> PaperStep:

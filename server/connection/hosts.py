@@ -58,6 +58,9 @@ _own_names = {socket.gethostname().lower()}  # what this machine calls itself, a
 
 
 def find_own_name() -> None:
-    """Ask for the whole name of this machine, in a thread: where no DNS answers, that takes half a minute."""
+    """Ask for the whole name of this machine, in a thread: where no DNS answers, that takes half a minute.
+
+    Until then that name is refused: one that only begins as this machine's does may lead here from anywhere.
+    """
     ask = threading.Thread(target=lambda: _own_names.add(socket.getfqdn().lower()), name="own-name", daemon=True)
     ask.start()

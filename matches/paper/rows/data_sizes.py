@@ -14,7 +14,7 @@ from movingout.recordings.groups import GroupedRecording, people_of_groups, read
 
 SIZES = (
     "Sizes are those of the budget `full`, for scripted people; smaller budgets have fewer. With --data they are "
-    "counted in the recordings that tables learn from, once a table has listed those of the challenge."
+    "counted in the recordings that tables learn from, and not where those of a challenge cannot be learned from."
 )
 _Count = Callable[[Sequence[GroupedRecording]], float | str]
 
@@ -23,13 +23,13 @@ _Count = Callable[[Sequence[GroupedRecording]], float | str]
 class SizeCell(DefinedCell):
     """A size of the scripted data; of given recordings, that of their list."""
 
-    data: str = "c1"
+    challenge: int = 1
     count: _Count = len
 
     def found(self, space: Workspace) -> Found | None:
         if not space.given:
             return Found(None, defined=self.value)
-        listing = space.listing(self.data)
+        listing = space.listing(f"c{self.challenge}")
         return Found(None, defined=self.count(read_groups(listing))) if listing.exists() else None
 
 
@@ -51,16 +51,16 @@ def _share(rows: Sequence[GroupedRecording], number: int) -> float:
     return round(len(rows) / max(number, 1), 2)
 
 
-def _size(value: int, data: str, count: _Count) -> RowCells:
-    return lambda column: SizeCell(value, data=data, count=count)
+def _size(value: int, challenge: int, count: _Count) -> RowCells:
+    return lambda column: SizeCell(value, challenge=challenge, count=count)
 
 
 _FULL, _MAPS = BUDGETS["full"], len(map_names())
 DATA_ROWS: Mapping[tuple[str, str], RowCells] = {
-    ("Challenge 1", "Participants"): _size(2 * _FULL.people, "c1", _people),
-    ("Challenge 1", "Episodes per pair and map"): _size(_FULL.episodes, "c1", _per_pair_and_map),
-    ("Challenge 1", "Episodes"): _size(_MAPS * _FULL.people * _FULL.episodes, "c1", len),  # two populations, in pairs
-    ("Challenge 2", "Participants"): _size(EXPERTS, "c2", _people),
-    ("Challenge 2", "Episodes per map"): _size(_FULL.variants, "c2", _per_map),
-    ("Challenge 2", "Episodes"): _size(_MAPS * _FULL.variants, "c2", len),
+    ("Challenge 1", "Participants"): _size(2 * _FULL.people, 1, _people),
+    ("Challenge 1", "Episodes per pair and map"): _size(_FULL.episodes, 1, _per_pair_and_map),
+    ("Challenge 1", "Episodes"): _size(_MAPS * _FULL.people * _FULL.episodes, 1, len),  # two populations, in pairs
+    ("Challenge 2", "Participants"): _size(EXPERTS, 2, _people),
+    ("Challenge 2", "Episodes per map"): _size(_FULL.variants, 2, _per_map),
+    ("Challenge 2", "Episodes"): _size(_MAPS * _FULL.variants, 2, len),
 }

@@ -5,7 +5,7 @@ recombined as the paper's example is: from a matching stretch on, the partner go
 episode. What agents learn from are pieces of a few ticks, of which the share of valid ones is measured.
 """
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import islice
@@ -21,7 +21,7 @@ from movingout.matches.paper.imitation import seat_choice
 from movingout.matches.paper.workspace import Measured, Workspace
 from movingout.recordings.diversity.comparison import LEAST, mean_over_maps, named
 from movingout.recordings.diversity.measures import PathSet
-from movingout.recordings.groups import read_groups
+from movingout.recordings.groups import listed_maps
 from movingout.world.estimates import Estimate
 from movingout.world.state import Floats
 
@@ -47,7 +47,7 @@ def equal_cell(data: str, field: str) -> MeasuredCell:
 
 def equal_sizes(space: Workspace) -> dict[str, int]:
     """Per map, how many episodes both challenges have; sets of other sizes are not alike in spread and entropy."""
-    counts = [Counter(row.map for row in read_groups(space.listing(data))) for data in ("c1", "c2")]
+    counts = [listed_maps(space.listing(data)) for data in ("c1", "c2")]
     return {name: min(number, counts[1][name], PATHS) for name, number in counts[0].items()}
 
 
@@ -61,7 +61,7 @@ def augmented_cell(matching: Matching, field: str) -> MeasuredCell:
 def recorded_maps(space: Workspace) -> list[str]:
     """A sentence where some map has too few episodes of Challenge 1 for diversity; once they have been listed."""
     listing = space.listing("c1")
-    return _maps_with_enough(Counter(row.map for row in read_groups(listing)), "recorded") if listing.exists() else []
+    return _maps_with_enough(listed_maps(listing), "recorded") if listing.exists() else []
 
 
 def equal_maps(space: Workspace) -> list[str]:

@@ -19,7 +19,7 @@ from movingout.matches.paper.methods import NOISE_MAP, with_seed
 from movingout.matches.paper.pooling import of_the_same_samples
 from movingout.matches.paper.rows.unseen_episodes import EPISODES, unseen_episodes
 from movingout.matches.paper.workspace import Measured, Workspace
-from movingout.recordings.groups import read_groups
+from movingout.recordings.groups import listed_maps, read_groups
 from movingout.world import World
 from movingout.world.constants import LIMIT_TICKS
 from movingout.world.estimates import estimate, estimate_of_copies
@@ -93,7 +93,7 @@ def _noise_validity(deviation: float, space: Workspace, training: int) -> Measur
 def noise_episodes(space: Workspace) -> list[str]:
     """On how many episodes its error rests, in a sentence; once they have been listed."""
     listing = space.listing("c1")
-    number = sum(row.map == NOISE_MAP for row in read_groups(listing)) if listing.exists() else 0
+    number = listed_maps(listing)[NOISE_MAP] if listing.exists() else 0
     return [f"Here ± of valid rests on {counted(number, 'episode')} of {NOISE_MAP}."] if number else []
 
 

@@ -13,6 +13,7 @@ from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint
 from movingout.agents.data.dataset import data_hash
 from movingout.agents.training import fit
 from movingout.agents.training.learned_data import LEARNED
+from movingout.agents.training.run import PEOPLE
 from movingout.agents.training.run_folder import CONFIG, RESUME
 from movingout.maps import load_map
 from movingout.maps.randomize import pair_text, pairs_on
@@ -58,9 +59,9 @@ def maps(*names: str) -> tuple[str, ...]:
 
 
 def as_before(run: Path) -> None:
-    """The run folder of a version that did not keep what was learned."""
+    """The run folder of a version that did not keep what was learned, nor who counts as whom."""
     config = json.loads((run / CONFIG).read_text())
-    del config[LEARNED]
+    del config[LEARNED], config[PEOPLE]
     (run / CONFIG).write_text(json.dumps(config))
 
 
@@ -89,6 +90,25 @@ def test_one_that_is_ended_by_the_same_command_still_names_others_before(train: 
     assert train("b", 12) == 0
     assert (card(tmp_path).maps, card(tmp_path).learned_items) == (maps("a", "b"), items("a", "b"))
     assert card(tmp_path).description.endswith(", and on others before.")
+
+
+def test_one_that_held_out_others_of_the_same_people_goes_on_only_on_purpose(
+    train: Train, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "runs" / "mlp-tiny" / CONFIG
+    for name, people in (("d", ("P1", "dp")), ("e", ("P2", "dp"))):
+        recorded(tmp_path / "mixed", name, ticks=65, people=people, kinds=("human", "agent"))
+    share = "--held-out", "0.5"
+    assert train("mixed", 6, *share) == 0 == train("mixed", 7, *share)
+    written = json.loads(config.read_text(encoding="utf-8"))
+    without = {name: value for name, value in written.items() if name != PEOPLE}
+    for updates, before in ((8, without), (9, {**written, PEOPLE: "0" * 64})):
+        config.write_text(json.dumps(before), encoding="utf-8")
+        assert train("mixed", updates, *share) == 2
+        assert "learned from people who would be held out for validation now" in capsys.readouterr().err
+        assert json.loads(config.read_text(encoding="utf-8")) == before
+        assert train("mixed", updates, *share, "--go-on") == 0
+        assert json.loads(config.read_text(encoding="utf-8"))[PEOPLE] == written[PEOPLE]
 
 
 def test_older_folders_say_that_they_do_not_know(train: Train, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """What a folder of tables was begun with, and what of it may change."""
 
+import hashlib
 import json
 from collections.abc import Iterator
 from dataclasses import replace
@@ -121,6 +122,34 @@ def test_recordings_and_folder_may_be_moved(here: Path, monkeypatch: pytest.Monk
     recorded(here / "hers", "e", 9)
     with pytest.raises(MatchError, match=r"was begun with data .*ours"):
         begin(replace(space, given=(here / "hers",)))
+
+
+def test_folders_of_recordings_may_change_their_order(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(data_sets, "map_names", lambda: ("HandOff",))  # of the twelve
+    for folder, name in (("alpha", "c"), ("alpha", "d"), ("beta", "a"), ("beta", "b")):
+        recorded(here / folder, name, 9, people=(name, f"{name}2"))
+    space = Workspace(budget=SMOKE, given=(here / "alpha", here / "beta"))
+    _begun(space)
+    list_episodes(1, space)
+    before = [(row.path.name, row.group) for row in read_groups(space.listing("c1"))]
+    (here / "alpha").rename(here / "zeta")
+    begin(moved := replace(space, given=(here / "zeta", here / "beta")))
+    assert [(row.path.name, row.group) for row in read_groups(space.listing("c1"))] == before
+    begin(moved)
+
+
+def test_a_folder_begun_by_an_earlier_version_knows_its_recordings(here: Path) -> None:
+    """Whose digest was of names and sizes in the order of folders."""
+    for folder, name in (("alpha", "b"), ("beta", "a")):
+        recorded(here / folder, name, 9)
+    space = Workspace(budget=SMOKE, given=(here / "alpha", here / "beta"))
+    _begun(space)
+    sizes = [[path.name, path.stat().st_size] for path in space.given_files()]
+    digest = hashlib.sha256(json.dumps([sizes, []]).encode()).hexdigest()[:16]
+    written = json.loads(BEGUN.read_text(encoding="utf-8"))
+    assert written["recordings"] != digest
+    BEGUN.write_text(json.dumps({**written, "recordings": digest}), encoding="utf-8")
+    begin(space)
 
 
 def test_a_list_that_would_have_other_groups_stays(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,6 +7,7 @@ from torch.nn import Linear
 
 from movingout.agents.bass.dynamics import AutoEncoder
 from movingout.agents.checkpoint.card import DynamicsSpec
+from movingout.matches.paper import data_sets
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import DefinedCell
 from movingout.matches.paper.presentation.layout import laid_out, plain
@@ -72,6 +73,24 @@ def test_sizes_of_given_recordings_are_theirs(tmp_path: Path, monkeypatch: pytes
     assert laid_out(entry, space).rows[3][1] == "1 participant and people without a name"
     write_groups(space.listing("c2"), grouped([recorded(tmp_path, "agents", 9, people=("dp@all", "dp@c1"))], 1))
     assert laid_out(entry, space).rows[3][1] == "2 agents"
+
+
+def test_sizes_of_given_recordings_need_no_other_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(data_sets, "map_names", lambda: ("HandOff",))  # of the twelve
+    for name in "abc":
+        recorded(tmp_path / "live", name, 9, people=(name, f"{name}2"), kinds=("human", "human"))
+    asked = ["paper", "tables", "text:data_sets", "--data", "live", "--budget", "smoke", "-o", "out"]
+    assert main([*asked, "--dry-run"]) == 0 and "Challenge 1 to count them" in capsys.readouterr().out
+    assert main(asked) == 0
+    shown = capsys.readouterr()
+    assert "| Challenge 1: Participants | 6 | 36 | – |" in shown.out
+    assert "| Challenge 1: Episodes | 3 | 1,000 | – |" in shown.out
+    assert "| Challenge 2: Episodes | not measured | 720 |" in shown.out
+    assert "they are not counted: none of 3 recordings is on a varied map" in shown.err
+    assert main(asked) == 0 and "episodes of Challenge 1 to" not in capsys.readouterr().err, "which are listed"
 
 
 def test_settings_that_are_words_are_words_of_the_paper() -> None:

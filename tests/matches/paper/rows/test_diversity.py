@@ -11,6 +11,7 @@ from movingout.matches.paper.cells import MeasuredCell
 from movingout.matches.paper.entry import measurements
 from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.registry import ENTRIES, RECOMBINED
+from movingout.matches.paper.rows import measurements as measurements_of_agents
 from movingout.matches.paper.rows.diversity import (
     PATHS,
     PIECES,
@@ -72,6 +73,28 @@ def test_where_nothing_can_be_recombined_the_table_has_no_value_and_says_why(
     assert said in table.notes
     write_groups(space.listing("c1"), grouped(files, 1))
     assert not any("episodes of a map" in note for note in laid_out(ENTRIES[label], space).notes)
+
+
+@pytest.mark.parametrize(
+    ("label", "said"),
+    [
+        ("table:task_1_diversity", "0 of 1 map have as many of each population."),
+        ("text:augmentation", "0 of 1 map have as many recorded."),
+        ("tab:w1_recombination", "0 of 1 map have as many recorded."),
+        ("tab:pose_noise_ablation", "rests on 1 episode of HandOff."),
+    ],
+)
+def test_tables_are_laid_out_where_the_episodes_are_no_longer_there(
+    label: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(measurements_of_agents, "NOISE_MAP", "HandOff")
+    space = Workspace(budget=BUDGETS["smoke"])
+    for data in ("c1", "c2"):
+        file = recorded(tmp_path / data, data, 20)
+        write_groups(space.listing(data), grouped([file], 1))
+        file.unlink()
+    assert any(said in note for note in laid_out(ENTRIES[label], space).notes)
 
 
 def test_a_map_with_two_episodes_has_no_variance_and_takes_no_error_away() -> None:
