@@ -57,20 +57,18 @@ def list_anew(challenge: int, space: Workspace) -> None:
 
 
 def check_lists(space: Workspace) -> None:
-    """Raises MatchError where a list names recordings that are not there, as in a folder from another computer."""
-    for listing in filter(Path.exists, map(space.listing, ("c1", "c2"))):
+    """Raises MatchError where a list names given recordings that are not there, as in a folder from another computer.
+
+    Recordings of scripted people may be gone: what was measured needs them no more.
+    """
+    for listing in filter(Path.exists, map(space.listing, ("c1", "c2") if space.given else ())):
         files = [listing.parent / line["file"] for _, line in read_rows(listing, NEEDED)]
         if lost := [file for file in files if not file.exists()]:
-            raise MatchError(f"{listing} names {lost[0]}, which is not there: {_remedy(listing, space)}")
-
-
-def _remedy(listing: Path, space: Workspace) -> str:
-    if not space.given:
-        return f"copy {_recorded(1).parent} here, too, or delete {listing}: `movingout paper tables` then records again"
-    return (
-        f"`movingout paper tables LABEL -o {Path.cwd()} --data RECORDINGS`, with the other options that the folder was "
-        "begun with, lists the recordings where they are now"
-    )
+            raise MatchError(
+                f"{listing} names {lost[0]}, which is not there: `movingout paper tables LABEL -o {Path.cwd()} --data "
+                "RECORDINGS`, with the other options that the folder was begun with, lists the recordings where they "
+                "are now"
+            )
 
 
 def listed_episodes(challenge: int, space: Workspace) -> list[GroupedRecording]:
