@@ -167,7 +167,7 @@ class TrainingRun(Generic[ConfigT]):
         return run_folder.begin(self.folder, about, self.config, self.options.go_on, changes, more)
 
     def begin_on(self, data: TrainingData, changes: Mapping[str, Change] = NO_CHANGES) -> Begun:
-        """The same, for what learns from recordings. Raises DataError also where it held out others of them."""
+        """The same, for what learns from recordings. Raises DataError also as `_check_held_out` does."""
         known_as = data.sha256_with_copies if data.copies else ""
         self._check_held_out(data, known_as)
         return self.begin(
@@ -179,17 +179,26 @@ class TrainingRun(Generic[ConfigT]):
         )
 
     def _check_held_out(self, data: TrainingData, known_as: str) -> None:
-        """Raises DataError where these weights learned from episodes of people who are held out now, unless asked."""
+        """Raises DataError where these weights learned from episodes of people who are held out now; says it if asked.
+
+        Asked is by --go-on, with which `movingout paper` always trains.
+        """
         begun = run_folder.begun(self.folder) if run_folder.has_learned(self.folder) else {}
-        if self.options.go_on or not self.config.held_out or begun.get("data_sha256") not in (data.sha256, known_as):
+        if not self.config.held_out or begun.get("data_sha256") not in (data.sha256, known_as):
             return
-        is_other = begun[PEOPLE] != data.people_sha256 if PEOPLE in begun else data.has_programs_beside_people
-        if is_other:
+        seats = self.options.seats if "seats" in self.kept_options else None
+        is_other = begun[PEOPLE] != data.people_sha256 if PEOPLE in begun else data.counts_otherwise(seats)
+        if not is_other:
+            return
+        why = (
+            f"{self.agent_id} was begun when an agent beside a person counted as one more participant, or people "
+            "without a name as one: it has learned from people who"
+        )
+        if not self.options.go_on:
             raise DataError(
-                f"{self.agent_id} was begun when an agent beside a person counted as one more participant: it has "
-                "learned from people who would be held out for validation now; choose another --id, or continue with "
-                "--go-on"
+                f"{why} would be held out for validation now; choose another --id, or continue with --go-on"
             )
+        self.tell(f"movingout: {why} are held out for validation now")
 
     def _learned_before(self, data_sha256: str) -> LearnedData:
         """From what these weights learned until now; of old folders, that is no more than their card says."""

@@ -18,6 +18,7 @@ from movingout.agents.data.corrections import (
     partner_samples,
 )
 from movingout.agents.data.dataset import (
+    NAMELESS,
     SeatChoice,
     SeatSamples,
     Trajectory,
@@ -78,10 +79,19 @@ class TrainingData:
         pairs = sorted((one.whose(0), one.whose(1)) for one in self.episodes)
         return hashlib.sha256(json.dumps(pairs).encode()).hexdigest()
 
-    @property
-    def has_programs_beside_people(self) -> bool:
-        """Whether in any seat a program counts as somebody else; for earlier versions it was somebody of its own."""
-        return any(one.whose(seat) != person(one.participants[seat]) for one in self.episodes for seat in (0, 1))
+    def counts_otherwise(self, seats: SeatChoice | None) -> bool:
+        """Whether somebody counts as somebody else than for earlier versions.
+
+        For these a program beside a person was somebody of its own, and all people without a name were one. `seats` are
+        those learned from, None where whole episodes are held out. Labels keep who counts as whom.
+        """
+        if seats is None:
+            return any(one.people != _people_before(one) for one in self.trajectories)
+        return any(
+            one.whose(seat) != _called_before(person(one.participants[seat]))
+            for one in self.trajectories
+            for seat in learned_seats(one, seats)
+        )
 
     @property
     def learns_from_tests(self) -> bool:
@@ -171,6 +181,16 @@ def _read(file: Path, kept: TrainingData, avoided: Mapping[str, set[str]]) -> li
     elif found:
         kept.trajectories.append(found)
     return []
+
+
+def _people_before(trajectory: Trajectory) -> frozenset[str]:
+    """The people in an episode, as for earlier versions."""
+    return frozenset(_called_before(name) for name in trajectory.names if "@" not in name)
+
+
+def _called_before(name: str) -> str:
+    """As who somebody counted for earlier versions: all without a name as one."""
+    return "" if name.startswith(NAMELESS) else name
 
 
 def _called(name: str) -> set[str]:

@@ -17,6 +17,7 @@ from movingout.agents.training.run import PEOPLE
 from movingout.agents.training.run_folder import CONFIG, RESUME
 from movingout.maps import load_map
 from movingout.maps.randomize import pair_text, pairs_on
+from movingout.recordings.episode import SeatKind
 from movingout.server.cli import main
 from tests.agents.learning import recorded
 
@@ -108,7 +109,28 @@ def test_one_that_held_out_others_of_the_same_people_goes_on_only_on_purpose(
         assert "learned from people who would be held out for validation now" in capsys.readouterr().err
         assert json.loads(config.read_text(encoding="utf-8")) == before
         assert train("mixed", updates, *share, "--go-on") == 0
+        assert "learned from people who are held out for validation now" in capsys.readouterr().err
         assert json.loads(config.read_text(encoding="utf-8"))[PEOPLE] == written[PEOPLE]
+
+
+@pytest.mark.parametrize(
+    ("people", "kinds", "seats", "code"),
+    [
+        (("", ""), ("human", "human"), "acting", 2),
+        (("P1", "dp"), ("human", "agent"), "human", 0),
+        (("P1", ""), ("human", "idle"), "acting", 0),
+        (("P1", "P2"), ("human", "human"), "all", 0),
+    ],
+)
+def test_an_older_run_is_refused_only_where_it_learned_from_seats_that_count_otherwise(
+    train: Train, tmp_path: Path, people: tuple[str, str], kinds: tuple[SeatKind, SeatKind], seats: str, code: int
+) -> None:
+    for name in "de":
+        recorded(tmp_path / "mixed", name, ticks=65, seed=ord(name), people=people, kinds=kinds)
+    options = "--held-out", "0.5", "--seats", seats
+    assert train("mixed", 3, *options) == 0
+    as_before(tmp_path / "runs" / "mlp-tiny")
+    assert train("mixed", 4, *options) == code
 
 
 def test_older_folders_say_that_they_do_not_know(train: Train, tmp_path: Path) -> None:

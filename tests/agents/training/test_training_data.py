@@ -16,6 +16,7 @@ from movingout.agents.errors import DataError
 from movingout.agents.partners.families import group
 from movingout.agents.training.training_data import read_training_data
 from movingout.maps import load_map, map_from_json, map_to_json
+from movingout.recordings.episode import SeatKind
 from tests.agents.learning import recorded
 from tests.agents.support import HERE
 
@@ -145,3 +146,23 @@ def test_labels_without_a_tick_keep_nobody_from_training(before: bool, tmp_path:
         read_training_data([tmp_path])
     recorded(tmp_path, "one", ticks=4)
     assert [file.name for file in read_training_data([tmp_path]).files] == ["one.mcap"]
+
+
+@pytest.mark.parametrize(
+    ("people", "kinds", "acting", "human", "whole"),
+    [
+        (("", ""), ("human", "human"), True, True, True),
+        (("P1", "P2"), ("human", "human"), False, False, False),
+        (("P1", "dp"), ("human", "agent"), True, False, True),
+        (("P1", "dp@all"), ("human", "agent"), True, False, False),
+        (("P1", ""), ("human", "idle"), False, False, True),
+        (("A01", "dp@all"), ("agent", "agent"), False, False, False),
+    ],
+)
+def test_who_counts_as_somebody_else_than_for_earlier_versions(
+    tmp_path: Path, people: tuple[str, str], kinds: tuple[SeatKind, SeatKind], acting: bool, human: bool, whole: bool
+) -> None:
+    """In the seats that are learned from, or in whole episodes, of which trained agents were no people before."""
+    recorded(tmp_path, "one", ticks=4, people=people, kinds=kinds)
+    data = read_training_data([tmp_path])
+    assert [data.counts_otherwise(seats) for seats in ("acting", "human", None)] == [acting, human, whole]
