@@ -296,9 +296,9 @@ def _unpaired_flags(results: Results, under_way: Container[int]) -> Iterable[Fla
 
 
 def _under_way(store: Store, people: Iterable[Row]) -> set[int]:
-    """Units that have not ended, of whom one was there within a day: a single person who leaves does not end theirs."""
+    """Units that have not ended, of whom one was heard within a day: a single person who leaves does not end theirs."""
     since = store.now() - RECENT_MS
-    here = {row["unit"] for row in people if max(row["arrived_ms"], row["last_seen_ms"] or 0) >= since}
+    here = {row["unit"] for row in people if max(row["arrived_ms"], row["heard_ms"] or 0) >= since}
     return {row["id"] for row in store.rows(units) if row["state"] == "active" and row["id"] in here}
 
 

@@ -174,5 +174,6 @@ def test_who_may_still_play_the_other_rounds_is_not_flagged_and_who_left_is(tmp_
         with store.database.write() as connection:
             seen = store.now() - hours * 3_600_000
             connection.execute(update(units).values(state="active"))
-            connection.execute(update(participants).values(arrived_ms=seen, last_seen_ms=seen))
+            resumed = store.now()  # a pause began and ended for all, those who left, too
+            connection.execute(update(participants).values(arrived_ms=seen, heard_ms=seen, last_seen_ms=resumed))
         assert ("rounds are left out" in str(flags(again(store, before)).rows)) == flagged
