@@ -89,7 +89,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add(
         "--url",
         type=base_address,
-        help="a running server, which records what is played (seats: remote); without it one is started for the test",
+        help="a running server, which records what is played (seats: remote, name: bot): let it have a data folder of "
+        "its own, as trainings without --seats human learn from these; without --url one is started for the test",
     )
     add("--admin-token", default="", metavar="TOKEN", help="admin token of the server at --url")
     add("--json", action="store_true", help="print one JSON document")

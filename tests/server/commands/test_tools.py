@@ -141,6 +141,12 @@ def test_the_load_test_needs_the_admin_token_of_a_foreign_server(live: Live) -> 
         _measured(RunningServer("http://127.0.0.1:1", ""), rooms=1, clients=1, seconds=1)
 
 
+def test_the_load_test_says_that_trainings_learn_from_what_a_server_records(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["loadtest", "--help"])
+    assert "trainings without --seats human learn from these" in " ".join(capsys.readouterr().out.split())
+
+
 def test_the_load_test_says_in_a_sentence_why_no_room_is_opened(live: Live) -> None:
     target = RunningServer(f"http://{live.address}", ADMIN)
     with pytest.raises(LoadTestError, match=r"^/api/rooms answers 422: unknown agent 'scriptet'"):
