@@ -11,21 +11,25 @@ OptionValue = int | float | bool | str
 
 
 def parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
-    """Finite numbers, `true` and `false` as such, all else as text. Raises AgentError.
+    """Finite numbers, `true` and `false` as such, all else as text; of two with one name the last. Raises AgentError.
 
     A number is what Python would write alike: `007`, `1e3` and `1.10` may be names, and stay as they are. Unless the
     factory takes text, `checked_options` reads them as numbers.
     """
-    options: dict[str, OptionValue] = {}
-    for key, value in written_options(agent_id, text):
-        if key in options:
+    return dict(written_options(agent_id, text))
+
+
+def check_none_twice(agent_id: str, text: str) -> None:
+    """Raises AgentError for an option that stands twice."""
+    seen: set[str] = set()
+    for key, _ in written_options(agent_id, text):
+        if key in seen:
             raise AgentError(f"agent {agent_id!r}: {key} stands twice in its options; leave one out")
-        options[key] = value
-    return options
+        seen.add(key)
 
 
 def written_options(agent_id: str, text: str) -> Iterator[tuple[str, OptionValue]]:
-    """The same, one by one: of two with one name, recorded agents may have had the last. Raises AgentError."""
+    """The same, one by one, both of two with one name. Raises AgentError."""
     for part in filter(None, text.split(",")):
         key, equals, value = part.partition("=")
         if not equals or not key.strip().isidentifier():

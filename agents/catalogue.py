@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import cast
 
 from movingout.agents.adapters.policy_file import POLICY_FILES, existing, id_of_file, policy_file
-from movingout.agents.agent_options import OptionValue, checked_options, number_in, parse_options
+from movingout.agents.agent_options import OptionValue, check_none_twice, checked_options, number_in, parse_options
+from movingout.agents.around_others import inner_id
 from movingout.agents.base import Agent
 from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN, AgentCard
 from movingout.agents.checkpoint.card import OTHER_MAPS, Card
@@ -174,10 +175,17 @@ def unseen_maps(agent_id: str, names: Sequence[str]) -> str:
 def load_agent(agent_id: str) -> Agent:
     """Make the agent that `agent_id` names.
 
-    Raises AgentError when the id is unknown, the module is missing, an option is wrong, or the factory fails.
+    Raises AgentError when the id is unknown, the module is missing, an option is wrong or stands twice, or the factory
+    fails.
     """
     if not isinstance(agent_id, str):
         raise AgentError(f'the id of an agent is text, such as "scripted", not {agent_id!r:.80}')
+    check_options_once(agent_id)
+    return load_admitted_agent(agent_id)
+
+
+def load_admitted_agent(agent_id: str) -> Agent:
+    """The same, but of an option that stands twice the last one counts: studies that began so go on."""
     reference, options = id_parts(agent_id)
     lag = number_in(options.pop(LAG, 0))
     factory = _factory(reference)
@@ -200,8 +208,8 @@ def load_agent(agent_id: str) -> Agent:
 
 
 def load_live_agent(agent_id: str) -> Agent:
-    """As `load_agent`. Raises AgentError for one whose decisions wait for somebody else, too: rooms would wait."""
-    agent = load_agent(agent_id)
+    """As `load_admitted_agent`. Raises AgentError for one whose decisions wait for somebody else: rooms would wait."""
+    agent = load_admitted_agent(agent_id)
     if any(getattr(one, "waits", False) for one in (agent, getattr(agent, "agent", None))):
         raise AgentError(f"{agent_id} waits for its answers, which is for matches without people: leave out wait=yes")
     return agent
@@ -226,17 +234,37 @@ def _names() -> list[str]:
     return list(dict.fromkeys([*(card.id for card in agent_cards()), *POLICY_FILES, LLM, _GROUPS[-1]]))
 
 
+def check_options_once(agent_id: str) -> None:
+    """Raises AgentError for an option that stands twice, in the id or in that of an agent inside."""
+    try:
+        text = _reference_and_options(agent_id)[1]
+    except AgentError:  # which says more where it is loaded
+        return
+    check_none_twice(agent_id, text)
+    if inner := inner_id(agent_id):
+        check_options_once(inner)
+
+
 def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     """What an id names, and the options behind it. Raises AgentError."""
     head, _, rest = agent_id.strip().partition(":")
     if head == GHOST:
         return GHOST, {"recording": rest}
+    reference, text = _reference_and_options(agent_id)
+    return reference, parse_options(agent_id, text)
+
+
+def _reference_and_options(agent_id: str) -> tuple[str, str]:
+    """Likewise with the options as they are written; a recorded seat has none."""
+    head, _, rest = agent_id.strip().partition(":")
+    if head == GHOST:
+        return GHOST, ""
     if head in _GROUPS or head.startswith(LIST):
         where = "" if head.startswith(LIST) else ", which `movingout demos people` lists"
         raise AgentError(f"{agent_id} names several partners; name one of them{where}")
     named = "@" in head or head in BUILT_IN or head in POLICY_FILES or head == LLM
     if named or (head in _registered() and (not rest or "=" in rest.partition(":")[0])):
-        return head, parse_options(agent_id, rest)
+        return head, rest
     attribute, _, options = rest.partition(":")
     if head.endswith(".py"):
         file = Path(head).with_suffix("")
@@ -250,7 +278,7 @@ def id_parts(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
         known = known_names(head, _names())
         raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")
-    return f"{head}:{attribute}", parse_options(agent_id, options)
+    return f"{head}:{attribute}", options
 
 
 def _factory(reference: str) -> Callable[..., object]:

@@ -6,7 +6,7 @@ from movingout.agents.agent_options import OptionValue, checked_options, number_
 from movingout.agents.baseline.delayed_agent import DelayedAgent
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.built_in import AROUND_OTHERS, BUILT_IN
-from movingout.agents.catalogue import LAG, agent_card, factory_of, id_parts, load_agent
+from movingout.agents.catalogue import LAG, agent_card, check_options_once, factory_of, id_parts, load_admitted_agent
 from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.agents.errors import AgentError
 from movingout.agents.kinds.registry import kind_of
@@ -14,10 +14,16 @@ from movingout.agents.partners.wrapped import checked_inner
 
 
 def check_live_agent(agent_id: str) -> None:
-    """Raises AgentError, with what would be possible, for an unknown id and for options that cannot be.
+    """Raises AgentError, with what would be possible, for an unknown id and for options that cannot be or stand twice.
 
     What only loading shows comes later: damaged weights, or what an agent of one's own takes.
     """
+    check_options_once(agent_id)
+    check_admitted_agent(agent_id)
+
+
+def check_admitted_agent(agent_id: str) -> None:
+    """The same, but of an option that stands twice the last one counts."""
     agent_card(agent_id)
     reference, options = id_parts(agent_id)
     if lag := number_in(options.pop(LAG, 0)):
@@ -27,9 +33,9 @@ def check_live_agent(agent_id: str) -> None:
     elif reference in AROUND_OTHERS:
         options = checked_options(agent_id, factory_of(agent_id), options)
         if inner := checked_inner(reference, options):
-            check_live_agent(inner)
+            check_admitted_agent(inner)
     elif reference in BUILT_IN:
-        load_agent(agent_id)  # as cheap as a check
+        load_admitted_agent(agent_id)  # as cheap as a check
 
 
 def _check_lag(agent_id: str, lag: OptionValue) -> None:

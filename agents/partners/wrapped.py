@@ -7,7 +7,7 @@ from movingout.agents.around_others import unfolded
 from movingout.agents.base import Agent
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.built_in import AROUND_OTHERS, USUAL_INSIDE
-from movingout.agents.catalogue import load_agent
+from movingout.agents.catalogue import load_admitted_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.late_hands import LateHands
 
@@ -50,7 +50,7 @@ def checked_inner(outer: str, options: Mapping[str, OptionValue]) -> str:
 
 
 def _inner(agent_id: str, outer: str) -> Agent:
-    return load_agent(_inner_id(agent_id, outer))
+    return load_admitted_agent(_inner_id(agent_id, outer))
 
 
 def _inner_id(agent_id: object, outer: str) -> str:

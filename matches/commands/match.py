@@ -2,8 +2,10 @@
 
 import argparse
 import json
+import shlex
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import load_agent, unseen_map
@@ -23,6 +25,8 @@ from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed
 from movingout.matches.match import Match, MatchResult, check_numbers
 from movingout.matches.results.table import MEASURES, ResultRow, copies_note, rows_of
 from movingout.matches.run import play_matches
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.recordings.storage.finished import SUFFIX
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 from movingout.world.estimates import estimate_text
 from movingout.world.exactness import inexact_engine
@@ -72,13 +76,22 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _pair(args: argparse.Namespace) -> int:
+    before = _recorded(args.record)
     try:
         return _play_pair(args)
     except KeyboardInterrupt:
-        if args.record is None or not args.record.exists():
+        new = _recorded(args.record) - before
+        if not new:
             raise
-        print(f"movingout: stopped; what was recorded until then is in {args.record}", file=sys.stderr)
+        unfinished = any(path.name.endswith(JOURNAL_SUFFIX) for path in new)
+        finish = f"; finish it with: movingout recordings recover {shlex.quote(str(args.record))}" if unfinished else ""
+        print(f"movingout: stopped; what was recorded until then is in {args.record}{finish}", file=sys.stderr)
         return 130
+
+
+def _recorded(folder: Path | None) -> set[Path]:
+    """Recordings and journals in a folder, which need not be there."""
+    return set() if folder is None else {path for end in (SUFFIX, JOURNAL_SUFFIX) for path in folder.glob(f"*{end}")}
 
 
 def _play_pair(args: argparse.Namespace) -> int:

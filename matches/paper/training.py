@@ -33,7 +33,8 @@ def train_agent(agent: TrainedId, space: Workspace, shows_itself: bool = True) -
 
     Its bar goes into the log as well where several are trained at a time (`shows_itself` no).
 
-    Raises MatchError where it has nothing to learn from or cannot be written, and what `movingout train` raises.
+    Raises MatchError where it has nothing to learn from or cannot be written, what `movingout train` raises, and
+    KeyboardInterrupt at Ctrl-C.
     """
     try:
         _train(agent, space, shows_itself)
@@ -52,7 +53,9 @@ def _train(agent: TrainedId, space: Workspace, shows_itself: bool) -> None:
         contextlib.redirect_stdout(file),
         contextlib.nullcontext() if shows_itself and sys.stderr.isatty() else contextlib.redirect_stderr(file),
     ):
-        train.run(args)
+        code = train.run(args)
+    if code:  # at Ctrl-C, which ends the whole command
+        raise KeyboardInterrupt
 
 
 def training_words(agent: TrainedId, space: Workspace) -> list[Any]:

@@ -123,7 +123,7 @@ def _print(found: Review) -> None:
         console.print(f"[red]wrong:[/red] {escape(sentence)}", soft_wrap=True)
     for sentence in found.slow:
         console.print(f"[red]too slow:[/red] {escape(sentence)}", soft_wrap=True)
-    for sentence in (*found.missing, *found.untranslated, *found.unfilled):
+    for sentence in (*found.missing, *found.refused, *found.untranslated, *found.unfilled):
         console.print(f"[red]missing:[/red] {escape(sentence)}", soft_wrap=True)
     counts = ", ".join(_counts(found))
     console.print(f"{'ready' if found.ready else 'not ready'}{': ' if counts else ''}{counts}", soft_wrap=True)
@@ -131,7 +131,7 @@ def _print(found: Review) -> None:
 
 def _counts(found: Review) -> list[str]:
     counts = {
-        "agent# that cannot play": len(found.missing),
+        "agent# that cannot play": len(found.missing) + len(found.refused),
         "agent# too slow": len(found.slow),
         "text# missing": len(found.untranslated),
         "blank# to fill in": len(found.unfilled),
@@ -206,7 +206,7 @@ def _document(found: Review) -> dict[str, Any]:
         "partners": {names[one.id]: {"id": one.id, "agent": one.agent} for one in found.study.partners},
         "attention": list(found.attention),
         "warnings": list(found.warnings),
-        "missing": list(found.missing),
+        "missing": [*found.missing, *found.refused],
         "slow": list(found.slow),
         "untranslated": list(found.untranslated),
         "unfilled": list(found.unfilled),

@@ -1,12 +1,13 @@
 """What an experimenter should know before the first participant comes: timeline, pay, missing models, weaknesses."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import get_args
 
+from movingout.agents.catalogue import check_options_once
 from movingout.agents.errors import AgentError
-from movingout.agents.live_options import check_live_agent
+from movingout.agents.live_options import check_admitted_agent, check_live_agent
 from movingout.agents.trial import play_a_tick, runs_own_code
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
@@ -42,7 +43,8 @@ class Review:
     pay: float | None  # for one participant who stays that long
     orders: tuple[Assignment, ...]
     attention: tuple[str, ...]  # sentences, one per attention item: what is expected
-    missing: tuple[str, ...]  # sentences, one per agent that cannot be loaded or cannot see a map
+    missing: tuple[str, ...]  # sentences, one per agent that cannot be loaded
+    refused: tuple[str, ...]  # sentences, one per agent with which no study begins, though one that has begun goes on
     untranslated: tuple[str, ...]  # sentences, one per text and language that is promised and missing
     unfilled: tuple[str, ...]  # sentences, one per blank that participants would read
     contradictions: tuple[str, ...]  # sentences, one per number of the consent that differs from the file
@@ -52,7 +54,8 @@ class Review:
     @property
     def ready(self) -> bool:
         """Whether the study can be run as it is."""
-        return not (self.missing or self.slow or self.untranslated or self.unfilled or self.contradictions)
+        agents = self.missing or self.refused or self.slow
+        return not (agents or self.untranslated or self.unfilled or self.contradictions)
 
 
 def review(study: Study) -> Review:
@@ -67,7 +70,8 @@ def review(study: Study) -> Review:
         pay=_pay(study, minutes),
         orders=orders,
         attention=tuple(_attention(study)),
-        missing=tuple(_missing(study)),
+        missing=tuple(filter(None, map(_fault_of, agent_ids(study)))),
+        refused=tuple(_refused(study)),
         untranslated=missing_texts(study),
         unfilled=unfilled(study),
         contradictions=contradictions(study),
@@ -145,17 +149,17 @@ def _truth_values(study: Study) -> Iterator[str]:
                 )
 
 
-def _missing(study: Study) -> Iterator[str]:
-    """Agents that cannot be loaded, or would stand still on a map that has more than they see."""
-    faults = {name: _fault_of(name) for name in agent_ids(study)}
-    yield from filter(None, faults.values())
-    yield from unseen_maps(study, [name for name, fault in faults.items() if not fault])
+def _refused(study: Study) -> Iterator[str]:
+    """Agents with an option that stands twice, or that would stand still on a map that has more than they see."""
+    playable = [name for name in agent_ids(study) if not _fault_of(name)]
+    yield from filter(None, (_fault_of(name, check_options_once) for name in playable))
+    yield from unseen_maps(study, playable)
 
 
-def _fault_of(name: str) -> str:
+def _fault_of(name: str, check: Callable[[str], None] = check_admitted_agent) -> str:
     """Why no room could play an agent, as far as its id tells."""
     try:
-        check_live_agent(name)
+        check(name)
     except AgentError as error:
         return str(error)
     return ""
@@ -165,7 +169,7 @@ def own_agents_tried(found: Review) -> Review:
     """The same once each agent of one's own has played a tick where it is met; this takes seconds."""
     missing = list(found.missing)
     for name in agent_ids(found.study):
-        if _fault_of(name) or not runs_own_code(name):
+        if _fault_of(name, check_live_agent) or not runs_own_code(name):
             continue
         try:
             play_a_tick(name, found.study.map_source(first_map(found.study, name)))

@@ -3,9 +3,9 @@
 import pytest
 
 from movingout.agents.agent_options import OptionValue, checked_options, parse_options
-from movingout.agents.catalogue import load_agent
+from movingout.agents.catalogue import agent_card, load_agent, load_live_agent
 from movingout.agents.errors import AgentError
-from movingout.agents.live_options import check_live_agent
+from movingout.agents.live_options import check_admitted_agent, check_live_agent
 from movingout.agents.partners.identity import person_behind
 
 
@@ -30,6 +30,24 @@ def test_an_option_that_stands_twice_is_refused(agent_id: str) -> None:
         load_agent(agent_id)
     with pytest.raises(AgentError, match="stands twice"):
         check_live_agent(agent_id)
+
+
+def numbers_of(agent: object) -> list[object]:
+    """What it and the agent inside were made with."""
+    inside = vars(agent).get("agent")
+    own = [value for value in vars(agent).values() if isinstance(value, int | float)]
+    return own + (numbers_of(inside) if inside else [])
+
+
+def test_in_a_study_that_began_with_an_option_twice_the_last_one_counts() -> None:
+    for agent_id, once in (
+        ("late:agent=greedy,delay=1,delay=2", "late:agent=greedy,delay=2"),
+        ("late:agent=greedy:seed=1;seed=2", "late:agent=greedy:seed=2"),
+        ("scripted:lag=1,lag=5", "scripted:lag=5"),
+    ):
+        check_admitted_agent(agent_id)
+        assert agent_card(agent_id).id == agent_card(once).id
+        assert numbers_of(load_live_agent(agent_id)) == numbers_of(load_live_agent(once)) != []
 
 
 def test_what_was_recorded_of_agents_with_an_option_twice_is_still_theirs() -> None:

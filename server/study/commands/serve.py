@@ -58,15 +58,13 @@ def serve(args: argparse.Namespace) -> int:
     """Run the command and return its exit code. Raises MovingOutError."""
     study = read_study(args.file)
     found = review(study)
-    _refuse_missing(found, args.file)
+    _refuse_agents(found.missing, args.file)
     settings = _settings(args, study.id)
     admission = Admission(args.codes, args.signed, args.any_device, simulated=args.rehearse is not None)
     if settings.in_cluster:
         folder = folder_of_node(as_node(settings), study, args.database, args.identities)
         begun_with = _begun_with(folder)
-        if not admission.simulated and begun_with is None:
-            _refuse_blanks(found, args.file)
-            _refuse_slow(study, settings)
+        _check_beginning(found, args, settings, begun_with)
         sys.setswitchinterval(SWITCH_S)
         return serve_node(settings, folder, text_to_freeze(args.file, begun_with), admission)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
@@ -81,9 +79,7 @@ def serve(args: argparse.Namespace) -> int:
         closing(listen(settings.host, settings.port)) as listening,
     ):
         begun_with = _begun_with(folder)
-        if args.rehearse is None and begun_with is None:
-            _refuse_blanks(found, args.file)
-            _refuse_slow(study, settings)
+        _check_beginning(found, args, settings, begun_with)
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         log_to(form="json" if settings.log_format == "json" else "text")
@@ -113,11 +109,24 @@ def _host(settings: Settings, lock: int, certificate: Certificate | None) -> tup
     return front, FrontEndpoint(front)
 
 
-def _refuse_missing(found: Review, file: Path) -> None:
-    if found.missing:
-        raise StudyError(
-            "\n".join([*found.missing, f"the study cannot run like this; see: movingout study check {file}"])
-        )
+def _check_beginning(found: Review, args: argparse.Namespace, settings: Settings, begun_with: str | None) -> None:
+    """Raises StudyError for what keeps a study from beginning.
+
+    One that has begun goes on, so that participants and their data are looked after: its agents are warned of alone.
+    """
+    if begun_with is not None:
+        for sentence in found.refused:
+            print(f"warning: {sentence}", file=sys.stderr)
+        return
+    _refuse_agents(found.refused, args.file)
+    if args.rehearse is None:
+        _refuse_blanks(found, args.file)
+        _refuse_slow(found.study, settings)
+
+
+def _refuse_agents(faults: tuple[str, ...], file: Path) -> None:
+    if faults:
+        raise StudyError("\n".join([*faults, f"the study cannot run like this; see: movingout study check {file}"]))
 
 
 def _refuse_blanks(found: Review, file: Path) -> None:

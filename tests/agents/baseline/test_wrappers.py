@@ -36,6 +36,6 @@ def test_what_the_agent_inside_has_is_passed_on(around: Callable[[Agent], Wrappe
 
 def test_no_room_takes_an_agent_that_waits_however_often_it_is_wrapped(monkeypatch: pytest.MonkeyPatch) -> None:
     agent: Agent = DelayedAgent(LateHands(_Oracle(1, 1)), 1)
-    monkeypatch.setattr(catalogue, "load_agent", lambda agent_id: agent)
+    monkeypatch.setattr(catalogue, "load_admitted_agent", lambda agent_id: agent)
     with pytest.raises(AgentError, match="late:agent=llm waits for its answers"):
         load_live_agent("late:agent=llm")

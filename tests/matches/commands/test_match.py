@@ -228,19 +228,23 @@ def test_a_dry_run_refuses_a_folder_of_another_grid(tmp_path: Path, capsys: pyte
 def test_matches_that_are_interrupted_say_what_was_kept(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    left: list[str] = []
+
     def interrupted(*_: object, record: Path | None, **__: object) -> None:
-        if record:
-            record.mkdir()
+        for name in left if record else ():
+            (tmp_path / name).touch()
         raise KeyboardInterrupt
 
     monkeypatch.setattr(match, "play_matches", interrupted)
     command = ["match", "--blue", "idle", "--red", "idle", "--map", "HandOff"]
-    assert main(command) == main([*command, "--record", str(tmp_path / "kept")]) == 130
-    lines = capsys.readouterr().err.splitlines()
-    assert lines == [
-        "movingout: stopped",
-        f"movingout: stopped; what was recorded until then is in {tmp_path / 'kept'}",
-    ]
+    (tmp_path / "earlier.mcap").touch()
+    kept = f"; what was recorded until then is in {tmp_path}"
+    recover = f"{kept}; finish it with: movingout recordings recover {tmp_path}"
+    for names, said in (([], ""), (["one.mcap"], kept), (["two.mcap", "three.mcap.journal"], recover)):
+        left[:] = names
+        assert main(command) == main([*command, "--record", str(tmp_path)]) == 130
+        lines = capsys.readouterr().err.splitlines()
+        assert lines == ["movingout: stopped", f"movingout: stopped{said}"]
 
 
 @pytest.mark.parametrize("played", [True, False])

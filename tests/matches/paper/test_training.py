@@ -1,5 +1,6 @@
 """With which words `movingout train` is called for an agent of the tables."""
 
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -145,3 +146,12 @@ def test_a_full_disk_is_said_in_a_sentence(tmp_path: Path, monkeypatch: pytest.M
         monkeypatch.setattr(train, "run", Mock(side_effect=error))
         with pytest.raises(MatchError, match=r"dp@c1 could not be trained in .*: .*No space left on device"):
             training.train_agent(trained_id("dp@c1"), Workspace(budget=SMOKE))
+
+
+def test_ctrl_c_in_a_training_ends_the_whole_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(training, "training_words", lambda agent, space: ["dp", "--id", agent.text])
+    monkeypatch.setitem(KINDS, "dp", replace(KINDS["dp"], train=Mock(side_effect=KeyboardInterrupt)))
+    with pytest.raises(KeyboardInterrupt):
+        training.train_agent(trained_id("dp@c1"), Workspace(budget=SMOKE))
+    assert "stopped; the same command begins again" in next(training.LOGS.iterdir()).read_text()

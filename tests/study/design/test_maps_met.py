@@ -1,18 +1,15 @@
 """An agent that cannot see all of a map of one's own is named before any participant meets it there."""
 
 import json
-from argparse import Namespace
 from pathlib import Path
 
 import pytest
 
 from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
-from movingout.server.study.commands.serve import serve
 from movingout.study.design.maps_met import maps_met
 from movingout.study.design.review import review
 from movingout.study.design.study_file import parse_study, read_study
-from movingout.study.errors import StudyError
 from tests.study.design.small_study import SMALL
 
 GOALS = [{"x0": x, "y0": 1.2, "x1": x + 0.35, "y1": 0.8} for x in (-1.2, -0.75, -0.3, 0.15, 0.6)]
@@ -28,21 +25,23 @@ def write_study(folder: Path, text: str) -> Path:
     return folder / "study.yaml"
 
 
+@pytest.mark.parametrize("options", [(), ("--rehearse", "2")])  # with which `simulate` starts it
 def test_a_partner_that_cannot_see_a_map_of_its_block_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    options: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = write_study(tmp_path, SMALL.replace("agent: scripted", "agent: bass@any"))
     assert main(["study", "check", str(file)]) == 1
     page = capsys.readouterr().out
     assert f"missing: bass@any cannot play maps/five.json: {SEEN}\n" in page
     assert "not ready: 1 agent that cannot play" in page
-    with pytest.raises(StudyError, match=rf"^bass@any cannot play maps/five\.json: {SEEN}\nthe study cannot run"):
-        serve(Namespace(file=file))  # which `simulate` starts, too
+    assert main(["study", "serve", str(file), "--data", str(tmp_path / "data"), "--port", "0", *options]) == 2
+    said = capsys.readouterr().err
+    assert f"movingout: bass@any cannot play maps/five.json: {SEEN}\nthe study cannot run" in said
 
 
 def test_an_agent_is_one_sentence_however_many_maps_it_cannot_see(tmp_path: Path) -> None:
     text = SMALL.replace("agent: scripted", "agent: bass@any").replace("HandOff", "'maps/five.json:mirror'")
-    (sentence,) = review(read_study(write_study(tmp_path, text))).missing
+    (sentence,) = review(read_study(write_study(tmp_path, text))).refused
     assert sentence.count("bass@any cannot play") == 2
 
 
@@ -55,7 +54,8 @@ def test_practice_counts_and_an_unknown_agent_is_named_once(
 ) -> None:
     text = SMALL.replace("agent: scripted", f"agent: '{agent}'")
     text += f"practice: {{map: FourCorners, agent: '{practice}'}}\n"
-    assert len(review(read_study(write_study(tmp_path, text))).missing) == found
+    reviewed = review(read_study(write_study(tmp_path, text)))
+    assert len(reviewed.missing) + len(reviewed.refused) == found
 
 
 def test_who_plays_where() -> None:

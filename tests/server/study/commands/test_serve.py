@@ -3,6 +3,7 @@
 import re
 from contextlib import closing
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -21,7 +22,9 @@ from movingout.study.store.tables import study as study_table
 from tests.server.persistence.test_room_snapshot import free_port
 from tests.server.study.study_process import study_process
 from tests.server.study.support import SOLO
+from tests.study.design.small_study import SMALL
 from tests.study.design.test_allocation_rules import BLOCK, HEAD, TWICE
+from tests.study.design.test_maps_met import write_study
 from tests.study.filled import fill
 
 WITH_FILE = re.sub(r'en: "# Consent.*?"', "en: {file: consent.md}", SOLO)
@@ -114,6 +117,25 @@ def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_
     assert "has begun, and its file" in refused(capsys, file, data)
     assert "must not be mixed" in refused(capsys, file, data, "--rehearse", "2")
     assert not timed
+
+
+@pytest.mark.parametrize(
+    ("agent", "said"),
+    [("bass@any", "cannot play maps/five.json"), ("scripted:patience=40,patience=60", "patience stands twice")],
+)
+def test_agents_that_keep_a_study_from_beginning_are_a_warning_in_one_that_has_begun(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, agent: str, said: str
+) -> None:
+    file, data = write_study(tmp_path, SMALL.replace("agent: scripted", f"agent: '{agent}'")), tmp_path / "data"
+    assert said in refused(capsys, file, data)
+    folder = StudyFolder(read_study(file), data)
+    with closing(folder.open()) as store, closing(folder.open_identities()):
+        freeze_study(store, folder.study.id, complete_text(file), {}, model_hashes(folder.study))
+        store.arrive("P1", "en")
+    monkeypatch.setattr(serve, "game_server", lambda *_, **__: Mock(started=True))
+    assert main(["study", "serve", str(file), "--data", str(data), "--port", "0"]) == 0
+    warned = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: ")]
+    assert len(warned) == 1 and said in warned[0]
 
 
 @pytest.mark.parametrize("options", [("--rehearse", "0"), ("--rehearse", "1000"), ("--database", "oracle://host/name")])
