@@ -244,12 +244,12 @@ class RoomHost:
         return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, faults, self._unwritable())
 
     def _unwritable(self) -> str:
-        """Why a round that began now would not be recorded: what failed the last time that it was done."""
+        """Why a round that began now would not be recorded: what failed the last time that it was done, or hangs."""
         for work in (SYNC, WRITING):
             error = self.background.error(work)
             if error is not None and not isinstance(error, FolderReplacedError):
                 return f"{work}: {reason(error)}"
-        return ""
+        return f"{WRITING}: the disk does not answer" if self.background.stuck(WRITING) else ""
 
     def sync_age_s(self) -> float:
         """Since recordings were last forced to the disk."""
