@@ -11,6 +11,7 @@ log = logging.getLogger(__name__)
 RETRY_S = 1.0
 AGAIN_S = 3.0  # at the latest what has failed is tried again
 OVERDUE_S = 5.0  # that an interval may be exceeded, or that something may fail, before it is a fault
+STUCK_S = 120.0  # the same for work that may be late: so long takes no slow disk, only one that hangs
 
 
 class _Failure(NamedTuple):
@@ -33,7 +34,7 @@ class BackgroundWork:
     ) -> None:
         """Do the work every `interval_s` until `stop`; an error is logged, and the work is done again.
 
-        With `may_be_late` it is no fault how long it takes, only that it fails.
+        With `may_be_late` it is a fault only that it fails, or takes so long that it seems to hang.
         """
         if may_be_late:
             self._patient.add(name)
@@ -54,13 +55,18 @@ class BackgroundWork:
         failure = self._failing.get(name)
         return None if failure is None else failure.error
 
+    def stuck(self, name: str) -> bool:
+        """Whether a repeated work takes so long that it seems to hang."""
+        at, interval_s = self._succeeded.get(name, (self._clock(), 0.0))
+        return self._clock() - at - interval_s > STUCK_S
+
     def faults(self) -> Iterator[str]:
         """What has not succeeded for too long, or has ended."""
         for name, (_, interval_s) in self._succeeded.items():
             failure = self._failing.get(name)
             failing_s = 0.0 if failure is None else self._clock() - failure.since
             late_s = failing_s if name in self._patient else self.age_s(name) - interval_s
-            if late_s > OVERDUE_S:
+            if late_s > OVERDUE_S or self.stuck(name):
                 why = "" if failure is None else f" ({reason(failure.error)})"
                 yield f"{name}: not done for {self.age_s(name):.0f} s{why}"
         for task in self._tasks:

@@ -216,14 +216,16 @@ class RoomHost:
     def cannot_open(self, file: RoomFile, error: MovingOutError) -> None:
         """A package or a folder may be missing at this start only: the room and its journal wait for the next one.
 
-        Not so in a study, which plays on without: it takes the round as far as it was recorded.
+        Where somebody removes the room's file, the next start finishes the journal. Not so in a study, which plays on
+        without: it takes the round as far as it was recorded.
         """
         if file.config.study:
             log.warning("room %s does not come back, and its round ends where it was interrupted: %s", file.id, error)
             self.store.delete(file.id)
         else:
             kept = "its file and the recording of its round are kept for the next start"
-            log.warning("room %s does not come back now; %s: %s", file.id, kept, error)
+            ends = f"to end it, remove {file.id}.json below {self.settings.rooms} before then"
+            log.warning("room %s does not come back now; %s; %s: %s", file.id, kept, ends, error)
             self.not_opened[file.id] = file.episode
 
     def came_back(self, room: Room) -> None:
@@ -244,12 +246,12 @@ class RoomHost:
         return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, faults, self._unwritable())
 
     def _unwritable(self) -> str:
-        """Why a round that began now would not be recorded: what failed the last time that it was done."""
+        """Why a round that began now would not be recorded: what failed the last time that it was done, or hangs."""
         for work in (SYNC, WRITING):
             error = self.background.error(work)
             if error is not None and not isinstance(error, FolderReplacedError):
                 return f"{work}: {reason(error)}"
-        return ""
+        return f"{WRITING}: the disk does not answer" if self.background.stuck(WRITING) else ""
 
     def sync_age_s(self) -> float:
         """Since recordings were last forced to the disk."""

@@ -277,8 +277,10 @@ class ClusterNode:
             log.warning("this node runs the study now (fencing token %d)", self.leases.fence(STUDY))
 
     async def _pass_study_on(self) -> None:
-        """What has failed here several times, another node may do; this one tries again after a pause."""
-        if STUDY in self.leases and STUDY not in self._opening and self.study_tries.used_up:
+        """What has failed here several times, another node may do; this one, if there is none, or after a pause."""
+        failed = STUDY in self.leases and STUDY not in self._opening and self.study_tries.used_up
+        lease = self.view.lease(STUDY)
+        if failed and lease is not None and any(self._may_take(node, lease) for node in self.view.nodes):
             log.error("%s; another node may try now", self.study_tries.problem)
             fence = self.leases.fence(STUDY)
             self.leases.dropped(STUDY)

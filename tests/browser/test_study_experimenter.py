@@ -218,6 +218,19 @@ def test_a_round_goes_on_when_the_page_is_left_while_a_reason_is_asked(open_page
     until_heard(page, study, "pause", "resume")
 
 
+def test_a_round_goes_on_when_the_page_is_left_before_the_pause_is_confirmed(open_page: OpenPage) -> None:
+    study = FakeDashboard()
+    page = open_page("/healthz", script=UNLOCKED)
+    study.open(page)
+    page.route("**/api/experimenter/pause", lambda route: study.heard.append(("pause", sent_body(route.request))))
+    page.get_by_role("button", name="Actions for P4K7Q2").click()
+    page.get_by_role("button", name="Restart the round").click()
+    until_heard(page, study, "pause")
+    page.evaluate("dispatchEvent(new PageTransitionEvent('pagehide'))")
+    until_heard(page, study, "pause", "resume")
+    assert study.heard[0][1] == study.heard[1][1], "the same hold"
+
+
 def test_everything_can_be_paused_and_alerts_are_put_away(open_page: OpenPage) -> None:
     study = FakeDashboard()
     page = open_page("/healthz", script=UNLOCKED)

@@ -86,7 +86,7 @@ def test_work_that_may_be_late_is_a_fault_only_while_it_fails() -> None:
     async def run() -> list[list[str]]:
         work_of, found = BackgroundWork(clock), []
         work_of.repeat("writing", work, 0.001, may_be_late=True)
-        clock.now += 1000.0
+        clock.now += 119.0
         found.append([*work_of.faults()])
         await asyncio.sleep(0.02)
         failing.set()
@@ -105,6 +105,24 @@ def test_work_that_may_be_late_is_a_fault_only_while_it_fails() -> None:
 
     fault = "writing: not done for 6 s (Read-only file system)"
     assert asyncio.run(asyncio.wait_for(run(), 10.0)) == [[], [], [fault], []]
+
+
+def test_work_that_may_be_late_and_hangs_is_a_fault_and_rounds_would_not_be_recorded(tmp_path: Path) -> None:
+    clock, hangs = Clock(), asyncio.Event()
+    host = Host(Settings(data=tmp_path))
+
+    async def run() -> list[tuple[list[str], str]]:
+        host.background, found = BackgroundWork(clock), []
+        host.background.repeat(room_host.WRITING, hangs.wait, 30.0, may_be_late=True)  # type: ignore[arg-type]
+        for seconds in (149.0, 2.0):
+            clock.now += seconds
+            found.append(([*host.background.faults()], host.process_health().unwritable))
+        await host.background.stop()
+        return found
+
+    late = f"{room_host.WRITING}: not done for 151 s"
+    assert asyncio.run(run()) == [([], ""), ([late], f"{room_host.WRITING}: the disk does not answer")]
+    host.store.close()
 
 
 def test_what_has_failed_is_tried_again_soon_however_seldom_it_is_done(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -71,13 +71,14 @@ export function askForAction(row, act) {
  */
 async function hold({ pid }, dialog, act, problem) {
   const about = { pid, hold: `${Date.now()}-${Math.random()}` };
-  const closed = new Promise((done) => {
-    dialog.addEventListener("close", done);
-    window.addEventListener("pagehide", done, { once: true });
-  });
+  // where that fails, the unit has ended, or its row shows the pause, and has a button that ends it
+  const goOn = () => act("resume", about).catch(() => {});
+  const closed = new Promise((done) => dialog.addEventListener("close", done));
+  window.addEventListener("pagehide", goOn, { once: true }); // also while the pause is on its way
   await act("pause", about).catch((error) => dialog.open && problem.prepend(sentence(error)));
   await closed;
-  await act("resume", about).catch(() => {}); // it has ended, or the row shows the pause, and its button ends it
+  window.removeEventListener("pagehide", goOn);
+  await goOn();
 }
 
 /** @param {ParticipantRow} row @param {Action} action @param {Do} act @param {() => void} done */

@@ -112,6 +112,21 @@ def test_a_node_that_cannot_begin_the_study_leaves_it_to_another_one(clock: Test
     together(story)
 
 
+def test_a_node_that_is_alone_goes_on_trying_to_begin_the_study(clock: TestClock) -> None:
+    async def story() -> None:
+        a, rooms = await Node(clock, "a", study=True).start(), NoStudy()
+        a.node._rooms = rooms
+        for _ in range(2 * TRIES):
+            await a.step()
+            assert a.node.leases.fence(STUDY) == 1 and a.node.study_tries.problem == WHY
+            clock.advance(1.0)
+        rooms.broken = False
+        await a.step()
+        assert a.node.serves(STUDY) and a.node.study_tries.problem == ""
+
+    together(story)
+
+
 def test_while_no_node_can_begin_the_study_all_say_so_without_a_break(clock: TestClock) -> None:
     async def story() -> None:
         nodes = [await Node(clock, name, study=True).start() for name in "ab"]

@@ -46,6 +46,7 @@ def test_a_room_without_its_agent_waits_for_the_next_start_and_so_does_its_journ
     assert not without.registry.rooms
     assert without.episodes() == [ROUND], "its journal is not finished"
     assert f"room {file.id} does not come back now; its file and the recording" in caplog.text
+    assert f"to end it, remove {file.id}.json below {tmp_path / 'rooms'}" in caplog.text
     without.store.close()
 
     file.seats[1].agent_id = "scripted"  # as if the package were there again
@@ -53,6 +54,15 @@ def test_a_room_without_its_agent_waits_for_the_next_start_and_so_does_its_journ
     again = restored(Host(Settings(data=tmp_path)))
     assert [*again.registry.rooms] == [file.id]
     again.store.close()
+
+
+def test_without_its_file_such_a_room_ends_and_the_next_start_finishes_its_recording(tmp_path: Path) -> None:
+    file = kept_room(tmp_path, {})
+    restored(Host(Settings(data=tmp_path))).store.close()
+    (tmp_path / "rooms" / f"{file.id}.json").unlink()
+    host = restored(Host(Settings(data=tmp_path)))
+    assert host.episodes() == []
+    host.store.close()
 
 
 def test_a_study_takes_such_a_round_as_it_was_recorded(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -64,7 +74,7 @@ def test_a_study_takes_such_a_round_as_it_was_recorded(tmp_path: Path, caplog: p
     host.store.close()
 
 
-def test_a_node_keeps_them_until_it_gives_the_shard_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_node_keeps_them_until_it_lets_go_of_the_shard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = kept_room(tmp_path, {})
     shard = file.id[0]
     host = ClusterHost(Settings(data=tmp_path, cluster="postgresql://nowhere/none", node="a"))
