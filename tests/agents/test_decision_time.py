@@ -1,5 +1,6 @@
 """How the decisions of an agent are timed: by a clock that the test steps."""
 
+import subprocess
 import time
 from pathlib import Path
 
@@ -68,13 +69,21 @@ def test_agents_that_no_tick_waits_for_are_not_timed(agent_id: str, monkeypatch:
     assert decision_ms(agent_id, "HandOff") is None
 
 
+@pytest.mark.parametrize("written", [b"", b"loaded the weights\n"])
+def test_an_agent_that_ends_its_process_orderly_was_not_timed(written: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("subprocess.run", lambda command, **_: subprocess.CompletedProcess(command, 0, written))
+    assert decision_ms("my_agent:Mine", "HandOff") is None
+
+
 @pytest.mark.slow
 def test_agents_are_timed_in_a_process_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("sleeping.py").write_text(
         "import time\n\n\nclass Agent:\n    def reset(self, episode):\n        print('reset')\n\n"
-        "    def act(self, observation):\n        time.sleep(0.15)\n        return [[0.0, 1.0, 0.0, 0.0]]\n"
+        "    def act(self, observation):\n        time.sleep(0.15)\n        return [[0.0, 1.0, 0.0, 0.0]]\n\n\n"
+        "class Leaving(Agent):\n    def act(self, observation):\n        raise SystemExit\n"
     )
     needed = decision_ms("sleeping:Agent", "HandOff")
     assert needed is not None and 150 <= needed < 250
-    assert decision_ms("sleeping:Nobody", "HandOff") is None, "others say what is wrong"
+    for wrong in ("sleeping:Nobody", "sleeping:Leaving"):
+        assert decision_ms(wrong, "HandOff") is None, "others say what is wrong"
