@@ -57,4 +57,7 @@ def test_an_agent_that_is_not_ready_in_time_is_too_slow_and_one_that_is_not_time
             raise NotReadyError("the partner scripted was not ready within 90 s")
 
     monkeypatch.setattr(partner_speed, "decision_ms", decision_ms)
-    assert partner_speed.slow_partners(read_study(file)) == ("the partner scripted was not ready within 90 s",)
+    assert partner_speed.slow_partners(read_study(file)) == (
+        "the partner scripted was not ready within 90 s: take a faster machine or another partner; study serve "
+        "--slow-agents begins all the same, but its rounds wait for it no longer than that",
+    )
