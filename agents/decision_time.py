@@ -19,6 +19,7 @@ from movingout.world.constants import LIMIT_TICKS, TICK_SECONDS
 
 DECISIONS = 5  # of a series
 SERIES = 4  # at most: the best counts, so that a busy moment does not
+LEAST = 2  # series before an agent is too slow
 ENOUGH_S = 3.0  # after which no further series begins
 _WAITED = Path("/proc/thread-self/schedstat")  # of Linux: processor time, time waited for a processor [ns], turns
 
@@ -50,11 +51,11 @@ def first_decisions(agent: Agent, episode: EpisodeInfo, clock: Callable[[], floa
 def median_decision_s(agent: Agent, the_map: MapSpec, clock: Callable[[], float] = unhindered) -> float:
     """The median decision [s] of the best of several short series; there is one series of an agent that keeps up."""
     episode = EpisodeInfo(the_map, seat=0, seed=0, ticks=LIMIT_TICKS)
-    begun = clock()
     agent.reset(episode)
     agent.act(observe(the_map, start_state(the_map), episode.seat))  # the first one may be slow
+    begun = clock()
     medians: list[float] = []
-    while len(medians) < SERIES and (not medians or clock() - begun < ENOUGH_S):
+    while len(medians) < SERIES and (len(medians) < LEAST or clock() - begun < ENOUGH_S):
         medians.append(statistics.median(first_decisions(agent, episode, clock)[0]))
         if medians[-1] <= TICK_SECONDS:
             break

@@ -66,4 +66,7 @@ def decision_ms(agent_id: str, the_map: str) -> float | None:
         timed = subprocess.run(command, capture_output=True, env=with_one_thread, timeout=LOADING_LIMIT_S)
     except subprocess.TimeoutExpired:
         raise NotReadyError(f"the partner {agent_id} was not ready within {LOADING_LIMIT_S:.0f} s") from None
-    return None if timed.returncode else float(timed.stdout.split()[-1])  # libraries may have written before
+    try:
+        return None if timed.returncode else float(timed.stdout.split()[-1])  # libraries may have written before
+    except (IndexError, ValueError):  # the agent has ended its process
+        return None

@@ -99,15 +99,21 @@ _LIKE_IPV6 = re.compile(r"(?<!\w)[0-9A-Fa-f:.]{3,}")  # a time of day as well
 
 
 def _without_ipv6(match: re.Match[str]) -> str:
-    """A dot or colons beside an address belong to the sentence; this machine's own stays, as that of IPv4 does."""
+    """A dot or colons beside an address belong to the sentence; this machine's own stays, as that of IPv4 does.
+
+    Of one with a port, or behind a word that could be a part of it, nothing stays.
+    """
     text = match[0]
-    for address in (text, text.rstrip("."), text.rstrip(":."), text.strip(":.")):
+    run = text.rstrip(":.")
+    behind = run.partition(":")[2]
+    cut = run.rpartition(":")[0], behind, behind.rpartition(":")[0]
+    for address in (text, text.rstrip("."), run, text.strip(":."), *cut):
         try:
             found = ipaddress.IPv6Address(address)
         except ValueError:
             continue
         own = found.is_unspecified or (found.ipv4_mapped or found).is_loopback
-        return text if own else text.replace(address, "[address]")
+        return text if own else text.replace(run if address in cut else address, "[address]")
     return text
 
 

@@ -64,6 +64,7 @@ class AgentPool:
         self._home: dict[int, Worker] = {}
         self._keys = itertools.count(first_key)
         self._limited = True
+        self._seated_before = False
         self._workers: list[Worker] = []
         for _ in range(workers):
             worker = self._make_worker()
@@ -103,7 +104,7 @@ class AgentPool:
         agent_card(agent_id)
         worker = self._admitted(agent_id, cost_name(agent_id, map))
         key = next(self._keys)
-        must_keep_up = self._limited and not self._slow_agents
+        must_keep_up = self._limited and not (self._seated_before or self._slow_agents)
         opening = Open(
             key=key, agent_id=agent_id, map=map, seat=seat, seed=seed, ticks=ticks, must_keep_up=must_keep_up
         )
@@ -127,6 +128,18 @@ class AgentPool:
             yield
         finally:
             self._limited = True
+
+    @contextlib.contextmanager
+    def already_seated(self) -> Iterator[None]:
+        """Within it no agent is refused as too slow: those of another node's rooms had begun. Places count.
+
+        For a block that does not await.
+        """
+        self._seated_before = True
+        try:
+            yield
+        finally:
+            self._seated_before = False
 
     def _least_busy(self) -> "Worker":
         return min(self._workers, key=self.load)

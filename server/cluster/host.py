@@ -237,7 +237,9 @@ class ClusterHost(Host):
                 interrupted.writer.abandon()
             raise ClusterError(f"the lease of the shard {shard!r} was lost while its rooms were being opened")
         try:
-            self.came_back(room_again(file, interrupted, self.registry, time.monotonic()))
+            with self.agents.already_seated():
+                room = room_again(file, interrupted, self.registry, time.monotonic())
+            self.came_back(room)
             self._awaiting_agents.pop(file.id, None)
         except AgentsBusyError as error:  # those of another node's rooms came in addition
             if file.id not in self._awaiting_agents:

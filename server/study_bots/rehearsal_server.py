@@ -23,11 +23,12 @@ class ServerAddress(NamedTuple):
 class RehearsalServer:
     """A context manager; `kill` and `start` inside it simulate a power cut."""
 
-    def __init__(self, file: Path, data: Path, speed: float) -> None:
+    def __init__(self, file: Path, data: Path, speed: float, slow_agents: bool = False) -> None:
         self.address = ServerAddress("")
         quiet = ["-W", "ignore:resource_tracker:UserWarning"]  # no warnings about what a killed server leaves behind
         program = [PROGRAM[0], *quiet, *PROGRAM[1:], "study", "serve", str(file)]
         self._command = [*program, "--data", str(data), "--rehearse", f"{speed:g}"]
+        self._command += ["--slow-agents"] if slow_agents else []
         self._port = "0"
         self._process: subprocess.Popen[str] | None = None
 

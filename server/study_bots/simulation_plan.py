@@ -18,7 +18,7 @@ def speed_factor(text: str) -> float:
 
 @dataclass(frozen=True)
 class SimulationPlan:
-    """How many participants there are and how they behave."""
+    """How many participants there are, how they behave, and whether their server lets slow agents play."""
 
     participants: int
     speed: float = option(1.0, "how many times as fast as people (default: 1)", metavar="N|max", parse=speed_factor)
@@ -26,6 +26,11 @@ class SimulationPlan:
     at_once: int = option(16, "participants at the same time (%(default)s)", metavar="N", parse=int)
     chaos: bool = option(
         False, "add reloads, broken connections, double clicks, absences and participants who stop", parse=None
+    )
+    slow_agents: bool = option(
+        False,
+        "start the server with --slow-agents: partners that decide too slowly here play and miss ticks",
+        parse=None,
     )
     scripted: bool = True  # seats are played by scripted people, else by robots that drive in circles
     run: str = ""  # part of the names, so that two rehearsals have different participants

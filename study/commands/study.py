@@ -5,6 +5,7 @@ import json
 import shlex
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,9 @@ def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[ar
     )
     check.add_argument("file", type=Path, metavar="FILE", help="the study file")
     check.add_argument("--json", action="store_true", help="one JSON document on standard output")
+    check.add_argument(
+        "--slow-agents", action="store_true", help="for study serve --slow-agents: warn of partners that are too slow"
+    )
     check.set_defaults(perform=_check)
     data.configure(commands)
     backup.configure(commands)
@@ -92,6 +96,8 @@ def _check(args: argparse.Namespace) -> int:
             print(json.dumps({"ready": False, "faults": faults}, indent=2, ensure_ascii=False))
         return 1
     found = partners_timed(own_agents_tried(review(study)))
+    if args.slow_agents:
+        found = replace(found, warnings=(*found.warnings, *found.slow), slow=())
     if args.json:
         print(json.dumps(_document(found), indent=2, ensure_ascii=False))
     else:

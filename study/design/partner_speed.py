@@ -29,7 +29,10 @@ def _slowness(study: Study, agent_id: str) -> str:
     try:
         needed = decision_ms(agent_id, study.map_source(the_map))
     except NotReadyError as error:
-        return str(error)
+        return (
+            f"{error}: take a faster machine or another partner; study serve --slow-agents begins all the same, but "
+            "its rounds wait for it no longer than that"
+        )
     except AgentError:
         return ""
     if needed is None or needed <= TICK_MS:

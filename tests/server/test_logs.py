@@ -59,10 +59,25 @@ def test_addresses_of_people_stay_out_of_the_log(address: str) -> None:
 
 
 @pytest.mark.parametrize(
+    "run",
+    [
+        "2003:c1:ef2a:5b00:1c3f:a7:b1:c2:51234",
+        "2003:c1:ef2a:5b00:1c3f:a7:b1:c2:443",
+        "2001:db8::7:51234",
+        "abc:2001:db8:0:0:0:0:0:1",
+        "facade:2001:db8::1:51234",
+    ],
+)
+def test_of_an_address_with_a_port_or_behind_a_word_nothing_stays(run: str) -> None:
+    for sentence in ("a client at {} left", "from {}.", "{}: refused"):
+        assert printable(sentence.format(run)) == sentence.format("[address]")
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "listening at 127.0.0.1:8000, version 1.2.3, 12:30:05",
-        "listening at ::1, [::1]:8000, :: and ::ffff:127.0.0.1",
+        "listening at ::1, [::1]:8000, ::1:51234, :: and ::ffff:127.0.0.1",
         "12:34:56:78 of std::abc, bass@any::dead",
     ],
 )

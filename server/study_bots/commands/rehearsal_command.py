@@ -62,7 +62,7 @@ def rehearse(file: Path, plan: SimulationPlan, data: Path, kills: int = 0) -> Re
     folder = StudyFolder(read_study(file), data)
     if folder.own.exists():
         raise SimulationError(f"{folder.own} exists already; a rehearsal needs a new folder: --data DIR")
-    with ended_by_sigterm(), RehearsalServer(file, data, plan.speed) as server:
+    with ended_by_sigterm(), RehearsalServer(file, data, plan.speed, plan.slow_agents) as server:
         logs = _watched(Cohort(server.address.base, plan), kills, server)
     stored = read_stored(folder)
     return RehearsalResult(logs, stored, find_losses(folder, stored, logs), data)

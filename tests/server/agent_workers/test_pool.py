@@ -110,8 +110,11 @@ def test_a_server_that_lets_slow_agents_play_and_rooms_that_come_back_refuse_non
     pool = AgentPool(1)
     with pool.without_limit():
         restored = pool.open("idle", MAP, 0, 1, 500)
-    seats = pool.open("idle", MAP, 0, 1, 500), restored, AgentPool(1, slow_agents=True).open("idle", MAP, 0, 1, 500)
-    assert [seat._opening.must_keep_up for seat in seats] == [True, False, False]
+    with pool.already_seated():
+        taken_over = pool.open("idle", MAP, 0, 1, 500)
+    patient = AgentPool(1, slow_agents=True).open("idle", MAP, 0, 1, 500)
+    seats = pool.open("idle", MAP, 0, 1, 500), restored, taken_over, patient
+    assert [seat._opening.must_keep_up for seat in seats] == [True, False, False, False]
 
 
 def test_a_seat_knows_that_its_agent_was_refused_as_too_slow() -> None:

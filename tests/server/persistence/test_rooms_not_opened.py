@@ -6,7 +6,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from movingout.maps import load_map
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server.agent_workers.agent_seat import AgentSeat
 from movingout.server.cluster.host import ClusterHost
 from movingout.server.host import Host
 from movingout.server.persistence.room_snapshot import room_file
@@ -19,13 +21,13 @@ from movingout.server.settings import Settings
 ROUND = "round-1"
 
 
-def kept_room(data: Path, study: dict[str, str]) -> RoomFile:
-    """The room of a server that has ended; an agent that is not there any more sits in it."""
+def kept_room(data: Path, study: dict[str, str], agent_id: str = "of-a-package") -> RoomFile:
+    """The room of a server that has ended; an agent sits in it, by default one that is not there any more."""
     host = Host(Settings(data=data))
     host.settings.rooms.mkdir()
     room = host.registry.open(RoomConfig(maps=("Simple",), study=study), [Seat(0, "human"), Seat(1, "idle")])
     file = msgspec.structs.replace(room_file(room, saved=0.0), episode=ROUND)
-    file.seats[1].kind, file.seats[1].agent_id = "agent", "of-a-package"
+    file.seats[1].kind, file.seats[1].agent_id = "agent", agent_id
     host.store.save(file)
     host.store.close()
     return file
@@ -74,18 +76,35 @@ def test_a_study_takes_such_a_round_as_it_was_recorded(tmp_path: Path, caplog: p
     host.store.close()
 
 
+def node(data: Path, monkeypatch: pytest.MonkeyPatch) -> ClusterHost:
+    host = ClusterHost(Settings(data=data, cluster="postgresql://nowhere/none", node="a"))
+    monkeypatch.setattr(host.node.leases, "valid", lambda shard, now: True)
+    return host
+
+
 def test_a_node_keeps_them_until_it_lets_go_of_the_shard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = kept_room(tmp_path, {})
     shard = file.id[0]
-    host = ClusterHost(Settings(data=tmp_path, cluster="postgresql://nowhere/none", node="a"))
+    host = node(tmp_path, monkeypatch)
     host.settings.recordings.mkdir()
     (host.settings.recordings / f"{shard}{ROUND}{JOURNAL_SUFFIX}").touch()
     file.episode = f"{shard}{ROUND}"
-    monkeypatch.setattr(host.node.leases, "valid", lambda shard, now: True)
     monkeypatch.setattr(host.store, "delete", lambda room_id: pytest.fail("the room is lost"))
     asyncio.run(host._bring(file, shard))
     assert host.episodes() == [file.episode]
     host._recover_shard(shard)  # would ask the recording service, which was not started
     host.close_shard(shard)
     assert host.episodes() == []
+    host.store.close()
+
+
+def test_a_node_refuses_no_agent_of_a_room_that_it_takes_over_as_too_slow(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = kept_room(tmp_path, {}, "idle")
+    host = node(tmp_path, monkeypatch)
+    asyncio.run(host._bring(file, file.id[0]))
+    seats = [host.registry.rooms[file.id].seats[1].player, host.agents.open("idle", load_map("Simple"), 1, 0, 500)]
+    assert [seat._opening.must_keep_up for seat in seats if isinstance(seat, AgentSeat)] == [False, True]
+    assert host.agents._limited, "its place counts, as those of the other rooms do"
     host.store.close()

@@ -9,6 +9,7 @@ from movingout.server.study_bots.commands.rehearsal_command import RehearsalResu
 from movingout.server.study_bots.data_check import find_losses, read_stored
 from movingout.server.study_bots.simulated_participant import SavedAnswer
 from movingout.server.study_bots.simulation_plan import SimulationPlan
+from movingout.server.study_bots.study_client import SimulationError
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
 from tests.server.study_bots.support import agents_text, pairs_text
@@ -18,6 +19,23 @@ def _file(folder: Path, text: str) -> Path:
     path = folder / "study.yaml"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def test_the_server_of_a_rehearsal_lets_slow_agents_play_where_the_study_will(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    commands: list[list[str]] = []
+
+    def start(command: list[str], **_: object) -> None:
+        commands.append(command)
+        raise SimulationError("no server today")
+
+    monkeypatch.setattr("subprocess.Popen", start)
+    file = _file(tmp_path, agents_text())
+    for plan in (SimulationPlan(1), SimulationPlan(1, slow_agents=True)):
+        with pytest.raises(SimulationError, match="today"):
+            rehearse(file, plan, tmp_path / "data")
+    assert ["--slow-agents" in command for command in commands] == [False, True]
 
 
 def _chaos(folder: Path, text: str, plan: SimulationPlan, kills: int) -> RehearsalResult:

@@ -20,8 +20,8 @@ def test_without_options_the_defaults_of_the_plan_hold() -> None:
 
 
 def test_every_option_sets_its_field() -> None:
-    plan = plan_of("--speed", "max", "--seed", "3", "--at-once", "2", "--chaos")
-    assert plan == SimulationPlan(4, speed=MAX_SPEED, seed=3, at_once=2, chaos=True)
+    plan = plan_of("--speed", "max", "--seed", "3", "--at-once", "2", "--chaos", "--slow-agents")
+    assert plan == SimulationPlan(4, speed=MAX_SPEED, seed=3, at_once=2, chaos=True, slow_agents=True)
 
 
 @pytest.mark.parametrize("speed", ["0", "21", "fast"])

@@ -49,6 +49,16 @@ def test_check_times_each_partner_on_a_map_that_it_is_met_on_and_one_that_is_too
     assert f"too slow: {SLOW}" in page and "1 agent too slow" in page
 
 
+def test_for_a_server_that_lets_slow_agents_play_such_a_partner_is_a_warning(
+    timed: list[tuple[str, str]], file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["study", "check", str(file), "--slow-agents", "--json"])
+    document = json.loads(capsys.readouterr().out)
+    assert document["slow"] == [] and SLOW in document["warnings"] and timed
+    main(["study", "check", str(file), "--slow-agents"])
+    assert f"warning: {SLOW}" in capsys.readouterr().out
+
+
 def test_an_agent_that_is_not_ready_in_time_is_too_slow_and_one_that_is_not_timed_is_not(
     file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -57,4 +67,7 @@ def test_an_agent_that_is_not_ready_in_time_is_too_slow_and_one_that_is_not_time
             raise NotReadyError("the partner scripted was not ready within 90 s")
 
     monkeypatch.setattr(partner_speed, "decision_ms", decision_ms)
-    assert partner_speed.slow_partners(read_study(file)) == ("the partner scripted was not ready within 90 s",)
+    assert partner_speed.slow_partners(read_study(file)) == (
+        "the partner scripted was not ready within 90 s: take a faster machine or another partner; study serve "
+        "--slow-agents begins all the same, but its rounds wait for it no longer than that",
+    )
