@@ -8,9 +8,9 @@ LEAST_FREE: Final = 50e6  # bytes, below which nothing new is begun
 
 
 def disk_free(data: Path, recordings: Path) -> int:
-    """Bytes on the disk of the data folder, or of the recordings where theirs has less; 0 when it is gone."""
-    folders = [data, *([recordings] if recordings.exists() else [])]
+    """Bytes on the disk of the data folder, or of the recordings where theirs has less; 0 when one is gone or broken."""
     try:
+        folders = [data, *([recordings] if recordings.exists() else [])]  # raises where their disk answers with an error
         return min(shutil.disk_usage(folder).free for folder in folders)
     except OSError:
         return 0

@@ -1,7 +1,9 @@
 """How many rooms an address may open, also when it asks for many at once and their processes answer later."""
 
 import asyncio
+import errno
 import gc
+import os
 import shutil
 import time
 from pathlib import Path
@@ -169,6 +171,23 @@ def test_recordings_on_a_disk_of_their_own_that_is_full_let_no_room_open(
     full = getattr(host.settings, fuller)
     monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=8e3 if folder == full else 5e10))
     assert host.disk_free() == 8e3 and host.refusal().code == "disk_full"
+
+
+def test_a_broken_disk_of_recordings_lets_no_room_open_and_is_no_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    host = FarHost(tmp_path, {})
+    host.settings.recordings.mkdir()
+    stat = Path.stat
+
+    def broken(path: Path, **options: bool) -> os.stat_result:
+        if path == host.settings.recordings:
+            raise OSError(errno.EIO, "input/output error", str(path))
+        return stat(path, **options)
+
+    monkeypatch.setattr(Path, "stat", broken)
+    assert host.disk_free() == 0 and host.refusal().code == "disk_full"
+    assert host.refusal().message in host.why_not_ready() and host.cannot_record().code == "disk_full"
 
 
 @pytest.mark.parametrize("error", [Away("restarting"), asyncio.CancelledError()], ids=["away", "cancelled"])
