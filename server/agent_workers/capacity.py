@@ -63,6 +63,15 @@ class AgentCosts:
         guess = GUESS_TRAINED if "@" in name else GUESS
         return self._shares.get(name, self._shares.get(name.removesuffix(_ON_OWN_MAPS), guess))
 
+    def known(self) -> dict[str, float]:
+        """What was measured, here or before; nothing that is assumed."""
+        return self._shares.copy()
+
+    def take_over(self, shares: dict[str, float]) -> None:
+        """Know what another process has measured, which keeps the file, instead of what was known here."""
+        self._shares = shares.copy()
+        self._prints = {name: seen for name, seen in self._prints.items() if name in shares}
+
     def measured(self, name: str, share: float) -> None:
         """Decisions of an agent were timed when it sat down; 0 for none. What was learned while it played stays."""
         if share > 0.0 and (name not in self._shares or self._prints.get(name) != _print(name)):
@@ -94,7 +103,8 @@ class AgentCosts:
         self._changed = True
         if len(self._shares) > MOST_KEPT:
             oldest = next(iter(self._shares))
-            del self._shares[oldest], self._prints[oldest]
+            del self._shares[oldest]
+            self._prints.pop(oldest, None)
 
     def _read(self) -> None:
         try:

@@ -119,9 +119,9 @@ class ServicePool(AgentPool):
         return found if isinstance(found, ServedSeat) else None
 
     def free(self) -> Free:
-        """What each worker can take."""
+        """What each worker can take, and what agents were measured to need."""
         left = (self._left(one) if self._seats_of(one) else PLENTY for one in self._workers)
-        return Free(tuple(left), self._most)
+        return Free(tuple(left), self._most, self.costs.known())
 
 
 class RoomsLink:

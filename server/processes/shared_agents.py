@@ -54,8 +54,9 @@ class SharedAgents(AgentPool):
 
     def heard(self, body: bytes) -> None:
         match message := read_from_service(body):
-            case Free(left, most):
+            case Free(left, most, costs):
                 self._shares_left, self._most = [*left] or [0.0], most
+                self.costs.take_over(costs)
                 self._heard.set()
             case Lost(key, guilty):
                 seat = self._seats.get(key)
