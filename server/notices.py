@@ -24,7 +24,7 @@ ErrorCode = Literal[
     "pings_off", "ping_rate", "ping_item", "ready_rate", "pauses_used",
     # why a connection or a room is closed
     "replaced", "nobody_here", "room_idle", "room_failed", "closed_by_operator", "restarting", "moving", "room_waits",
-    "too_slow", "connection_failed",
+    "room_kept", "too_slow", "connection_failed",
     "round_over", "round_restarted", "practice_over", "participant_left",
     # answers and recordings
     "answer", "not_saved", "no_recording", "no_recordings", "readers_busy", "too_many_pictures", "too_many_replays",

@@ -19,15 +19,17 @@ from movingout.server.agent_workers.capacity import COSTS, COSTS_S, AgentCosts
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.background import BackgroundWork, reason
 from movingout.server.connection.admission import AdmissionControl
+from movingout.server.connection.closing import KEPT, CloseConnection, no_room
 from movingout.server.connection.endpoint import SocketEndpoint
 from movingout.server.memory import GarbageCollection
+from movingout.server.notices import ErrorCode
 from movingout.server.open_files import within_open_files
 from movingout.server.overload import Overload, ProcessHealth
 from movingout.server.own_maps.workers import MapWorkers
 from movingout.server.persistence.fsync import sync_recordings, try_writing
 from movingout.server.persistence.room_snapshot import restore_room, room_file
 from movingout.server.persistence.room_store import RoomFile, RoomStore
-from movingout.server.public_host import NoRoom
+from movingout.server.public_host import Away, NoRoom
 from movingout.server.rooms.registry import RoomRegistry
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_notices import RESTART_SOON
@@ -49,6 +51,12 @@ CPU_SAMPLES = 5  # seconds that the CPU share is averaged over
 
 class FolderReplacedError(FileNotFoundError):
     """Another folder lies where the recordings are: rounds that begin now are recorded there."""
+
+
+class RoomKept(Away):
+    """The room waits for a start at which it can be opened."""
+
+    code: ErrorCode = "room_kept"
 
 
 class RoomHost:
@@ -85,6 +93,7 @@ class RoomHost:
         )
         self.registry.watch_rounds(self._study_round_over)
         self.endpoint = SocketEndpoint(settings, self.registry, self.admission, self._kept)
+        self.endpoint.absence = self.absence
         self._recordings_id: tuple[int, int] | None = None
         self.not_opened: dict[str, str] = {}  # rooms that wait for the next start; the round that each was playing
 
@@ -140,11 +149,17 @@ class RoomHost:
             await self.store.written()
 
     def room(self, room_id: str) -> Room:
-        """Raises NoRoom."""
+        """Raises NoRoom, and RoomKept where it waits for the next start."""
         room = self.registry.rooms.get(room_id)
+        if room is None and room_id in self.not_opened:
+            raise RoomKept(KEPT.message)
         if room is None:
             raise NoRoom(f"there is no room {room_id}")
         return room
+
+    def absence(self, room_id: str) -> CloseConnection:
+        """How a connection ends whose room is not here: one that waits for a start can be found later."""
+        return CloseConnection(m.CLOSE_SHUTDOWN, KEPT) if room_id in self.not_opened else no_room(room_id)
 
     async def open_kept(self, config: RoomConfig, seats: list[Seat]) -> Room:
         """Open a room and wait until a restart would bring it back. Raises MapError and AgentError."""

@@ -31,7 +31,7 @@ from movingout.server.cluster.room_files import (
 )
 from movingout.server.cluster.shards import SHARDS, new_id_in, shard_of
 from movingout.server.cluster.shared_limits import SHARE_S, SharedLimits
-from movingout.server.connection.closing import CloseConnection, no_room
+from movingout.server.connection.closing import CloseConnection
 from movingout.server.connection.other_nodes import RoomCount
 from movingout.server.host import Host
 from movingout.server.notices import NOTHING, ErrorCode, Notice
@@ -82,7 +82,6 @@ class ClusterHost(Host):
         self.node: ClusterNode = self._make_node()
         self._caller = NodeCaller(self.node.who.run, self.secret)
         RoomHost.__init__(self, settings, new_room_id=self._new_room_id, agents=agents)
-        self.endpoint.absence = self.absence
         limits = LimitStore(settings.cluster, lease_s=settings.lease_s)
         self.shared_limits = SharedLimits(self.node.who.run, limits, settings.limits, self._rooms_by_owner)
         self.admission.other_nodes = self.shared_limits
@@ -174,7 +173,7 @@ class ClusterHost(Host):
     def absence(self, room_id: str) -> CloseConnection:
         """How a connection ends whose room is not here."""
         notice = self._absence(room_id)
-        return no_room(room_id) if notice is None else CloseConnection(m.CLOSE_SHUTDOWN, notice)
+        return super().absence(room_id) if notice is None else CloseConnection(m.CLOSE_SHUTDOWN, notice)
 
     def _absence(self, room_id: str) -> Notice | None:
         """Where a room is that is not here; None: nowhere."""

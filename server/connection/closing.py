@@ -12,6 +12,10 @@ from movingout.server.notices import NOTHING, Notice
 log = logging.getLogger(__name__)
 
 NO_ROOM = Notice("no_room", "This room no longer exists. Start a new game.")
+KEPT = Notice(
+    "room_kept",
+    "This game is kept, but the server cannot open it at the moment. This page reconnects automatically once it can.",
+)
 FAILED = Notice("connection_failed", "Something went wrong with this connection.")
 
 

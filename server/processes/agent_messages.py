@@ -13,7 +13,7 @@ class Lost(msgspec.Struct, tag=True, array_like=True, frozen=True):
 
 
 class Free(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """What one more agent may need of each worker, and what agents cost, in shares of a core, as often as it changes."""
+    """What one more agent may need of each worker, and agents cost, in shares of a core, as often as it changes."""
 
     left: tuple[float, ...]
     most: float  # what the seats of one worker may need together; one without seats takes any agent

@@ -8,12 +8,13 @@ import pytest
 
 from movingout.maps import load_map
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server import messages as m
 from movingout.server.agent_workers.agent_seat import AgentSeat
 from movingout.server.cluster.host import ClusterHost
 from movingout.server.host import Host
 from movingout.server.persistence.room_snapshot import room_file
 from movingout.server.persistence.room_store import RoomFile
-from movingout.server.room_host import RoomHost
+from movingout.server.room_host import RoomHost, RoomKept
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
@@ -58,6 +59,21 @@ def test_a_room_without_its_agent_waits_for_the_next_start_and_so_does_its_journ
     again.store.close()
 
 
+def test_who_comes_back_to_such_a_room_hears_that_it_is_kept_and_comes_again(tmp_path: Path) -> None:
+    file = kept_room(tmp_path, {})
+    host = Host(Settings(data=tmp_path))
+    restored(host)
+    said = host.endpoint.absence(file.id), host.endpoint.absence("nowhere")
+    assert [(each.code, each.notice.code) for each in said] == [
+        (m.CLOSE_SHUTDOWN, "room_kept"),
+        (m.CLOSE_NOT_FOUND, "no_room"),
+    ]
+    with pytest.raises(RoomKept) as kept:
+        asyncio.run(host.ask(file.id, lambda room: room.id))
+    assert kept.value.code == "room_kept"
+    host.store.close()
+
+
 def test_without_its_file_such_a_room_ends_and_the_next_start_finishes_its_recording(tmp_path: Path) -> None:
     file = kept_room(tmp_path, {})
     restored(Host(Settings(data=tmp_path))).store.close()
@@ -92,6 +108,8 @@ def test_a_node_keeps_them_until_it_lets_go_of_the_shard(tmp_path: Path, monkeyp
     monkeypatch.setattr(host.store, "delete", lambda room_id: pytest.fail("the room is lost"))
     asyncio.run(host._bring(file, shard))
     assert host.episodes() == [file.episode]
+    monkeypatch.setattr(host.node, "serves", lambda shard: True)
+    assert host.endpoint.absence(file.id).notice.code == "room_kept"
     host._recover_shard(shard)  # would ask the recording service, which was not started
     host.close_shard(shard)
     assert host.episodes() == []
