@@ -3,8 +3,9 @@
 from collections.abc import Iterator
 from typing import Any
 
-from movingout.server.cluster.lease_store import FORGET_S, ClusterView, LeaseRow, NodeIdentity
+from movingout.server.cluster.lease_store import FORGET_S, ClusterView, LeaseRow, NodeIdentity, NodeRow
 from movingout.server.cluster.node import ClusterNode
+from movingout.server.cluster.shards import STUDY
 
 
 def cluster_report(node: ClusterNode) -> dict[str, Any]:
@@ -43,6 +44,20 @@ def waiting_rooms(view: ClusterView, lease_s: float) -> Iterator[str]:
         beginnings = ", ".join(lease.shard for lease in leases)
         away_s = min(lease.expired_s for lease in leases)
         yield f"node {node} has been away for {away_s:.0f} s: {rooms} for it (ids beginning with {beginnings})"
+
+
+def unserved_study(view: ClusterView) -> str:
+    """A sentence where nobody serves a study that has begun; empty after all of its nodes have ended in order."""
+    lease = view.lease(STUDY)
+    if lease is None or lease.fence == 0 or any(has_lease(node, lease) and not node.problem for node in view.nodes):
+        return ""
+    if all(node.state == "ended" or lease.format not in (None, node.format) for node in view.nodes):
+        return ""
+    return "nobody serves the study" + (f": node {lease.node} had it last" if lease.node else "")
+
+
+def has_lease(node: NodeRow, lease: LeaseRow) -> bool:
+    return node.alive and lease.node == node.name and lease.expired_s <= 0.0
 
 
 def tokens_apart(view: ClusterView, who: NodeIdentity) -> str:

@@ -12,9 +12,9 @@ from movingout.agents.live_options import check_live_agent
 from movingout.maps.commands.parser import output_place
 from movingout.server.cluster.capacity import FIGURES, plan, read_figures
 from movingout.server.cluster.errors import ClusterError
-from movingout.server.cluster.lease_store import ClusterView, LeaseRow, LeaseStore, NodeRow
+from movingout.server.cluster.lease_store import ClusterView, LeaseStore
 from movingout.server.cluster.proxy_config import TEMPLATES, ProxyConfig, ProxyLimits, command_line, nodes_of
-from movingout.server.cluster.report import waiting_rooms
+from movingout.server.cluster.report import has_lease, unserved_study, waiting_rooms
 from movingout.server.cluster.shards import SHARDS, STUDY
 from movingout.server.settings import LEASE_S, at_once, lease
 
@@ -186,7 +186,7 @@ def _status(args: argparse.Namespace) -> int:
             "shards": "".join(
                 lease.shard for lease in view.leases if lease.node == node.name and lease.shard in SHARDS
             ),
-            "runs_study": _has(study, node) and not node.problem,
+            "runs_study": study is not None and has_lease(node, study) and not node.problem,
             "problem": node.problem if node.alive else "",
             "version": node.version,
             "address": node.address,
@@ -194,8 +194,9 @@ def _status(args: argparse.Namespace) -> int:
         for node in view.nodes
     ]
     unserved = [f"node {row['name']}: {row['problem']}" for row in rows if row["problem"]]
+    unserved = unserved or [sentence for sentence in [unserved_study(view)] if sentence]
     if args.json:
-        print(json.dumps({"nodes": rows, "waiting": waiting}, indent=2))
+        print(json.dumps({"nodes": rows, "waiting": waiting, "unserved": unserved}, indent=2))
     else:
         print(f"{'node':<16}{'state':<10}{'rooms':>6}  {'shards':<12}{'version':<10}address")
         for row in rows:
@@ -206,7 +207,3 @@ def _status(args: argparse.Namespace) -> int:
         for sentence in waiting:
             print(sentence)
     return 1 if waiting or unserved else 0
-
-
-def _has(lease: LeaseRow | None, node: NodeRow) -> bool:
-    return lease is not None and lease.node == node.name and lease.expired_s <= 0.0

@@ -188,7 +188,7 @@ def test_status_of_a_cluster_without_nodes_names_none(database: str, capsys: pyt
 
     asyncio.run(prepare())
     assert main(["cluster", "status", "--cluster", database, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"nodes": [], "waiting": []}
+    assert json.loads(capsys.readouterr().out) == {"nodes": [], "waiting": [], "unserved": []}
 
 
 def test_status_tells_which_node_runs_the_study_and_none_when_that_has_ended(

@@ -174,6 +174,30 @@ def test_status_does_not_say_that_a_node_runs_a_study_which_it_cannot_begin(
     assert f"node a: {WHY}" in shown and "runs the study" not in shown
 
 
+def test_status_says_that_nobody_serves_the_study_whose_nodes_were_killed_not_ended(
+    clock: TestClock, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cluster, "LeaseStore", lambda *_, **__: clock.store())
+
+    def status() -> int:
+        return main(["cluster", "status", "--cluster", clock.url])
+
+    async def serve(ended: bool) -> None:
+        a = await Node(clock, "a", run=str(ended), study=True).start()
+        await a.step()
+        await a.step()
+        if ended:
+            await a.node.store.leave(a.node.who)
+
+    together(lambda: serve(ended=False))
+    assert status() == 0
+    clock.advance(120.0)
+    capsys.readouterr()
+    assert status() == 1 and "nobody serves the study: node a had it last" in capsys.readouterr().out
+    together(lambda: serve(ended=True))
+    assert status() == 0 and "nobody" not in capsys.readouterr().out
+
+
 def test_a_node_that_cannot_record_takes_no_room_itself_and_stops_no_round_at_the_others(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
