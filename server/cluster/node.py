@@ -267,13 +267,13 @@ class ClusterNode:
     async def _take_study(self) -> None:
         """Of several nodes that try, one gets it."""
         lease = self.view.lease(STUDY)
-        if not self._study or self.state != "serving" or lease is None or STUDY in self.leases:
+        if not self._study or lease is None or STUDY in self.leases:
             return
         if lease.node is not None and lease.expired_s <= 0.0:
             other = self.view.node(lease.node)
             if other is not None and not other.problem:
                 self.study_tries.went_well()
-        elif self.study_tries.may_try(self._clock()) and await self._take(lease):
+        elif self.state == "serving" and self.study_tries.may_try(self._clock()) and await self._take(lease):
             log.warning("this node runs the study now (fencing token %d)", self.leases.fence(STUDY))
 
     async def _pass_study_on(self) -> None:

@@ -112,6 +112,22 @@ def test_a_node_that_cannot_begin_the_study_leaves_it_to_another_one(clock: Test
     together(story)
 
 
+def test_a_node_that_drains_no_longer_says_that_the_study_cannot_begin_once_another_serves_it(clock: TestClock) -> None:
+    async def story() -> None:
+        a, b = [await Node(clock, name, study=True).start() for name in "ab"]
+        a.node._rooms = NoStudy()
+        for _ in range(TRIES + 1):
+            await a.step()
+        assert STUDY not in a.node.leases and a.node.study_tries.problem == WHY
+        a.node.state = "draining"
+        for each in (b, b, a, a):
+            await each.step()
+        assert b.node.serves(STUDY) and a.node.study_tries.problem == ""
+        assert [row.problem for row in a.node.view.nodes] == ["", ""]
+
+    together(story)
+
+
 def test_a_node_that_is_alone_goes_on_trying_to_begin_the_study(clock: TestClock) -> None:
     async def story() -> None:
         a, rooms = await Node(clock, "a", study=True).start(), NoStudy()
