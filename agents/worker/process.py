@@ -82,7 +82,7 @@ class DecisionQueue:
         self._seats: dict[int, _Seat] = {}
         self._questions: dict[int, Observe] = {}
         self._spare: dict[_Kept, list[Agent]] = {}
-        self._timed_on: deque[tuple[_Kept, _Ground]] = deque(maxlen=MOST_GROUNDS)
+        self._timed_on: deque[tuple[_Kept, _Ground, bool]] = deque(maxlen=MOST_GROUNDS)
 
     @property
     def busy(self) -> bool:
@@ -145,13 +145,13 @@ class DecisionQueue:
         episode = EpisodeInfo(message.map, message.seat, message.seed, message.ticks)
         try:
             kept_as = message.agent_id, fingerprint(message.agent_id)
-            spare, share, here = self._spares(kept_as), 0.0, (kept_as, _ground(episode.map))
-            known = bool(spare) and here in self._timed_on
+            spare, share, ground = self._spares(kept_as), 0.0, _ground(episode.map)
+            known = bool(spare) and self._was_timed(kept_as, ground, message.must_keep_up)
             with self._budget.loading():
                 agent = spare.pop() if spare else _warm(load_live_agent(message.agent_id), episode)
                 if not known:
-                    share = _timed(message.agent_id, agent, episode, message.must_keep_up)
-                    self._timed_on.append(here)
+                    share, keeps_up = _timed(message.agent_id, agent, episode, message.must_keep_up)
+                    self._timed_on.append((kept_as, ground, keeps_up))
             agent.reset(episode)
             self._budget.claim(agent)
             group = batch_group(agent)
@@ -160,6 +160,12 @@ class DecisionQueue:
             return Failed(message.key, -1, _sentence(error), fatal=True, slow=slow)
         self._seats[message.key] = _Seat(agent, kept_as, episode, group)
         return Opened(message.key, share)
+
+    def _was_timed(self, kept_as: _Kept, ground: _Ground, must_keep_up: bool) -> bool:
+        """Whether its decisions need no further look there: it kept up, or need not."""
+        if (kept_as, ground, True) in self._timed_on:
+            return True
+        return not must_keep_up and (kept_as, ground, False) in self._timed_on
 
     def _spares(self, kept_as: _Kept) -> list[Agent]:
         """Reusable agents; those of an older checkpoint of the same id are dropped."""
@@ -244,19 +250,21 @@ def _ground(map_spec: MapSpec) -> _Ground:
     return ((), ()) if is_reserved(map_spec.name) else (map_spec.walls, map_spec.goals)
 
 
-def _timed(agent_id: str, agent: Agent, episode: EpisodeInfo, must_keep_up: bool) -> float:
+def _timed(agent_id: str, agent: Agent, episode: EpisodeInfo, must_keep_up: bool) -> tuple[float, bool]:
     """The share of a core that deciding takes: the median of a few first decisions, each of a fresh episode.
 
-    Raises TooSlowError where it must keep up and even the fastest takes longer than a tick: all would come too late.
+    And whether it keeps up. Raises TooSlowError where it must and even the fastest takes longer than a tick: all would
+    come too late.
     """
     times, chunk = first_decisions(agent, episode, time.thread_time)
-    if must_keep_up and min(times) > TICK_SECONDS:
+    keeps_up = min(times) <= TICK_SECONDS
+    if must_keep_up and not keeps_up:
         raise TooSlowError(
             f"{agent_id} needs {1e3 * min(times):.0f} ms for a decision on this machine and on this map, and a tick "
             f"has {1e3 * TICK_SECONDS:.0f} ms: here it is for matches without people; a server that is started with "
             "--slow-agents lets it play and miss ticks"
         )
-    return statistics.median(times) / (TICK_SECONDS * rows_to_execute(agent, checked_chunk(chunk)))
+    return statistics.median(times) / (TICK_SECONDS * rows_to_execute(agent, checked_chunk(chunk))), keeps_up
 
 
 def _sentence(error: BaseException) -> str:

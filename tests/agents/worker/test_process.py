@@ -249,6 +249,22 @@ def test_an_agent_whose_every_decision_takes_longer_than_a_tick_is_refused_in_a_
     assert isinstance(opened, Opened) and opened.share > 1.0
 
 
+def test_a_slow_agent_that_a_restored_room_had_sits_in_no_new_room(
+    queue: DecisionQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def sits(must_keep_up: bool) -> FromWorker | None:
+        answer = queue.take(Open(0, f"{HERE}:Slow", MAP, 0, 0, 100, must_keep_up=must_keep_up))
+        queue.take(Close(0))
+        return answer
+
+    monkeypatch.setattr(process, "TICK_SECONDS", 0.001)
+    assert [type(sits(must_keep_up)) for must_keep_up in (False, True, False)] == [Opened, Failed, Opened]
+    again = sits(must_keep_up=False)
+    assert isinstance(again, Opened) and again.share == 0.0, "it is timed once where it need not keep up"
+    monkeypatch.setattr(process, "TICK_SECONDS", 100.0)
+    assert isinstance(sits(must_keep_up=True), Opened)
+
+
 def test_an_agent_that_has_played_elsewhere_is_timed_again_on_a_map_that_people_made(
     queue: DecisionQueue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
