@@ -7,6 +7,7 @@ import json
 import logging
 import math
 import os
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -56,6 +57,7 @@ class AgentCosts:
         self._shares: dict[str, float] = {}
         self._prints: dict[str, str] = {}
         self._changed = False
+        self._saving = threading.Lock()
         self._read()
 
     def of(self, name: str) -> float:
@@ -83,18 +85,21 @@ class AgentCosts:
 
     def save(self) -> None:
         """Write the file if anything has changed; a cost that cannot be kept is measured again. May run in a thread."""
-        if self._file is None or not self._changed:
-            return
+        with self._saving:  # at the end of a server the thread may still be at it, with the same temporary file
+            if self._file is not None and self._changed:
+                self._write(self._file)
+
+    def _write(self, file: Path) -> None:
         self._changed = False  # first, and of copies, as seats note costs meanwhile
         shares, prints = self._shares.copy(), self._prints.copy()
         rows = {name: {"share": round(share, 5), "model": prints.get(name, "")} for name, share in shares.items()}
-        new = self._file.with_suffix(".tmp")
+        new = file.with_suffix(".tmp")
         try:
             new.write_text(json.dumps(rows, indent=1), encoding="utf-8")
-            new.replace(self._file)
+            new.replace(file)
         except OSError as error:
             self._changed = True
-            log.warning("the costs of agents are not kept in %s: %s", self._file, error.strerror)
+            log.warning("the costs of agents are not kept in %s: %s", file, error.strerror)
 
     def _set(self, name: str, share: float) -> None:
         if name not in self._prints:

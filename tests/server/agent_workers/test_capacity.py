@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -112,6 +113,27 @@ def test_what_an_agent_costs_on_drawn_maps_decides_for_drawn_maps_alone(tmp_path
     kept = AgentCosts(tmp_path / "costs.json")
     assert [kept.of(cost_name("bass@all", one)) for one in (MAP, DRAWN)] == pytest.approx([0.07, 0.6], abs=0.01)
     assert kept.of(cost_name("bass@all", load_map("generated:awareness:21:mirror"))) == 0.07
+
+
+def test_what_a_thread_still_writes_is_written_before_the_end_of_the_server_writes_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    costs = AgentCosts(tmp_path / "costs.json")
+    replace_file, at_the_end = Path.replace, threading.Thread(target=lambda: costs.save())
+
+    def slowly(new: Path, target: Path) -> Path:
+        if at_the_end.ident is None:
+            costs.measured("scripted", 0.02)
+            at_the_end.start()
+            at_the_end.join(0.05)
+        return replace_file(new, target)
+
+    monkeypatch.setattr(Path, "replace", slowly)
+    costs.measured("idle", 0.01)
+    costs.save()
+    at_the_end.join()
+    assert not caplog.text, "one of them found no file to put in its place"
+    assert [AgentCosts(tmp_path / "costs.json").of(name) for name in ("idle", "scripted")] == [0.01, 0.02]
 
 
 def test_until_it_was_measured_an_agent_costs_as_much_on_drawn_maps_as_on_others() -> None:
