@@ -66,6 +66,8 @@ def _rooms(reports: Reports) -> Iterator[Metric]:
     for phase, number in sorted(phases.items()):
         rooms.add_metric([phase], number)
     yield rooms
+    not_opened = sum(each["rooms_not_opened"] for each in reports)
+    yield gauge("rooms_not_opened", "Rooms that wait for a start at which they can be opened", not_opened)
     unrecorded = "Rounds that ended and were not recorded, or not to their end, though they should have been"
     yield _by_process("rounds_unrecorded", unrecorded, reports, "rounds_unrecorded")
     yield gauge("sockets", "Connected players, programs and spectators", sum(each["sockets"] for each in reports))

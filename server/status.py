@@ -46,6 +46,7 @@ def room_report(host: "RoomHost") -> dict[str, Any]:
         "agent_decisions": host.agents.decisions,
         "agent_decisions_late": host.agents.missed,
         "rounds_unrecorded": host.registry.unrecorded,
+        "rooms_not_opened": len(host.not_opened),
         "sync_age_s": round(host.sync_age_s(), 2),
         "refusals": dict(host.admission.refusals),
         "agents": host.agents.report(),

@@ -55,6 +55,7 @@ def test_the_metrics_count_what_happened(tmp_path: Path) -> None:
     assert found[f"{lateness}_bucket,le=+Inf,process=0"] == found[f"{lateness}_count,process=0"]
     assert found["movingout_rooms,phase=series_over"] == found["movingout_rooms,phase=lobby"] == 1
     assert found["movingout_refusals_total,process=0,reason=full"] == 1
+    assert found["movingout_rooms_not_opened"] == 0
     assert found["movingout_ready"] == 0 and found["movingout_faults"] == 0
     assert found["process_open_fds,process=0"] > 10 and found["process_resident_memory_bytes,process=0"] > 1e7
     assert found["movingout_sync_age_seconds,process=0"] < 5 and found["movingout_disk_free_bytes"] > 0

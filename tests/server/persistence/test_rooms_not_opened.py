@@ -18,6 +18,7 @@ from movingout.server.room_host import RoomHost, RoomKept
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
+from movingout.server.status import room_report
 
 ROUND = "round-1"
 
@@ -71,6 +72,7 @@ def test_who_comes_back_to_such_a_room_hears_that_it_is_kept_and_comes_again(tmp
     with pytest.raises(RoomKept) as kept:
         asyncio.run(host.ask(file.id, lambda room: room.id))
     assert kept.value.code == "room_kept"
+    assert room_report(host)["rooms_not_opened"] == 1
     host.store.close()
 
 
