@@ -50,12 +50,13 @@ def dataset_card(name: str, plan: ExportPlan) -> str:
         f"{testing} for testing |",
         *_episodes(name, plan),
         f"| split | by {plan.split_by}, seed {plan.seed} |",
-        f"| maps | {_counted(Counter(one.map for one in plan.players))} |",
+        f"| maps | {_counted(Counter(plan.map_names))} |",
         f"| seats | {_counted(_kinds(plan.players))} |",
         f"| time | a row per tick of {TICK_SECONDS} s |",
         *_vectors(name, plan),
         f"| made by | `movingout recordings export --to {name}`, version {version('moving-out-live')} |",
         "",
+        *_same_names(plan),
         "**People.** Participants appear under pseudonyms only. Publish what they agreed to have published.",
         "",
         "**Licence.** None is stated. Add `license:` at the head of this file before you publish it.",
@@ -77,6 +78,10 @@ def _episodes(name: str, plan: ExportPlan) -> list[str]:
     return [
         f"| episodes | {info['total_episodes']}, one {'with both actions' if plan.view == 'joint' else 'per seat'} |"
     ]
+
+
+def _same_names(plan: ExportPlan) -> list[str]:
+    return [f"**Maps.** {' '.join(plan.one_name_sentences)}", ""] if plan.one_name_sentences else []
 
 
 def _vectors(name: str, plan: ExportPlan) -> list[str]:

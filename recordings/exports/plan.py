@@ -2,11 +2,13 @@
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
+from movingout.maps.files.map_versions import numbered_map, numbered_maps, one_name_sentence
+from movingout.maps.library import is_reserved
 from movingout.recordings.episode import Episode
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.alike import with_shared_ids
@@ -22,6 +24,14 @@ Worked = TypeVar("Worked")
 
 def _warn(sentence: str) -> None:
     warnings.warn(sentence, RuntimeWarning, stacklevel=3)
+
+
+class Planned(NamedTuple):
+    """One recording of a plan."""
+
+    path: Path
+    part: str  # of the split
+    number: str  # of its map, "" where no other has its name
 
 
 @dataclass(frozen=True)
@@ -45,27 +55,33 @@ class ExportPlan:
 
     def episodes(self, verb: str, training_first: bool = False) -> Iterator[tuple[Episode, str]]:
         """The episodes with their split, one at a time, with a progress bar."""
-        pairs = self._pairs(training_first)
-        for path, part in with_progress(pairs, len(pairs), verb):
-            yield read_episode(path), part
+        planned = self._planned(training_first)
+        for one in with_progress(planned, len(planned), verb):
+            yield read_episode(one.path), one.part
 
     def converted(
         self, convert: Callable[[Episode, str], Worked], verb: str, training_first: bool = False
     ) -> Iterator[Worked]:
-        """What `convert` makes of each episode and its split, in order, here or on the cluster. Raises NoCluster."""
+        """What `convert` makes of each episode and its split, in order, here or on the cluster. Raises NoCluster.
+
+        Different maps of one name are called NAME.1, NAME.2, … in these episodes, which is told.
+        """
+
+        def convert_one(one: Planned) -> Worked:
+            return convert(_with_number(read_episode(one.path), one.number), one.part)
+
+        for sentence in self.one_name_sentences:
+            self.tell(sentence)
+        planned = self._planned(training_first)
         if not self.ray:
-            yield from (convert(episode, part) for episode, part in self.episodes(verb, training_first))
+            yield from map(convert_one, with_progress(planned, len(planned), verb))
             return
+        away = [one._replace(path=one.path.resolve()) for one in planned]
+        yield from map_on_ray(self.ray, convert_one, away, verb)
 
-        def convert_one(pair: tuple[Path, str]) -> Worked:
-            return convert(read_episode(pair[0]), pair[1])
-
-        pairs = [(path.resolve(), part) for path, part in self._pairs(training_first)]
-        yield from map_on_ray(self.ray, convert_one, pairs, verb)
-
-    def _pairs(self, training_first: bool) -> list[tuple[Path, str]]:
-        pairs = list(zip(self.recordings, self.splits, strict=True))
-        return sorted(pairs, key=lambda pair: pair[1] != TRAIN) if training_first else pairs
+    def _planned(self, training_first: bool) -> list[Planned]:
+        planned = list(map(Planned, self.recordings, self.splits, self._numbers[0]))
+        return sorted(planned, key=lambda one: one.part != TRAIN) if training_first else planned
 
     def check_seen(self) -> None:
         """Raises RecordingError for recordings on maps with more of something than the layout has room for."""
@@ -81,6 +97,26 @@ class ExportPlan:
         if self.test_share and self.split_by == "episode":
             players = with_shared_ids(self.recordings, players)
         return split(players, self.test_share, self.seed, self.split_by)
+
+    @property
+    def map_names(self) -> list[str]:
+        """The name of each recording's map, with its number where different maps have that name."""
+        pairs = zip(self.players, self._numbers[0], strict=True)
+        return [f"{one.map}.{number}" if number else one.map for one, number in pairs]
+
+    @property
+    def one_name_sentences(self) -> list[str]:
+        """What each map is that got a number."""
+        return [one_name_sentence(name, firsts) for name, firsts in self._numbers[1].items()]
+
+    @cached_property
+    def _numbers(self) -> tuple[list[str], dict[str, list[str]]]:
+        """See `numbered_maps`. Maps that are known by name need not be read."""
+        own = [index for index, one in enumerate(self.players) if not is_reserved(one.map)]
+        paths = [self.recordings[index] for index in own]
+        found, several = numbered_maps((read_map(path), path.name) for path in paths)
+        numbers = dict(zip(own, found, strict=True))
+        return [numbers.get(index, "") for index in range(len(self.recordings))], several
 
     @cached_property
     def players(self) -> list[Players]:
@@ -99,3 +135,9 @@ class ExportPlan:
                 )
             found[episode_id] = path
         return players
+
+
+def _with_number(episode: Episode, number: str) -> Episode:
+    """The episode on a map whose name has a number."""
+    header = episode.header
+    return replace(episode, header=replace(header, map=numbered_map(header.map, number))) if number else episode

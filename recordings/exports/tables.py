@@ -56,7 +56,7 @@ _SEAT: list[Entry] = [
 
 EPISODES = _columns(
     ("episode_id", "string", "", "joins the three tables; the file is <episode_id>.mcap"),
-    ("map", "string", "", "name of the map"),
+    ("map", "string", "", "name of the map; of different maps with one name, NAME.1, NAME.2, ..."),
     ("map_variant", "string", "", "randomisation of the map, empty for the map as designed"),
     ("seed", "int64", "", "seed of the episode"),
     ("started_utc", "string", "ISO 8601", "start on the wall clock"),

@@ -87,7 +87,7 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
             about |= {"allocation": frozen.allocation, "code_by_time": code_by_time(store)}
             (part / "about.json").write_text(json.dumps(about, indent=2), encoding="utf-8")
             (part / "codebook.md").write_text(codebook(study, store), encoding="utf-8")
-            _training(folder.recordings, part / "training", tables, options)
+            done.warnings += _training(folder.recordings, part / "training", tables, options)
     except RecordingError as error:
         raise StudyError(str(error)) from error
     if frozen.simulated:
@@ -245,12 +245,14 @@ def _write_parquet(path: Path, rows: Sequence[Row], columns: dict[str, type]) ->
     pq.write_table(pa.Table.from_pylist(list(rows), schema), path)
 
 
-def _training(folder: Path, target: Path, tables: dict[str, list[Row]], options: Options) -> None:
-    """The valid rounds in the official format, split so that no participant is in both parts."""
+def _training(folder: Path, target: Path, tables: dict[str, list[Row]], options: Options) -> list[str]:
+    """The valid rounds in the official format, split so that no participant is in both parts. Returns warnings."""
     valid = {row["episode"] for row in tables["rounds"] if row["valid"] and row["outcome"] in FINISHED}
     files = [folder / row["file"] for row in tables["recordings"] if row["episode"] in valid]
+    warnings: list[str] = []
     if options.training and files:
-        export_recordings("official", ExportPlan(files, target, options.test_share))
+        export_recordings("official", ExportPlan(files, target, options.test_share, tell=warnings.append))
+    return warnings
 
 
 def _small_groups(study: Study, answers: Iterable[Row]) -> list[str]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Page, expect
 
 from movingout.maps import load_map, map_to_json
 from tests.browser.pages import complaining_page, overflow, violations
@@ -60,3 +60,34 @@ def test_the_start_says_what_is_offered_and_what_is_left_out(garage: Server) -> 
     said = garage.log.read_text()
     assert "own map left out: half.json is not JSON" in said
     assert "Your maps    1 in the lobby" in said
+
+
+@pytest.mark.slow
+def test_a_drawn_map_of_a_listed_name_stays_itself(browser: Browser, garage: Server) -> None:
+    """Play again and Another partner: the operator's map of that name has more items than the drawn one."""
+    items = "window.__movingout.entities().items.length"
+    with complaining_page(browser, garage, "/editor") as page:
+        page.get_by_label("Title").fill("Garage")
+        expect(page.locator("#verdict")).to_have_text("This map can be played.", timeout=20_000)
+        page.locator("#play").click()
+        stop_round(page)
+        page.get_by_role("button", name="Play again").click()
+        page.get_by_role("button", name="I am ready").wait_for()
+        stop_round(page)
+        assert page.evaluate(items) == 1 < len(GARAGE["items"])
+        page.get_by_role("link", name="Another partner").click()
+        group = page.locator(".map-group", has=page.get_by_role("heading", name="Just played"))
+        expect(group.locator(".map-title")).to_have_text(["Garage"])
+        expect(page.get_by_role("radio", name="Garage")).to_have_count(1)
+        expect(group.get_by_role("radio")).to_be_checked()
+        page.get_by_role("combobox", name="Red").select_option("agent:idle")
+        page.locator("#play").click()
+        start(page)
+        assert page.evaluate(items) == 1
+
+
+def stop_round(page: Page) -> None:
+    start(page)
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Stop the game").click()
+    page.get_by_role("button", name="Yes, stop").click()

@@ -4,6 +4,7 @@
  * Lengths are arena units, y up; angles are radians, 0 looks along +y, counter-clockwise.
  */
 
+import { textHash } from "../core/text_hash.js";
 import { ARENA_HALF, ROBOT_RADIUS } from "../messages.js";
 import { radiusOf } from "../shapes.js";
 
@@ -22,6 +23,8 @@ export const COLOURS = /** @type {const} */ (["blue", "red"]);
 export const MOST = { walls: 64, goals: 64, items: 7 };
 export const STEP = 0.05; // of the grid
 export const TURN = Math.PI / 12;
+const LONGEST_NAME = 40;
+const LOST = /[^\p{ASCII}\p{P}\p{Z}]/u; // what tells titles apart and is in no name: letters, digits, pictures
 const LEAST_SIDE = 0.02;
 const LEAST_SCALE = 0.03;
 const MOST_SCALE = 0.4;
@@ -43,12 +46,17 @@ export function emptyMap(title) {
   return addItem(map, "circle", "small", { x: 0, y: 0 });
 }
 
-/** The name that a title makes: "Die große Garage" -> "DieGrosseGarage". @param {string} title */
+/**
+ * The name that a title makes: "Die große Garage" -> "DieGrosseGarage". Of a title with letters that no name has,
+ * "Карта Маши", the name ends in a sign of the title: other titles make other names.
+ * @param {string} title
+ */
 export function nameOf(title) {
   const plain = title.replace(/ß/g, "ss").normalize("NFKD").replace(/\p{M}/gu, "");
   const words = plain.split(/[^A-Za-z0-9]+/).filter((word) => word !== "");
   const name = words.map((word) => word[0].toUpperCase() + word.slice(1)).join("");
-  return (/^[A-Za-z]/.test(name) ? name : `Map${name}`).slice(0, 40);
+  const sign = LOST.test(plain) ? `-${textHash(title.normalize().trim())}` : "";
+  return (/^[A-Za-z]/.test(name) ? name : `Map${name}`).slice(0, LONGEST_NAME - sign.length) + sign;
 }
 
 /** @param {GameMap} map @param {Part} part @returns {Rect | Item | Pose} */

@@ -1,11 +1,12 @@
 // @ts-check
 /*
  * The map that the address asks for, /?map=HandOff:mirror, where it stands in no list: it was just played in this tab,
- * or the server knows it by its name. And the number of shuffled items, &seed=7.
+ * though another drawing of its name may be listed, or the server knows it by its name. And the number of shuffled
+ * items, &seed=7.
  */
 
 import { requestJson } from "../core/api.js";
-import { keptPlayed } from "../wire/played_map.js";
+import { isOffered, keptPlayed } from "../wire/played_map.js";
 import { parseSeed } from "./choice.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
@@ -46,8 +47,9 @@ export function queryFor(chosen) {
  */
 export async function extraMap(offered) {
   const name = wantedName();
-  if (name === "" || offered.some((map) => map.name === name)) return null;
+  if (name === "") return null;
   const played = keptPlayed(name);
+  if (played ? isOffered(played, offered) : offered.some((map) => map.name === name)) return null;
   const isNamed = Boolean(played?.variant) && name.includes(":"); // the server has it as designed
   if (played && !isNamed) return { map: played, key: "lobby.played" };
   return { map: await requestJson(`/api/maps/${encodeURIComponent(name)}`), key: "lobby.linked" };

@@ -145,8 +145,10 @@ async function findExtra() {
     byId("first-problem", HTMLElement).replaceChildren(notice("attention", sayError(error)));
   }
   if (!extra) return;
+  const { name } = extra.map; // of the operator's maps, one of this name is another drawing
+  own = { ...own, maps: own.maps.filter((map) => map.name !== name) };
   const now = choice();
-  showChoices({ ...now, map: now.map === before ? extra.map.name : now.map }); // unless another was chosen meanwhile
+  showChoices({ ...now, map: now.map === before ? name : now.map }); // unless another was chosen meanwhile
 }
 
 function drawPictures() {

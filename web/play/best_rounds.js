@@ -5,6 +5,7 @@
  */
 
 import { lastingStorage } from "../core/browser_storage.js";
+import { textHash } from "../core/text_hash.js";
 
 /** @typedef {import("./game.js").RoundResult} RoundResult */
 /** @typedef {import("./result.js").Round & {limit_ticks: number}} Round */
@@ -67,14 +68,5 @@ function newest(all) {
 
 /** @param {Round} round */
 function keyOf({ map, limit_ticks: limit }) {
-  return `${map.name} ${limit} ${hash(JSON.stringify([map.robots, map.walls, map.goals, map.items]))}`;
-}
-
-/** FNV-1a, 32 bits. @param {string} text */
-function hash(text) {
-  let value = 0x811c9dc5;
-  for (let index = 0; index < text.length; index += 1) {
-    value = Math.imul(value ^ text.charCodeAt(index), 0x01000193) >>> 0;
-  }
-  return value.toString(36);
+  return `${map.name} ${limit} ${textHash(JSON.stringify([map.robots, map.walls, map.goals, map.items]))}`;
 }

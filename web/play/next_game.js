@@ -52,8 +52,7 @@ export async function goOn(game, which) {
   const { map, limit_ticks } = game.round;
   const { maps: offered, own = [], practice } = await requestJson("/api/maps");
   const name = which === "same" ? map.name : nextMap(offered.map(nameOf), map.name);
-  const known = [...offered, ...own, practice].map(nameOf);
-  const room = await openRoom({ ...wantedMap(map, name, known), seats, limit_ticks });
+  const room = await openRoom({ ...wantedMap(map, name, [...offered, ...own, practice]), seats, limit_ticks });
   if (which === "same" && isDrawnIn(game.welcome?.room ?? "")) keepDrawnIn(room.room);
   location.assign(room.join_path);
 }

@@ -8,7 +8,7 @@ import { requestBlob } from "../core/api.js";
 import { decodeValues } from "../core/metric_values.js";
 import { namedBadge } from "../components/named_badge.js";
 import { byId, el, notice } from "../core/dom.js";
-import { filterChoices, filterRecordings, playerWords } from "./recordings_filter.js";
+import { filterChoices, filterRecordings, mapOf, playerWords } from "./recordings_filter.js";
 import { save } from "./source.js";
 import { duration, percent } from "../play/result_words.js";
 import { currentLanguage, has, say, sayError } from "../text/catalogue.js";
@@ -26,7 +26,7 @@ const TONES = /** @type {Record<string, string>} */ ({
   interrupted: "attention",
 });
 const FILTERS = /** @type {const} */ ([
-  { key: "map", words: (/** @type {string} */ map) => titleOf(rows.find((row) => row.map === map)) },
+  { key: "map", words: (/** @type {string} */ map) => titleOf(rows.find((row) => mapOf(row) === map)) },
   { key: "player", words: playerWords },
   { key: "outcome", words: outcomeWords },
 ]);

@@ -19,13 +19,18 @@ import { playerName } from "../text/names.js";
  * @property {boolean} complete
  * @property {string} [damage]
  */
-/** @typedef {{map: string, player: string, outcome: string}} Filter empty: any */
+/** @typedef {{map: string, player: string, outcome: string}} Filter empty: any; `map` as of `mapOf` */
+
+/** The map of a recording for the filter: drawn maps may have one name and different titles. @param {Row} row */
+export function mapOf({ map, title = "" }) {
+  return map && (title ? `${map} ${title}` : map);
+}
 
 /** @param {readonly Row[]} rows @param {Filter} filter */
 export function filterRecordings(rows, { map, player, outcome }) {
   return rows.filter(
     (row) =>
-      (!map || row.map === map) &&
+      (!map || mapOf(row) === map) &&
       (!player || row.blue === player || row.red === player) &&
       (!outcome || row.outcome === outcome),
   );
@@ -34,7 +39,7 @@ export function filterRecordings(rows, { map, player, outcome }) {
 /** What can be chosen for each filter, sorted. @param {readonly Row[]} rows */
 export function filterChoices(rows) {
   return {
-    map: distinct(rows.map((row) => row.map)),
+    map: distinct(rows.map(mapOf)),
     player: distinct(rows.flatMap((row) => [row.blue, row.red])),
     outcome: distinct(rows.map((row) => row.outcome)),
   };

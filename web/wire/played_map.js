@@ -53,14 +53,24 @@ export function seedOf({ variant = "" }) {
 }
 
 /**
+ * Whether the map played is among those offered: one of its name may be another drawing. Shuffled items are of the map
+ * with its walls and goals.
+ * @param {GameMap} played @param {readonly GameMap[]} offered
+ */
+export function isOffered(played, offered) {
+  const drawing = (/** @type {GameMap} */ { walls, goals, robots, items }) =>
+    JSON.stringify(played.variant ? [walls, goals] : [walls, goals, robots, items]);
+  return offered.some((map) => map.name === played.name && drawing(map) === drawing(played));
+}
+
+/**
  * The map to play, for the request that opens a room. A drawn one is sent along, with its items as they are: the server
  * does not keep it. Varied and generated ones, "HandOff:mirror", have a name; shuffled ones have that of the designed
  * map, and a number.
- * @template {{name: string, variant?: string}} Map
- * @param {Map} played @param {string} name the map to play now, with shuffled items where `played` has them
- * @param {readonly string[]} known
+ * @param {GameMap} played @param {string} name the map to play now, with shuffled items where `played` has them
+ * @param {readonly GameMap[]} offered
  */
-export function wantedMap(played, name, known) {
-  const drawn = name === played.name && !name.includes(":") && !known.includes(name);
+export function wantedMap(played, name, offered) {
+  const drawn = name === played.name && !name.includes(":") && !isOffered(played, offered);
   return drawn ? { maps: [], map: played } : { maps: [name], challenge2_seed: seedOf(played) };
 }

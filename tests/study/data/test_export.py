@@ -195,6 +195,12 @@ def test_the_training_set_has_the_valid_rounds_split_so_that_nobody_is_in_both_p
     assert {part for _, part in people} == {"train", "test"}
 
 
+def test_what_the_training_set_tells_is_a_warning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    place, store, _ = fill(tmp_path, *template("agent_survey", **SHORT), 1, recorded_ticks=2)
+    monkeypatch.setattr("movingout.study.data.export.export_recordings", lambda name, plan: plan.tell("Two maps."))
+    assert "Two maps." in export_study(place, store, tmp_path / "out", Options(("csv",))).warnings
+
+
 def test_what_is_to_be_deleted_and_still_there_is_in_no_export(tmp_path: Path) -> None:
     study, text = template("collect", **{"    maps: all": "    maps: [HandOff]", "    rounds: 3": "    rounds: 1"})
     place, store, (refuses, partner, *others) = fill(tmp_path / "data", study, text, 4, recorded_ticks=2)

@@ -22,8 +22,18 @@ test("a title makes a name that a map may have", () => {
   assert.equal(parts.nameOf("Die große Garage, 2. Stock"), "DieGrosseGarage2Stock");
   assert.equal(parts.nameOf("Überraschung é"), "UberraschungE");
   assert.equal(parts.nameOf("2 doors"), "Map2Doors");
-  assert.equal(parts.nameOf("日本"), "Map");
+  assert.equal(parts.nameOf("Anna’s – map"), "AnnaSMap");
   assert.equal(parts.nameOf("a".repeat(60)).length, 40);
+});
+
+test("titles that differ in letters which no name has make different names", () => {
+  const titles = ["地図", "Карта Маши", "Карта Миши", "Χάρτης", "خريطة", "🐱", "🐶", "Map", "Łódź", "Odz", "Комната 2"];
+  titles.push("длинное название ".repeat(5), `${"длинное название ".repeat(5)}два`);
+  const names = titles.map(parts.nameOf);
+  assert.equal(new Set(names).size, titles.length);
+  for (const name of names) assert.match(name, /^[A-Za-z][A-Za-z0-9-]{0,39}$/);
+  assert.match(parts.nameOf(`${"a".repeat(60)} 地図`), /^Aa{31,}-[a-z0-9]{1,7}$/);
+  assert.equal(parts.nameOf("Карта й "), parts.nameOf("Карта й".normalize("NFD")));
 });
 
 test("a drawn rectangle has an area and stays inside, whatever the pointer does", () => {

@@ -41,6 +41,16 @@ test("filters narrow together", () => {
   assert.equal(found({ map: "HandOff", outcome: "delivered" }), "");
 });
 
+test("drawn maps of one name are chosen by their titles", () => {
+  const drawn = ["My map", "Meine Karte", "My map"].map((title, index) => {
+    return { id: `${index}`, started: "", map: "Map", title, complete: true };
+  });
+  const choices = filterChoices(drawn).map;
+  assert.deepEqual(choices, ["Map Meine Karte", "Map My map"]);
+  const ids = choices.map((map) => filterRecordings(drawn, { ...ANY, map }).map(({ id }) => id));
+  assert.deepEqual(ids, [["1"], ["0", "2"]]);
+});
+
 test("the choices are what occurs, once, sorted", () => {
   assert.deepEqual(filterChoices(ROWS), {
     map: ["HandOff", "LeftRight"],

@@ -4,9 +4,22 @@ import { test } from "node:test";
 
 import { keepPlayed, keptPlayed, seedOf, wantedMap } from "../../wire/played_map.js";
 
-const DRAWN = /** @type {import("../../view/render.js").GameMap} */ (
-  /** @type {unknown} */ ({ name: "MyMap", title: "My map", walls: [], goals: [], items: [] })
-);
+/** @typedef {import("../../view/render.js").GameMap} GameMap */
+
+const ROBOTS = { blue: { x: 0, y: 0, angle: 0 }, red: { x: 1, y: 0, angle: 0 } };
+const TURNED = { ...ROBOTS, red: { x: 1, y: 0, angle: 1 } };
+/** @type {GameMap} */
+const DRAWN = {
+  name: "MyMap",
+  title: "My map",
+  number: 0,
+  mode: "practice",
+  description: "",
+  robots: ROBOTS,
+  walls: [],
+  goals: [],
+  items: [{ id: 0, shape: "star", size: "small", scale: 0.06, mass: 0.1, x: 0, y: 0, angle: 0 }],
+};
 
 /** @param {Pick<Storage, "getItem" | "setItem"> | null} storage null: it is forbidden */
 function useStorage(storage) {
@@ -17,20 +30,35 @@ function useStorage(storage) {
   Object.defineProperty(globalThis, "sessionStorage", { get, configurable: true });
 }
 
+/** @param {string} name @param {Partial<GameMap>} [parts] @returns {GameMap} */
+const mapOf = (name, parts = {}) => ({ ...DRAWN, name, ...parts });
+const OFFERED = [mapOf("a"), mapOf("b")];
+const WALL = { x0: 0, y0: 0, x1: 1, y1: 1 };
+
 test("a drawn map, which the server does not keep, is sent along; any other goes by its name", () => {
-  const drawn = { name: "MyMap" };
-  assert.deepEqual(wantedMap(drawn, "MyMap", ["a", "b"]), { maps: [], map: drawn });
+  const drawn = mapOf("MyMap");
+  assert.deepEqual(wantedMap(drawn, "MyMap", OFFERED), { maps: [], map: drawn });
   const seed = { challenge2_seed: null };
-  assert.deepEqual(wantedMap(drawn, "a", ["a", "b"]), { maps: ["a"], ...seed });
-  assert.deepEqual(wantedMap({ name: "b" }, "b", ["a", "b"]), { maps: ["b"], ...seed });
-  assert.deepEqual(wantedMap({ name: "a:mirror" }, "a:mirror", ["a", "b"]), { maps: ["a:mirror"], ...seed });
+  assert.deepEqual(wantedMap(drawn, "a", OFFERED), { maps: ["a"], ...seed });
+  assert.deepEqual(wantedMap(mapOf("b"), "b", OFFERED), { maps: ["b"], ...seed });
+  assert.deepEqual(wantedMap(mapOf("a:mirror"), "a:mirror", OFFERED), { maps: ["a:mirror"], ...seed });
+});
+
+test("a drawn map of an offered one's name is sent along as well, unless it is the same drawing", () => {
+  for (const other of [{ walls: [WALL] }, { goals: [WALL] }, { items: [] }, { robots: TURNED }]) {
+    const drawn = mapOf("a", other);
+    assert.deepEqual(wantedMap(drawn, "a", OFFERED), { maps: [], map: drawn });
+  }
+  assert.deepEqual(wantedMap(mapOf("a", { title: "Mine" }), "a", OFFERED), { maps: ["a"], challenge2_seed: null });
 });
 
 test("shuffled items stay shuffled by the same number, on this map and on the next", () => {
-  const shuffled = { name: "a", variant: "challenge2-train-77" };
-  assert.deepEqual(wantedMap(shuffled, "a", ["a", "b"]), { maps: ["a"], challenge2_seed: 77 });
-  assert.deepEqual(wantedMap(shuffled, "b", ["a", "b"]), { maps: ["b"], challenge2_seed: 77 });
-  assert.deepEqual(wantedMap(shuffled, "a", ["b"]), { maps: [], map: shuffled }, "a drawn one is as it is");
+  const shuffled = mapOf("a", { variant: "challenge2-train-77", items: [], robots: TURNED });
+  assert.deepEqual(wantedMap(shuffled, "a", OFFERED), { maps: ["a"], challenge2_seed: 77 });
+  assert.deepEqual(wantedMap(shuffled, "b", OFFERED), { maps: ["b"], challenge2_seed: 77 });
+  const drawn = { ...shuffled, walls: [WALL] };
+  for (const offered of [[mapOf("b")], OFFERED])
+    assert.deepEqual(wantedMap(drawn, "a", offered), { maps: [], map: drawn }, "a drawn one is as it is");
   assert.deepEqual([seedOf({}), seedOf({ variant: "challenge2-evaluation-7" })], [null, null]);
 });
 
