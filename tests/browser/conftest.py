@@ -13,6 +13,7 @@ from tests.browser.support import DESKTOP, Server, complaints, launch, running_s
 
 OpenPage = Callable[..., Page]
 expect.set_options(timeout=20_000.0)  # of 5 s, which a busy machine may need for a page
+TRY_S = 420  # the longest takes 66 s on a quiet machine, and a busy one has needed six times as long
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -20,6 +21,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if here in item.path.parents:
             item.add_marker(pytest.mark.browser)
+            item.add_marker(pytest.mark.timeout(TRY_S))
 
 
 @pytest.fixture(scope="session")
