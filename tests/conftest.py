@@ -1,7 +1,7 @@
 """For all tests: one thread for numerical libraries, since tests run side by side, but one browser at a time.
 
 Tests of servers and browsers play in real time. On a busy machine one of them may miss its moment, so it gets a second
-try, and the summary names it; whatever is computed gets none.
+try, and the summary names it; whatever is computed gets none, nor does a test that hung (tests/time_limits.py).
 """
 
 import asyncio
@@ -14,6 +14,8 @@ from typing import Any
 import hypothesis
 import pytest
 from xdist.scheduler import LoadScopeScheduling
+
+from tests import time_limits
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("ORT_DISABLE_TELEMETRY", "1")  # some tests import onnxruntime before movingout
@@ -33,13 +35,17 @@ LONG = (
 )
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(time_limits)
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     if hasattr(config, "workerinput"):  # side by side: what takes long first, lest a worker waits for the other's last
         sizes = Counter(_scope(item.nodeid) for item in items)
         items.sort(key=lambda item: (not item.nodeid.startswith(LONG), -sizes[_scope(item.nodeid)]))
     for item in items:
         if item.nodeid.startswith(IN_REAL_TIME) and item.config.getoption("reruns", None) != 0:  # unless --reruns 0
-            item.add_marker(pytest.mark.flaky(reruns=2, reruns_delay=2))
+            item.add_marker(pytest.mark.flaky(reruns=2, reruns_delay=2, rerun_except=time_limits.ENDED_BY_TIMER))
 
 
 def _scope(nodeid: str) -> str:

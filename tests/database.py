@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = "postgresql"
+ENDS_S = 120  # each of its programs, which need a second or two on a quiet machine
 _COUNTER = itertools.count(1)
 
 
@@ -50,14 +51,16 @@ def postgres_server() -> Iterator[PostgresServer]:
         port = probe.getsockname()[1]
     data, quiet = folder / "data", subprocess.DEVNULL
     initdb = [str(programs / "initdb"), "-D", str(data), "-A", "trust", "-U", "tester", "--no-sync"]
-    subprocess.run(_as_user(initdb), check=True, stdout=quiet, cwd=folder)
+    subprocess.run(_as_user(initdb), check=True, stdout=quiet, cwd=folder, timeout=ENDS_S)
     options = f"-h 127.0.0.1 -p {port} -k {folder} -c fsync=off"
     control = [str(programs / "pg_ctl"), "-D", str(data), "-w", "-l", str(folder / "log")]
-    subprocess.run(_as_user([*control, "-o", options, "start"]), check=True, stdout=quiet, cwd=folder)
+    subprocess.run(_as_user([*control, "-o", options, "start"]), check=True, stdout=quiet, cwd=folder, timeout=ENDS_S)
     try:
         yield PostgresServer(f"postgresql://tester@127.0.0.1:{port}/postgres", data)
     finally:
-        subprocess.run(_as_user([*control, "-m", "immediate", "stop"]), check=True, stdout=quiet, cwd=folder)
+        subprocess.run(
+            _as_user([*control, "-m", "immediate", "stop"]), check=True, stdout=quiet, cwd=folder, timeout=ENDS_S
+        )
         os.spawnlp(os.P_NOWAIT, "rm", "rm", "-rf", str(folder))  # nobody waits: hundreds of databases, 100,000 files
 
 

@@ -5,14 +5,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, Playwright, expect, sync_playwright
 
+from tests.browser.chromium import Chromium, close
 from tests.browser.install import NoBrowser
 from tests.browser.pages import admin_token
-from tests.browser.support import DESKTOP, Server, complaints, launch, running_server, seat_tokens_script
+from tests.browser.support import DESKTOP, Server, complaints, running_server, seat_tokens_script
 
 OpenPage = Callable[..., Page]
 expect.set_options(timeout=20_000.0)  # of 5 s, which a busy machine may need for a page
+TRY_S = 420  # the longest takes 66 s on a quiet machine, and a busy one has needed six times as long
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -20,6 +22,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if here in item.path.parents:
             item.add_marker(pytest.mark.browser)
+            item.add_marker(pytest.mark.timeout(TRY_S))
 
 
 @pytest.fixture(scope="session")
@@ -38,14 +41,25 @@ def _no_room_stays_open(request: pytest.FixtureRequest) -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        try:
-            chromium = launch(playwright)
-        except NoBrowser as error:
-            pytest.fail(str(error))
-        yield chromium
-        chromium.close()
+def playwright() -> Iterator[Playwright]:
+    with sync_playwright() as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def shared_chromium(playwright: Playwright) -> Iterator[Chromium]:
+    chromium = Chromium(playwright)
+    yield chromium
+    chromium.close()
+
+
+@pytest.fixture
+def browser(shared_chromium: Chromium) -> Iterator[Browser]:
+    try:
+        with shared_chromium.for_a_test() as chromium:
+            yield chromium
+    except NoBrowser as error:
+        pytest.fail(str(error))
 
 
 @pytest.fixture
@@ -69,8 +83,7 @@ def open_page(browser: Browser, server: Server) -> Iterator[OpenPage]:
 
     yield make
     heard = [complaint for _, said in opened for complaint in said]
-    for page, _ in opened:
-        page.context.close()
+    close(*(page.context for page, _ in opened))
     assert heard == [], "a page complained"
 
 

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from playwright.sync_api import Browser, Page, Request, expect
 
+from tests.browser.chromium import close
 from tests.browser.support import DESKTOP, Server
 from tests.support import ROOT
 
@@ -76,4 +77,4 @@ def complaining_page(browser: Browser, server: Server, path: str, **options: Any
         yield page
         assert errors == []
     finally:
-        context.close()
+        close(context)

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, BrowserContext, Page
 
-from tests.browser.support import DESKTOP, Server, complaints, free_port, start_process
+from tests.browser.chromium import close
+from tests.browser.support import DESKTOP, Server, complaints, free_port, start_process, stop_process
 
 # What a browser says by itself when the server is away.
 EXPECTED = ("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_INCOMPLETE_CHUNKED_ENCODING", "ERR_EMPTY_RESPONSE",
@@ -41,11 +42,11 @@ class StudyServer:
         self._process.wait()
 
     def stop(self) -> None:
-        for context in self._contexts:
-            context.close()
-        if self._process is not None:
-            self._process.terminate()
-            self._process.wait(30)
+        try:
+            close(*self._contexts)
+        finally:
+            if self._process is not None:
+                stop_process(self._process)
 
     @property
     def token(self) -> str:

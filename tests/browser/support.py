@@ -100,12 +100,7 @@ def running_server(folder: Path, port: int = 0) -> Iterator[Server]:
     try:
         yield server
     finally:
-        process.terminate()
-        try:
-            process.wait(timeout=20)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        stop_process(process)
 
 
 def start_process(server: Server, *action: str) -> subprocess.Popen[bytes]:
@@ -126,14 +121,24 @@ def start_process(server: Server, *action: str) -> subprocess.Popen[bytes]:
     return process
 
 
+def stop_process(process: subprocess.Popen[bytes]) -> None:
+    """Gently, if it lets itself be stopped."""
+    process.terminate()
+    try:
+        process.wait(timeout=20)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
 @contextmanager
 def temporary_server() -> Iterator[Server]:
     with tempfile.TemporaryDirectory() as folder, running_server(Path(folder)) as server:
         yield server
 
 
-def launch(playwright: Playwright) -> Browser:
-    return playwright.chromium.launch(executable_path=str(find_chromium()), args=list(FLAGS))
+def launch(playwright: Playwright, flags: tuple[str, ...] = FLAGS) -> Browser:
+    return playwright.chromium.launch(executable_path=str(find_chromium()), args=list(flags))
 
 
 def seat_tokens_script(room: dict[str, Any]) -> str:

@@ -17,6 +17,7 @@ from tests.browser.support import (
     seat_tokens_script,
     start,
     start_process,
+    stop_process,
     wait_for,
 )
 
@@ -119,11 +120,8 @@ def test_after_a_kill_and_a_restart_both_are_back_in_their_seats(browser: Browse
         for page in (blue, red):
             wait_for(page, f"game.phase === 'playing' && game.tick > {tick}", 30)
         assert [page.evaluate("window.__movingout.seats") for page in (blue, red)] == [[0], [1]]
-        for page in (blue, red):
-            page.context.close()
     finally:
-        process.terminate()
-        process.wait(timeout=20)
+        stop_process(process)
 
 
 @pytest.mark.slow
@@ -201,8 +199,6 @@ def test_while_a_server_lets_its_rounds_end_who_is_ready_reads_why_nothing_begin
             for width, height in ((375, 553), (568, 320)):
                 page.set_viewport_size({"width": width, "height": height})
                 page.screenshot(path=pictures / f"restart_soon-{name}-{language}-{width}.png")
-        for page in pages:
-            page.context.close()
     finally:
         process.kill()
         process.wait(timeout=20)

@@ -14,7 +14,16 @@ from movingout.study.design.study_file import read_study
 from tests.browser.pages import admin_token
 from tests.browser.study_participant import KeyboardParticipant
 from tests.browser.study_served import served_study
-from tests.browser.support import DESKTOP, Server, free_port, seat_tokens_script, start, start_process, wait_for
+from tests.browser.support import (
+    DESKTOP,
+    Server,
+    free_port,
+    seat_tokens_script,
+    start,
+    start_process,
+    stop_process,
+    wait_for,
+)
 from tests.server.study_bots.support import agents_text
 
 pytestmark = pytest.mark.slow
@@ -38,8 +47,8 @@ def play_on(page: Page, tick: int) -> None:
 def test_a_game_goes_on_when_its_process_is_killed(browser: Browser, tmp_path: Path) -> None:
     server = Server(f"http://127.0.0.1:{free_port()}", tmp_path / "data", tmp_path / "server.log")
     process = start_process(server, "play", "--countdown", "1", "--processes", "2")
-    context = browser.new_context(base_url=server.url, viewport=DESKTOP)  # type: ignore[arg-type]
     try:
+        context = browser.new_context(base_url=server.url, viewport=DESKTOP)  # type: ignore[arg-type]
         room = server.make_room("HandOff", red="idle")
         context.add_init_script(seat_tokens_script(room))
         page = context.new_page()
@@ -51,9 +60,7 @@ def test_a_game_goes_on_when_its_process_is_killed(browser: Browser, tmp_path: P
         seats: Any = page.evaluate("window.__movingout.seats")
         assert seats == [0]
     finally:
-        context.close()
-        process.terminate()
-        process.wait(30)
+        stop_process(process)
 
 
 def test_a_round_of_a_study_goes_on_when_its_process_is_killed(browser: Browser, tmp_path: Path) -> None:

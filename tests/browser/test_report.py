@@ -37,7 +37,6 @@ def test_the_report_is_accessible_from_a_file_without_the_network(browser: Brows
     expect(page.get_by_text("broken.mcap is empty")).to_be_visible()
     assert violations(page) == []
     assert said == []
-    context.close()
 
 
 def test_on_a_phone_nothing_sticks_out(browser: Browser, report: Path) -> None:
@@ -46,7 +45,6 @@ def test_on_a_phone_nothing_sticks_out(browser: Browser, report: Path) -> None:
     page = context.new_page()
     page.goto(report.as_uri())
     assert overflow(page) == 0
-    context.close()
 
 
 def test_on_paper_no_column_is_cut_and_what_is_folded_is_shown(browser: Browser, report: Path) -> None:
@@ -60,4 +58,3 @@ def test_on_paper_no_column_is_cut_and_what_is_folded_is_shown(browser: Browser,
     assert overflow(page) == 0
     page.locator("main").evaluate("(main) => main.insertAdjacentHTML('beforeend', '<details><p>folded</p></details>')")
     assert page.locator("details p").evaluate("(text) => text.checkVisibility({contentVisibilityAuto: true})")
-    context.close()

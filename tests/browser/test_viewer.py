@@ -9,12 +9,12 @@ import numpy.typing as npt
 import pytest
 import viser
 from PIL import Image
-from playwright.sync_api import Browser, Page, ViewportSize
+from playwright.sync_api import Page, Playwright, ViewportSize
 
 from movingout.recordings.viewer.recording_cache import RecordingCache
 from movingout.recordings.viewer.viewer import Viewer
 from movingout.server.cli import main
-from tests.browser.install import find_chromium
+from tests.browser.chromium import Chromium
 from tests.recordings.viewer.support import put, recorded
 
 # WebGL without a graphics processor; the game's own tests run faster without these.
@@ -36,27 +36,24 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def chromium(browser: Browser) -> Iterator[Browser]:
+def drawing_chromium(playwright: Playwright) -> Iterator[Chromium]:
     """A second browser, with WebGL."""
-    drawing = browser.browser_type.launch(executable_path=str(find_chromium()), args=list(FLAGS))
+    drawing = Chromium(playwright, FLAGS)
     yield drawing
     drawing.close()
 
 
 @pytest.fixture
-def open_window(chromium: Browser) -> Iterator[Callable[..., Page]]:
-    """Opens small windows and closes them after the test: each one left open slows the next test down."""
-    contexts = []
+def open_window(drawing_chromium: Chromium) -> Iterator[Callable[..., Page]]:
+    """Opens small windows, which are closed after the test: each one left open slows the next test down."""
+    with drawing_chromium.for_a_test() as chromium:
 
-    def make(**options: Any) -> Page:
-        contexts.append(chromium.new_context(**{"viewport": WINDOW, **options}))
-        page = contexts[-1].new_page()
-        page.set_default_timeout(PATIENCE_MS)
-        return page
+        def make(**options: Any) -> Page:
+            page = chromium.new_context(**{"viewport": WINDOW, **options}).new_page()
+            page.set_default_timeout(PATIENCE_MS)
+            return page
 
-    yield make
-    for context in contexts:
-        context.close()
+        yield make
 
 
 def picture(client: viser.ClientHandle) -> npt.NDArray[np.int64]:

@@ -66,8 +66,9 @@ def site(tmp_path: Path) -> Path:
 def movingout(site: Path, *words: str) -> subprocess.CompletedProcess[str]:
     paths = os.pathsep.join([str(ROOT / "src"), str(site)])
     command = [sys.executable, "-P", "-m", "movingout.server.cli", *words]
+    around = {**os.environ, "PYTHONPATH": paths}
     return subprocess.run(
-        command, cwd=site.parent, env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True, check=False
+        command, cwd=site.parent, env=around, capture_output=True, text=True, timeout=200, check=False
     )
 
 

@@ -73,6 +73,8 @@ def _view(world: World) -> dict[str, Any]:
 def _asked(states: list[dict[str, Any]]) -> list[int]:
     """What the page says."""
     command = ["node", "--input-type=module", "--eval", ASK]
-    answer = subprocess.run(command, input=json.dumps(states), capture_output=True, text=True, check=True, cwd=WEB)
+    answer = subprocess.run(
+        command, input=json.dumps(states), capture_output=True, text=True, check=True, cwd=WEB, timeout=200
+    )
     found: list[int] = json.loads(answer.stdout)
     return found

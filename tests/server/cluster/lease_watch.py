@@ -7,6 +7,7 @@ import psycopg
 from psycopg.rows import TupleRow
 
 LOOK_S = 0.1
+ANSWERS_S = 60  # a database that a test stopped and a failure left stopped never answers
 ASKED = """SELECT extract(epoch FROM clock_timestamp())::float, extract(epoch FROM expires)::float, node
 FROM movingout_cluster.lease WHERE shard = %s"""
 
@@ -18,7 +19,7 @@ class LeaseWatch:
         self._database, self._shard, self._owner = database, shard, owner
         self._expires = self._taken = 0.0
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._watch)
+        self._thread = threading.Thread(target=self._watch, daemon=True)
 
     def __enter__(self) -> "LeaseWatch":
         self._thread.start()
@@ -26,7 +27,7 @@ class LeaseWatch:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
         self._over.set()
-        self._thread.join()
+        self._thread.join(ANSWERS_S)
 
     @property
     def after_s(self) -> float:
@@ -35,7 +36,7 @@ class LeaseWatch:
         return self._taken - self._expires
 
     def _watch(self) -> None:
-        with psycopg.connect(self._database, autocommit=True) as connection:
+        with psycopg.connect(self._database, autocommit=True, connect_timeout=ANSWERS_S) as connection:
             over = False
             while not over and not self._taken:
                 over = self._over.wait(LOOK_S)  # and look once more: whoever came back may have done so a moment ago

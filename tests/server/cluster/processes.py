@@ -127,7 +127,7 @@ def haproxy(folder: Path, nodes: Sequence[NodeProcess], **config: Any) -> Iterat
         **{"limits": ProxyLimits(connections=300), **config},
     )
     file.write_text(written.text("haproxy"), encoding="utf-8")
-    checked = subprocess.run([program, "-c", "-f", str(file)], check=True, capture_output=True, text=True)
+    checked = subprocess.run([program, "-c", "-f", str(file)], check=True, capture_output=True, text=True, timeout=60)
     assert "WARNING" not in checked.stderr, checked.stderr
     with (folder / "haproxy.log").open("ab") as log:
         process = subprocess.Popen([program, "-f", str(file)], stdout=log, stderr=log)
