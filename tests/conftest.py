@@ -1,7 +1,8 @@
 """For all tests: one thread for numerical libraries, since tests run side by side, but one browser at a time.
 
 Tests of servers and browsers play in real time. On a busy machine one of them may miss its moment, so it gets a second
-try, and the summary names it; whatever is computed gets none, nor does a test that hung (tests/time_limits.py).
+try, and the summary names it; whatever is computed gets none. Nor does a test that hung (tests/time_limits.py), but for
+those of a browser: Chromium stops answering now and then, and the next try gets a new one.
 """
 
 import asyncio
@@ -45,7 +46,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items.sort(key=lambda item: (not item.nodeid.startswith(LONG), -sizes[_scope(item.nodeid)]))
     for item in items:
         if item.nodeid.startswith(IN_REAL_TIME) and item.config.getoption("reruns", None) != 0:  # unless --reruns 0
-            item.add_marker(pytest.mark.flaky(reruns=2, reruns_delay=2, rerun_except=time_limits.ENDED_BY_TIMER))
+            for_good = [] if item.nodeid.startswith("tests/browser/") else [time_limits.ENDED_BY_TIMER]
+            item.add_marker(pytest.mark.flaky(reruns=2, reruns_delay=2, rerun_except=for_good))
 
 
 def _scope(nodeid: str) -> str:
