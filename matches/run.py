@@ -46,6 +46,7 @@ from movingout.matches.results.results_folder import (
     write_whole,
 )
 from movingout.matches.results.table import ResultRow, markdown, rows_of
+from movingout.matches.results.unanswered import unanswered
 from movingout.world.constants import LIMIT_TICKS
 
 OnProgress = Callable[[int, int], None]
@@ -123,6 +124,7 @@ class GridRun:
             "mixed_code": self.mixed_code,
             "matches": len(self.results),
             "missing": self.missing,
+            "unanswered": found._asdict() if (found := unanswered(self.results.values())) else None,
             "results": [row.to_json() for row in self.rows],
             "failures": [result.to_json() for result in self.failures],
         }

@@ -20,6 +20,7 @@ from movingout.agents.llm.model_id import KEY, model_id
 from movingout.agents.llm.questions import ChatOutcome, Questions
 from movingout.agents.llm.skill_choice import SkillSelector
 from movingout.agents.scripted.agent import ScriptedAgent
+from movingout.maps.suggestion import counted
 from movingout.world.constants import TICKS_PER_SECOND
 from movingout.world.ping import HelpPing
 from movingout.world.scoring import delivered_items
@@ -62,7 +63,7 @@ class LlmAgent(ScriptedAgent):
         self._heavy = frozenset(index for index, item in enumerate(episode.map.items) if item.size != "small")
         self._questions.forget()
         self._asked_at = -self._every
-        self._prompt = self._plan = ""
+        self._prompt = self._plan = self._note = ""
         self._remarks: list[str] = []  # for the next question: what was wrong with the last answer
         self._counts: Counter[str] = Counter()
         self._told: dict[str, object] = {}
@@ -76,6 +77,19 @@ class LlmAgent(ScriptedAgent):
         if observation.tick < self._told_until:
             self.detail |= self._told
         return chunk
+
+    @property
+    def episode_counts(self) -> dict[str, int]:
+        """Questions, useful answers and faults of the episode."""
+        return dict(self._counts)
+
+    @property
+    def not_played(self) -> str:
+        """Why the episode is not the model's: each answer was waited for, and none was usable; else empty."""
+        asked = self._counts["questions"]
+        if not self.waits or not asked or self._counts["useful"]:
+            return ""
+        return f"not one usable answer to {counted(asked, 'question')} ({self._note:.200}), so only its fallback played"
 
     def _converse(self, observation: Observation) -> None:
         """Take over an answer that has come, and ask again in time.
@@ -125,9 +139,11 @@ class LlmAgent(ScriptedAgent):
             else:
                 note = "; ".join(answer.left_out)
                 self._remarks += answer.left_out
+                self._counts["useful"] += 1
                 self._counts["left_out"] += len(answer.left_out)
                 self._plan = answer.plan or "Next: " + ", ".join(map(str, answer.skills)) + "."
                 self._skill_choice.choose(answer.skills)
+        self._note = note
         self._warn(note)
         self._told_until = observation.tick + TOLD_FOR
         self._told = {

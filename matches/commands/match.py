@@ -23,7 +23,7 @@ from movingout.matches.errors import MatchError
 from movingout.matches.execution.recorder import recorded_before
 from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed
 from movingout.matches.match import Match, MatchResult, check_numbers
-from movingout.matches.results.table import MEASURES, ResultRow, copies_note, rows_of
+from movingout.matches.results.table import MEASURES, ResultRow, copies_note, rows_of, unanswered_note
 from movingout.matches.run import play_matches
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.storage.finished import SUFFIX
@@ -194,4 +194,5 @@ def _table(blue: str, red: str, rows: list[ResultRow]) -> str:
         lines.append([row.map, row.count_text, str(full), *(estimate_text(row.estimate(m)) for m in MEASURES)])
     widths = [max(len(line[k]) for line in lines) for k in range(len(heads))]
     table = "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
-    return "\n\n".join([f"blue {blue}, red {red}; means ± standard errors", table, _LEGEND, *copies_note(rows)])
+    notes = copies_note(rows) + unanswered_note(rows)
+    return "\n\n".join([f"blue {blue}, red {red}; means ± standard errors", table, _LEGEND, *notes])

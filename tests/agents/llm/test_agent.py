@@ -3,6 +3,7 @@
 import json
 import re
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from movingout import check_agent, play
 from movingout.agents.base import EpisodeInfo
+from movingout.agents.baseline.delayed_agent import DelayedAgent
 from movingout.agents.catalogue import agent_card, agent_cards, load_agent, open_to_all
 from movingout.agents.data.rollout import rollout
 from movingout.agents.decision_trace import decision_trace
@@ -21,6 +23,9 @@ from movingout.agents.llm.model_id import KEY
 from movingout.agents.observation.seat_observation import observe
 from movingout.agents.recording_metadata import seat_info
 from movingout.maps import load_map
+from movingout.matches.execution.lockstep import Lockstep
+from movingout.matches.match import Match
+from movingout.matches.results.unanswered import unanswered
 from movingout.world import World
 from movingout.world.ping import HelpPing
 from tests.agents.llm.stand_in import Reply, StandIn, said, stand_in
@@ -124,6 +129,30 @@ def test_without_answers_the_fallback_is_done_and_faults_are_counted(fault: Any)
     assert told[-1]["counts"][fault] == told[-1]["question"] >= 2 and told[0]["note"] == "no luck"
     assert {trace["skill"] for trace in traces} == {"help"}
     assert any(trace["errand"] == "Lift" for trace in traces)  # the partner took an end of the heavy item
+
+
+@pytest.mark.parametrize(("useful", "failure"), [(0, "red (silent), its account: not one usable answer to "), (1, "")])
+def test_a_match_without_one_useful_answer_fails_and_others_count_the_questions(useful: int, failure: str) -> None:
+    asked: list[int] = []
+
+    def chat(_: list[Message]) -> str:
+        asked.append(1)
+        if len(asked) > useful:
+            raise ChatError("http", "HTTP 500: oops")
+        return answer(fetch(0))
+
+    silent = DelayedAgent(waiting(chat), 1)
+    players = {"silent": silent, "idle": load_agent("idle")}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        (result,) = Lockstep(load=players.__getitem__).play([Match("HandOff", "idle", "silent", 0, ticks=40)])
+    assert result.failure.startswith(failure) and (result.ending == "failed") == (useful == 0)
+    if useful:
+        counts = {"red_questions": len(asked), "red_useful": 1, "red_answers": 1, "red_left_out": 0}
+        assert result.counts == counts | {"red_http": len(asked) - 1}
+        assert unanswered([result, result]) == (len(asked) - 1, len(asked), 1, 1)
+    else:
+        assert "(HTTP 500: oops), so only its fallback played" in result.failure and not result.counts
 
 
 @pytest.mark.parametrize("skill", SKILLS)
