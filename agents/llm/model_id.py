@@ -1,8 +1,10 @@
 """Which model an id names, `llm:model=NAME,url=http://127.0.0.1:8080/v1`, and what is refused; opens no connection."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
+from movingout.agents.around_others import acting_id
 from movingout.agents.errors import AgentError
 
 LLM = "llm"
@@ -22,10 +24,15 @@ class ModelId:
 
 def outrun(agent_id: str) -> str:
     """A sentence for matches, which outrun any answer; empty for an agent that waits, and for others."""
-    kind, _, options = agent_id.strip().partition(":")
+    kind, _, options = acting_id(agent_id).strip().partition(":")
     if kind != LLM or not options or "wait=" in options.replace(" ", ""):
         return ""
     return f"{agent_id} does not wait for its answers, and a match without people outruns them: add wait=yes."
+
+
+def outrun_cautions(agent_ids: Iterable[str]) -> list[str]:
+    """The sentence of each of these agents that has one, once."""
+    return [sentence for agent_id in dict.fromkeys(agent_ids) if (sentence := outrun(agent_id))]
 
 
 def model_id(model: object = "", url: object = "") -> ModelId:

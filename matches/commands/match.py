@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import load_agent, unseen_map
-from movingout.agents.llm.model_id import outrun
+from movingout.agents.llm.model_id import outrun_cautions
 from movingout.agents.partners.families import is_group, is_own, to_try
 from movingout.maps import load_map
 from movingout.maps.commands.map_cautions import map_cautions
@@ -171,7 +171,7 @@ def cautions(matches: list[Match]) -> list[str]:
     """A sentence for each trained agent and map that it was not trained on, and for models that a match outruns."""
     seated_on = dict.fromkeys((agent_id, match.map) for match in matches for agent_id in match.seats)
     found = [caution for agent_id, name in seated_on if (caution := unseen_map(agent_id, load_map(name).name))]
-    return [*found, *filter(None, (outrun(agent_id) for agent_id in dict.fromkeys(one for one, _ in seated_on)))]
+    return [*found, *outrun_cautions(agent_id for agent_id, _ in seated_on)]
 
 
 def failure_lines(results: list[MatchResult]) -> list[str]:
