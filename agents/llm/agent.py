@@ -16,7 +16,7 @@ from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
 from movingout.agents.llm.answers import ALONE, INSTRUCTIONS, ModelAnswer, Skill, UselessAnswerError, read_answer
 from movingout.agents.llm.chat import Chat, ChatEndpoint, Message
-from movingout.agents.llm.model_id import KEY, model_id
+from movingout.agents.llm.model_id import KEY, endpoint_key, model_id
 from movingout.agents.llm.questions import ChatOutcome, Questions
 from movingout.agents.llm.skill_choice import SkillSelector
 from movingout.agents.scripted.agent import ScriptedAgent
@@ -198,7 +198,7 @@ def llm_agent(
         extra["temperature"] = _between("temperature", temperature, 0.0, 2.0)
     if tokens:
         extra["max_tokens"] = int(_between("tokens", tokens, 16, 100_000))
-    endpoint = ChatEndpoint(which, os.environ.get(KEY, "").strip(), timeout_s, extra)
+    endpoint = ChatEndpoint(which, endpoint_key(os.environ.get(KEY, "")), timeout_s, extra)
     endpoint.meet()
     return LlmAgent(endpoint, timeout_s, every_s, fallback, waits)
 

@@ -22,6 +22,21 @@ class ModelId:
     url: str
 
 
+def endpoint_key(text: str) -> str:
+    """The key in the environment variable, without space around it.
+
+    Raises AgentError, without the key in it, for one that no request can have: clients would repeat it in their errors.
+    """
+    key = text.strip()
+    if any(char.isspace() for char in key):
+        raise AgentError(f"llm: the key in {KEY} has a space or a line break in it; set it to one key")
+    if not (key.isascii() and key.isprintable()):
+        raise AgentError(
+            f"llm: the key in {KEY} has a character that no key has, maybe an invisible one; copy it again"
+        )
+    return key
+
+
 def outrun(agent_id: str) -> str:
     """A sentence for matches, which outrun any answer; empty for an agent that waits, and for others."""
     kind, _, options = acting_id(agent_id).strip().partition(":")

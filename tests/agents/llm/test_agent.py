@@ -19,7 +19,7 @@ from movingout.agents.errors import AgentError
 from movingout.agents.llm.agent import LlmAgent
 from movingout.agents.llm.answers import SKILLS
 from movingout.agents.llm.chat import ChatError, Message
-from movingout.agents.llm.model_id import KEY
+from movingout.agents.llm.model_id import KEY, endpoint_key
 from movingout.agents.observation.seat_observation import observe
 from movingout.agents.recording_metadata import seat_info
 from movingout.maps import load_map
@@ -204,6 +204,34 @@ def test_what_is_recorded_is_bounded_and_has_no_key(server: StandIn, monkeypatch
     assert server.keys[-1] == "Bearer sk-secret"
     assert "sk-secret" not in json.dumps(traces) and len(json.dumps(traces[-1])) < 12_000
     assert seat_info(agent_id).name == agent_id
+
+
+@pytest.mark.parametrize(
+    ("key", "why"),
+    [
+        ("sk-one\nsk-two", "a space or a line break"),
+        ("sk-one sk-two", "a space or a line break"),
+        ("sk-one\xa0sk-two", "a space or a line break"),
+        ("sk-\u200bone", "a character that no key has"),
+        ("“sk-one”", "a character that no key has"),
+        ("sk-\x7fone", "a character that no key has"),
+    ],
+)
+def test_a_key_that_cannot_be_sent_is_told_without_it(key: str, why: str) -> None:
+    """The client's error had the whole key in it, or it was the server that gave no JSON."""
+    with pytest.raises(AgentError, match=why) as error:
+        endpoint_key(key)
+    assert "sk-" not in str(error.value) and KEY in str(error.value)
+
+
+def test_the_key_of_the_environment_is_checked_before_it_is_sent(
+    server: StandIn, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(KEY, "sk-one\nsk-two")
+    with pytest.raises(AgentError, match="a space or a line break in it; set it to one key"):
+        load_agent(f"llm:model=m,url={server.url}")
+    monkeypatch.setenv(KEY, " sk-one\r\n")
+    load_agent(f"llm:model=m,url={server.url}")
 
 
 @pytest.mark.parametrize(
