@@ -8,7 +8,7 @@ import os
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -84,6 +84,11 @@ class LlmAgent(ScriptedAgent):
         return dict(self._counts)
 
     @property
+    def plan(self) -> str:
+        """The plan of the last useful answer of the episode, in words; empty before."""
+        return self._plan
+
+    @property
     def not_played(self) -> str:
         """Why the episode is not the model's: each answer was waited for, and none was usable; else empty."""
         asked = self._counts["questions"]
@@ -104,14 +109,18 @@ class LlmAgent(ScriptedAgent):
         if observation.state.tick == 0 or observation.tick < due or not (self.waits or self._questions.ready):
             return
         self._asked_at = observation.tick
-        messages = self._messages(observation)
-        self._counts["questions"] += 1
         if self.waits:
-            self._take(self._questions.wait(messages), observation)
+            self.ask_and_wait(observation)
         else:
-            self._questions.ask(messages)
+            self._questions.ask(self._messages(observation))
+
+    def ask_and_wait(self, observation: Observation) -> Mapping[str, object]:
+        """Ask now, whatever `waits` says, and take over the answer; returns what the trace has of it."""
+        self._take(self._questions.wait(self._messages(observation)), observation)
+        return self._told
 
     def _messages(self, observation: Observation) -> list[Message]:
+        self._counts["questions"] += 1
         lines = [str(observation.describe())]
         lines += [f"Your partner asks for help {_where(ping.item)}." for ping in self._their_pings(observation)]
         if self._plan:
