@@ -198,8 +198,8 @@ def test_what_an_agent_prints_is_no_part_of_the_document_on_standard_output(
 @pytest.mark.parametrize("around", ["{}", "late:agent={}"])
 def test_a_check_asks_a_language_model_one_real_question(around: str, capsys: pytest.CaptureFixture[str]) -> None:
     """A check that waits for no answer has checked the fallback alone, and said that all is well."""
-    plan = json.dumps({"plan": "I wait here.", "skills": [{"skill": "wait"}]})
-    with stand_in(lambda _: said(plan)) as server:
+    replies = [said(json.dumps({"plan": "I wait here.", "skills": [{"skill": "wait"}]}))]
+    with stand_in(lambda _: replies[-1]) as server:
         model = f"llm:model=m,url={server.url}"
         agent = around.format(model.replace(",", ";") if around.startswith("late") else model)
         check = ["agents", "check", agent, "--map", "HandOff", "--ticks", "2"]
@@ -212,6 +212,6 @@ def test_a_check_asks_a_language_model_one_real_question(around: str, capsys: py
             (Reply("oops \x1b[2J", 500), "HTTP 500: oops �[2J)"),
             (said("I would rather talk."), "it has no JSON object"),
         ):
-            server.reply = lambda _, reply=reply: reply
+            replies.append(reply)
             assert main(check) == 1
             assert f"{agent}: its model gave no usable answer to a question ({problem}" in capsys.readouterr().out

@@ -142,8 +142,8 @@ def test_a_dry_run_goes_by_the_clock_where_agents_wait(
     passed: float, estimated: float, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A language model of 1.5 s per answer was estimated by the processor time of what reads its answers."""
-    ticking = lambda step: itertools.count(0.0, step).__next__  # noqa: E731
-    monkeypatch.setattr(grid, "time", SimpleNamespace(process_time=ticking(0.1), monotonic=ticking(passed)))
+    spent, at = itertools.count(0.0, 0.1), itertools.count(0.0, passed)
+    monkeypatch.setattr(grid, "time", SimpleNamespace(process_time=lambda: next(spent), monotonic=lambda: next(at)))
     arguments = ["match", "grid", str(written(tmp_path, GRID)), "--out", str(tmp_path / "out"), "--dry-run", "--json"]
     assert main([*arguments, "--workers", "1"]) == 0
     assert json.loads(capsys.readouterr().out)["estimated_s"] == pytest.approx(estimated)
