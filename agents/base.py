@@ -59,6 +59,8 @@ class Agent(Protocol):
     `detail`: a mapping with the trace of the decision that was made just now.
     `deterministic`: False for one that does not answer the same each time.
     `waits`: True for one whose decisions wait for somebody else; no room seats it.
+    `episode_counts`: a mapping of names to whole numbers, counted in the episode; results of matches keep them.
+    `not_played`: after an episode in which only a fallback played for it, the sentence with which its match fails.
     `watch(world)`: is called after `reset`, for an oracle.
     `agent`: the agent inside, of one that is put around another (`Wrapper`).
     `batch_key`, `act_many`: of a `BatchAgent`.
@@ -96,6 +98,16 @@ class Wrapper:
     def waits(self) -> bool:
         """Whether the decisions of the agent inside wait for somebody else."""
         return bool(getattr(self.agent, "waits", False))
+
+    @property
+    def episode_counts(self) -> object:
+        """What the agent inside counted in the episode."""
+        return getattr(self.agent, "episode_counts", {})
+
+    @property
+    def not_played(self) -> object:
+        """Why the episode was not the agent's inside."""
+        return getattr(self.agent, "not_played", "")
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode."""

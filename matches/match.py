@@ -16,7 +16,7 @@ from movingout.world.constants import LIMIT_TICKS, MAX_SEED, MAX_TICKS
 from movingout.world.metrics import Metrics
 
 Challenge = Literal[1, 2]
-_LATER = ("play_hash", "own_metrics", "code", "official_ac")  # fields of results that earlier versions did not write
+_LATER = ("play_hash", "own_metrics", "code", "official_ac", "counts")  # fields that earlier versions did not write
 Ending = Literal["delivered", "time", "failed"]
 MAX_EPISODES = 1_000_000
 
@@ -99,6 +99,9 @@ class MatchResult:
     official_ac: float | None = field(
         default=None, compare=False
     )  # as the official code counts; None where nothing was carried together, of a failed match, in files of before
+    counts: Mapping[str, int] = field(
+        default_factory=dict, compare=False
+    )  # by agents, such as `red_questions` to a language model; empty of a failed match, in files of before
 
     def to_json(self) -> dict[str, Any]:
         """A flat JSON object; `result_from_json` reads it back."""
@@ -108,7 +111,7 @@ class MatchResult:
                 document |= self.metrics.values()
             elif entry.name != "match":
                 document[entry.name] = getattr(self, entry.name)
-        document["own_metrics"] = dict(self.own_metrics)
+        document |= {"own_metrics": dict(self.own_metrics), "counts": dict(self.counts)}
         return {**document, "limit_ticks": self.match.ticks}
 
 

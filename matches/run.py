@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from movingout.agents.llm.model_id import outrun_cautions
 from movingout.agents.map_limits import check_map_seen
 from movingout.maps import load_map
 from movingout.maps.commands.map_cautions import map_cautions
@@ -46,6 +47,7 @@ from movingout.matches.results.results_folder import (
     write_whole,
 )
 from movingout.matches.results.table import ResultRow, markdown, rows_of
+from movingout.matches.results.unanswered import unanswered
 from movingout.world.constants import LIMIT_TICKS
 
 OnProgress = Callable[[int, int], None]
@@ -57,7 +59,8 @@ OnUnrecorded = Callable[[int], None]
 OnOtherCode = Callable[[int], None]
 """Called with the number of matches that are kept and were played by other code of this project than is here."""
 OnCaution = Callable[[str], None]
-"""Called with each sentence about a map file that cannot be played as it should, before anything is played."""
+"""Called, before anything is played, with each sentence about a map file that cannot be played as it should, or about
+a language model that does not wait."""
 OnResult = Callable[[MatchResult], None]
 """Called with each result as it arrives."""
 WorkerPoolFactory = Callable[[int, float, Path | None], WorkerPool]
@@ -123,6 +126,7 @@ class GridRun:
             "mixed_code": self.mixed_code,
             "matches": len(self.results),
             "missing": self.missing,
+            "unanswered": found._asdict() if (found := unanswered(self.results.values())) else None,
             "results": [row.to_json() for row in self.rows],
             "failures": [result.to_json() for result in self.failures],
         }
@@ -156,20 +160,20 @@ def play(
     `record`: a folder that gets a recording of each match. Recordings that it has already stay; a warning says so.
 
     An agent that raises an exception or exceeds its time limit ends its match with `ending` "failed" and a reason in
-    `failure`; a warning says so. Another says what is wrong with a map file. Raises MovingOutError, before anything is
-    played, for an unknown agent or map.
+    `failure`; a warning says so. Others say what is wrong with a map file, and which language models do not wait.
+    Raises MovingOutError, before anything is played, for an unknown agent or map.
     """
     check_numbers(episodes, seed, ticks, challenge)
     seed, ticks, challenge = int(seed), int(ticks), 2 if challenge == 2 else 1  # numpy's integers are no JSON
     maps, objects = selected_maps(map), AgentObjects(blue, red)
-    for sentence in map_cautions(maps):
-        warn_caller(sentence)
     one, other = objects.name(blue), objects.name(red)
     matches = [
         Match(name, agent_for_seed(one, each), agent_for_seed(other, each, one == other), each, challenge, ticks)
         for name in maps
         for each in range(seed, seed + episodes)
     ]
+    for sentence in _cautions(matches):
+        warn_caller(sentence)
     folder = None if record is None else Path(record)
     results = _play_here(matches, objects, folder) if objects else play_matches(matches, workers=workers, record=folder)
     if failed := [result for result in results if result.ending == "failed"]:
@@ -267,7 +271,7 @@ def run_grid(
         raise MatchError(f"shard {index}/{count}: the first number counts from 0 to {count - 1}")
     plan = planned_matches(grid, order_of(folder))
     matches = matches_of(plan)[index::count]
-    for sentence in map_cautions(match.map for match in matches_of(plan)):
+    for sentence in _cautions(matches_of(plan)):
         caution(sentence)
     check_own_maps(matches_of(plan))
     check_variants(to_play(matches, read_results(folder)))
@@ -298,6 +302,12 @@ def run_grid(
                     done += 1
                     progress(done, len(matches))
     return finish(folder, grid, plan)
+
+
+def _cautions(matches: Sequence[Match]) -> list[str]:
+    """What is to be said of their maps, and of language models that they outrun."""
+    seated = (agent_id for match in matches for agent_id in match.seats)
+    return [*map_cautions(match.map for match in matches), *outrun_cautions(seated)]
 
 
 def check_own_maps(matches: Sequence[Match]) -> None:

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.padding import Padding
 from rich.table import Table
 
-from movingout.agents.base import THREADS
+from movingout.agents.base import THREADS, Agent
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.baseline.timed_agent import TimedAgent
 from movingout.agents.built_in import AgentCard
@@ -32,6 +32,7 @@ from movingout.agents.conformance import MAPS, TICKS, ConformanceError, check_ag
 from movingout.agents.data.rollout import check_undelivered, rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
+from movingout.agents.llm.first_answer import FirstAnswer, first_answer
 from movingout.maps import load_map
 from movingout.maps.commands.parser import add_out
 from movingout.maps.extras import needs_extra
@@ -154,10 +155,11 @@ def _show(arguments: argparse.Namespace) -> int:
 def _check(arguments: argparse.Namespace) -> int:
     if arguments.ticks is not None and arguments.ticks < 1:
         raise AgentError(f"an episode has at least 1 tick, not {arguments.ticks}")
-    load_agent(arguments.agent)  # an id that names nothing is a wrong command, not a fault of the agent
+    agent = load_agent(arguments.agent)  # an id that names nothing is a wrong command, not a fault of the agent
     maps = arguments.map.split(",")
     try:
         with redirect_stdout(sys.stderr):  # what the agent prints
+            answered = _first_answer(agent, maps[0])
             found = check_agent(lambda: load_agent(arguments.agent), maps, arguments.ticks)
     except ConformanceError as error:
         if arguments.json:
@@ -167,14 +169,25 @@ def _check(arguments: argparse.Namespace) -> int:
         return 1
     if arguments.json:
         decision_ms = {"p50": found.p50_ms, "p99": found.p99_ms, "n": len(found.decisions_ms)}
-        print(json.dumps({"id": arguments.agent, "conforms": True, "ticks": found.ticks, "decision_ms": decision_ms}))
+        document = {"id": arguments.agent, "conforms": True, "ticks": found.ticks, "decision_ms": decision_ms}
+        print(json.dumps(document | ({"answer_s": answered.latency_s} if answered else {})))
     else:
+        if answered:
+            print(f"Its model answered a question in {answered.latency_s:.1f} s: {answered.plan}")
         seen = f"{len(found.decisions_ms)} decisions in {found.episodes} episodes of up to {found.ticks} ticks on "
         seen += ", ".join(maps)
         print(f"{arguments.agent} meets the rules: {seen}, p50 {found.p50_ms:.1f} ms, p99 {found.p99_ms:.1f} ms")
         if not found.deterministic:
             print("Its answers were not compared: it is not deterministic.")
     return 0
+
+
+def _first_answer(agent: Agent, map_name: str) -> FirstAnswer | None:
+    """The answer of an agent's language model; None for others. Raises ConformanceError for one of no use."""
+    answered = first_answer(agent, map_name)
+    if answered and answered.problem:
+        raise ConformanceError(f"its model gave no usable answer to a question ({answered.problem})")
+    return answered
 
 
 def _probe(arguments: argparse.Namespace) -> int:

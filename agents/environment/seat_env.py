@@ -5,6 +5,7 @@ It is `world.env.MovingOutEnv` seen from one seat: the same actions, layouts of 
 
 import inspect
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, cast
 
@@ -14,6 +15,7 @@ import numpy.typing as npt
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.environment.partners import PartnerSeat, partner_groups
 from movingout.agents.errors import AgentError
+from movingout.agents.llm.model_id import outrun_cautions
 from movingout.agents.map_limits import check_own_maps_seen
 from movingout.maps import MapSpec, Rect
 from movingout.maps.extras import needs_extra
@@ -70,6 +72,8 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         self._colour = seat
         self._limit_ticks = limit_ticks
         self._groups = partner_groups(partner)
+        for sentence in outrun_cautions(agent_id for group in self._groups for agent_id in group):
+            warnings.warn(sentence, stacklevel=2)
         self._seen: set[tuple[tuple[Rect, ...], tuple[Rect, ...]]] = set()  # walls and goals that all partners see
         self._check_seen(self._env.map)
         self._partners: dict[str, PartnerSeat] = {}

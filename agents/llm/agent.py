@@ -8,7 +8,7 @@ import os
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -16,10 +16,11 @@ from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
 from movingout.agents.llm.answers import ALONE, INSTRUCTIONS, ModelAnswer, Skill, UselessAnswerError, read_answer
 from movingout.agents.llm.chat import Chat, ChatEndpoint, Message
-from movingout.agents.llm.model_id import KEY, model_id
+from movingout.agents.llm.model_id import KEY, endpoint_key, model_id
 from movingout.agents.llm.questions import ChatOutcome, Questions
 from movingout.agents.llm.skill_choice import SkillSelector
 from movingout.agents.scripted.agent import ScriptedAgent
+from movingout.maps.suggestion import counted
 from movingout.world.constants import TICKS_PER_SECOND
 from movingout.world.ping import HelpPing
 from movingout.world.scoring import delivered_items
@@ -62,7 +63,7 @@ class LlmAgent(ScriptedAgent):
         self._heavy = frozenset(index for index, item in enumerate(episode.map.items) if item.size != "small")
         self._questions.forget()
         self._asked_at = -self._every
-        self._prompt = self._plan = ""
+        self._prompt = self._plan = self._note = ""
         self._remarks: list[str] = []  # for the next question: what was wrong with the last answer
         self._counts: Counter[str] = Counter()
         self._told: dict[str, object] = {}
@@ -77,6 +78,24 @@ class LlmAgent(ScriptedAgent):
             self.detail |= self._told
         return chunk
 
+    @property
+    def episode_counts(self) -> dict[str, int]:
+        """Questions, useful answers and faults of the episode."""
+        return dict(self._counts)
+
+    @property
+    def plan(self) -> str:
+        """The plan of the last useful answer of the episode, in words; empty before."""
+        return self._plan
+
+    @property
+    def not_played(self) -> str:
+        """Why the episode is not the model's: each answer was waited for, and none was usable; else empty."""
+        asked = self._counts["questions"]
+        if not self.waits or not asked or self._counts["useful"]:
+            return ""
+        return f"not one usable answer to {counted(asked, 'question')} ({self._note:.200}), so only its fallback played"
+
     def _converse(self, observation: Observation) -> None:
         """Take over an answer that has come, and ask again in time.
 
@@ -90,14 +109,18 @@ class LlmAgent(ScriptedAgent):
         if observation.state.tick == 0 or observation.tick < due or not (self.waits or self._questions.ready):
             return
         self._asked_at = observation.tick
-        messages = self._messages(observation)
-        self._counts["questions"] += 1
         if self.waits:
-            self._take(self._questions.wait(messages), observation)
+            self.ask_and_wait(observation)
         else:
-            self._questions.ask(messages)
+            self._questions.ask(self._messages(observation))
+
+    def ask_and_wait(self, observation: Observation) -> Mapping[str, object]:
+        """Ask now, whatever `waits` says, and take over the answer; returns what the trace has of it."""
+        self._take(self._questions.wait(self._messages(observation)), observation)
+        return self._told
 
     def _messages(self, observation: Observation) -> list[Message]:
+        self._counts["questions"] += 1
         lines = [str(observation.describe())]
         lines += [f"Your partner asks for help {_where(ping.item)}." for ping in self._their_pings(observation)]
         if self._plan:
@@ -125,9 +148,11 @@ class LlmAgent(ScriptedAgent):
             else:
                 note = "; ".join(answer.left_out)
                 self._remarks += answer.left_out
+                self._counts["useful"] += 1
                 self._counts["left_out"] += len(answer.left_out)
                 self._plan = answer.plan or "Next: " + ", ".join(map(str, answer.skills)) + "."
                 self._skill_choice.choose(answer.skills)
+        self._note = note
         self._warn(note)
         self._told_until = observation.tick + TOLD_FOR
         self._told = {
@@ -182,7 +207,7 @@ def llm_agent(
         extra["temperature"] = _between("temperature", temperature, 0.0, 2.0)
     if tokens:
         extra["max_tokens"] = int(_between("tokens", tokens, 16, 100_000))
-    endpoint = ChatEndpoint(which, os.environ.get(KEY, "").strip(), timeout_s, extra)
+    endpoint = ChatEndpoint(which, endpoint_key(os.environ.get(KEY, "")), timeout_s, extra)
     endpoint.meet()
     return LlmAgent(endpoint, timeout_s, every_s, fallback, waits)
 

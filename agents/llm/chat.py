@@ -84,11 +84,12 @@ class ChatEndpoint:
                 body = self._body(answer.iter_bytes(), until)
                 if answer.status_code != 200:
                     raise self._refused(answer.status_code, answer.headers.get("retry-after", ""), body)
-            return httpx.Response(200, content=body).json()
         except httpx.TimeoutException:
             raise ChatError("timeout", f"no answer within {within_s:g} s") from None
-        except (httpx.HTTPError, httpx.InvalidURL, OSError) as error:
+        except (httpx.HTTPError, httpx.InvalidURL, OSError, ValueError) as error:  # ValueError: it cannot be sent
             raise ChatError("unreachable", self._said(str(error) or type(error).__name__)) from None
+        try:
+            return httpx.Response(200, content=body).json()
         except (ValueError, RecursionError):
             raise ChatError("rubbish", "the answer is no JSON") from None
 

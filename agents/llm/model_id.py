@@ -1,8 +1,10 @@
 """Which model an id names, `llm:model=NAME,url=http://127.0.0.1:8080/v1`, and what is refused; opens no connection."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
+from movingout.agents.around_others import acting_id
 from movingout.agents.errors import AgentError
 
 LLM = "llm"
@@ -20,12 +22,32 @@ class ModelId:
     url: str
 
 
+def endpoint_key(text: str) -> str:
+    """The key in the environment variable, without space around it.
+
+    Raises AgentError, without the key in it, for one that no request can have: clients would repeat it in their errors.
+    """
+    key = text.strip()
+    if any(char.isspace() for char in key):
+        raise AgentError(f"llm: the key in {KEY} has a space or a line break in it; set it to one key")
+    if not (key.isascii() and key.isprintable()):
+        raise AgentError(
+            f"llm: the key in {KEY} has a character that no key has, maybe an invisible one; copy it again"
+        )
+    return key
+
+
 def outrun(agent_id: str) -> str:
     """A sentence for matches, which outrun any answer; empty for an agent that waits, and for others."""
-    kind, _, options = agent_id.strip().partition(":")
+    kind, _, options = acting_id(agent_id).strip().partition(":")
     if kind != LLM or not options or "wait=" in options.replace(" ", ""):
         return ""
     return f"{agent_id} does not wait for its answers, and a match without people outruns them: add wait=yes."
+
+
+def outrun_cautions(agent_ids: Iterable[str]) -> list[str]:
+    """The sentence of each of these agents that has one, once."""
+    return [sentence for agent_id in dict.fromkeys(agent_ids) if (sentence := outrun(agent_id))]
 
 
 def model_id(model: object = "", url: object = "") -> ModelId:

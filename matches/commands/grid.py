@@ -32,6 +32,9 @@ from movingout.world.exactness import inexact_engine
 
 _PROBES = 4  # matches played for an estimate
 _PROBE_TICKS = 100
+_WAITING = (
+    3.0  # times its processor time that a match may take before its agents are said to wait; less is a busy machine
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -156,18 +159,23 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
 
 
 def _seconds_per_match(grid: Grid) -> float:
-    """Processor seconds of a match of full length, estimated from a few short ones spread over the grid."""
+    """Seconds of a match of full length for one worker, estimated from a few short ones spread over the grid.
+
+    They are seconds of the processor, which other programs on the machine do not change, but for agents that wait for a
+    server or a GPU.
+    """
     matches = matches_of(planned_matches(grid))
     step = max(len(matches) // _PROBES, 1)
-    lockstep, spent = Lockstep(batch_size=1), 0.0
+    lockstep, spent, passed = Lockstep(batch_size=1), 0.0, 0.0
     probes = matches[::step][:_PROBES]
     for match in probes:
         ticks = min(match.ticks, _PROBE_TICKS)
-        begun = time.process_time()
+        begun, at = time.process_time(), time.monotonic()
         with redirect_stdout(sys.stderr):  # what agents print is no part of the answer, as from worker processes
             list(lockstep.play([replace(match, ticks=ticks)]))
         spent += (time.process_time() - begun) * match.ticks / ticks
-    return spent / len(probes)
+        passed += (time.monotonic() - at) * match.ticks / ticks
+    return (passed if passed > _WAITING * spent else spent) / len(probes)
 
 
 def _span(seconds: float) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import load_agent, unseen_map
-from movingout.agents.llm.model_id import outrun
+from movingout.agents.llm.model_id import outrun_cautions
 from movingout.agents.partners.families import is_group, is_own, to_try
 from movingout.maps import load_map
 from movingout.maps.commands.map_cautions import map_cautions
@@ -23,7 +23,7 @@ from movingout.matches.errors import MatchError
 from movingout.matches.execution.recorder import recorded_before
 from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed
 from movingout.matches.match import Match, MatchResult, check_numbers
-from movingout.matches.results.table import MEASURES, ResultRow, copies_note, rows_of
+from movingout.matches.results.table import MEASURES, ResultRow, copies_note, rows_of, unanswered_note
 from movingout.matches.run import play_matches
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.storage.finished import SUFFIX
@@ -171,7 +171,7 @@ def cautions(matches: list[Match]) -> list[str]:
     """A sentence for each trained agent and map that it was not trained on, and for models that a match outruns."""
     seated_on = dict.fromkeys((agent_id, match.map) for match in matches for agent_id in match.seats)
     found = [caution for agent_id, name in seated_on if (caution := unseen_map(agent_id, load_map(name).name))]
-    return [*found, *filter(None, (outrun(agent_id) for agent_id in dict.fromkeys(one for one, _ in seated_on)))]
+    return [*found, *outrun_cautions(agent_id for agent_id, _ in seated_on)]
 
 
 def failure_lines(results: list[MatchResult]) -> list[str]:
@@ -194,4 +194,5 @@ def _table(blue: str, red: str, rows: list[ResultRow]) -> str:
         lines.append([row.map, row.count_text, str(full), *(estimate_text(row.estimate(m)) for m in MEASURES)])
     widths = [max(len(line[k]) for line in lines) for k in range(len(heads))]
     table = "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
-    return "\n\n".join([f"blue {blue}, red {red}; means ± standard errors", table, _LEGEND, *copies_note(rows)])
+    notes = copies_note(rows) + unanswered_note(rows)
+    return "\n\n".join([f"blue {blue}, red {red}; means ± standard errors", table, _LEGEND, *notes])

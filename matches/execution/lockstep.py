@@ -48,6 +48,7 @@ class RunningMatch:
         self._hash = PlayHash(the_map)
         self._played: list[tuple[WorldState, Floats]] = []  # states and what was done in them, for own metrics
         self.cpu_s = 0.0
+        self._counts: dict[str, int] = {}
         self.seats: list[MatchSeat] = []
         for seat, (agent, agent_id) in enumerate(zip(agents, match.seats, strict=True)):
             episode = EpisodeInfo(the_map, seat, match.seed, match.ticks)
@@ -82,6 +83,12 @@ class RunningMatch:
         if self.recorder is not None:
             self.recorder.tick(actions, self.state, self.world.delivered().tolist())
 
+    def take_counts(self, timer: DecisionTimer) -> None:
+        """Keep what agents counted. Raises AgentFault for one that did not play the match itself."""
+        for seat in self.seats:
+            with attribute_agent_errors(seat.episode.seat, seat.agent_id, timer, "its account"):
+                self._counts |= seat.account()
+
     def result(self) -> MatchResult:
         """The result of a finished match; closes its recording."""
         flags = self.world.delivered().tolist()
@@ -100,6 +107,7 @@ class RunningMatch:
             play_hash=self._hash.of(self.state),
             own_metrics=self._own_values(),
             official_ac=self.metrics.official_ac,
+            counts=self._counts,
         )
 
     def _own_values(self) -> dict[str, float | None]:
@@ -243,10 +251,13 @@ class Lockstep:
                 return live.fail(seat.fault.seat, seat.fault.reason)
         try:
             live.advance()
+            if not live.over:
+                return None
+            live.take_counts(self._timer)
         except WorldError as error:
             return live.fail(-1, str(error))
-        if not live.over:
-            return None
+        except AgentFault as fault:
+            return live.fail(fault.seat, fault.reason)
         for seat in live.seats:  # agents without a fault are kept
             self._free[seat.agent_id].append(seat.agent)
         return live.result()

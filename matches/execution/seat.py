@@ -1,7 +1,8 @@
 """A seat in a match: one agent, and the rows of its last action chunk that are still to be played."""
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
+from numbers import Integral
 
 from movingout.agents.base import Agent, EpisodeInfo, Observation, batch_group
 from movingout.agents.errors import AgentError
@@ -41,6 +42,15 @@ class MatchSeat:
     def observation(self) -> Observation:
         """What the agent sees now. Its arrays are its own: the metrics and the other seat see what was played."""
         return observe(self.episode.map, self.state.copy(), self.episode.seat)
+
+    def account(self) -> dict[str, int]:
+        """What the agent counted in the match, such as `red_questions`. Raises AgentError where it did not play it."""
+        reason, found = getattr(self.agent, "not_played", ""), getattr(self.agent, "episode_counts", {})
+        if isinstance(reason, str) and reason:
+            raise AgentError(reason)
+        counts = found.items() if isinstance(found, Mapping) else ()
+        colour = SEAT_COLOURS[self.episode.seat]
+        return {f"{colour}_{name}": int(count) for name, count in counts if isinstance(count, Integral)}
 
     def next_action(self) -> WorldAction:
         return self.rows.pop(0)

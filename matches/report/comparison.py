@@ -20,6 +20,7 @@ from movingout.matches.results.table import (
     estimate_of,
     markdown_line,
 )
+from movingout.matches.results.unanswered import unanswered
 from movingout.matches.run import GridRun
 from movingout.recordings.report.words import DEFAULT, Words
 from movingout.world.estimates import Estimate
@@ -138,6 +139,8 @@ def _notes(run: GridRun, words: Words) -> str:
     notes = [words.say("paper.note")]
     if any(distinct(line.results) not in (None, len(line.results)) for line in comparison_lines(run)):
         notes.append(words.say("grid.copies"))
+    if found := unanswered(run.results.values()):
+        notes.append(words.say("grid.unanswered", **found._asdict()))
     if are_of_before(run.results.values()):
         notes.append(words.say("grid.earlier"))
     if run.mixed_code:

@@ -46,5 +46,5 @@ def _table(run: GridRun) -> Any:
 def _row(result: MatchResult) -> dict[str, Any]:
     """A result with a column for each metric; one of a package whose key has become a field gives way to the field."""
     document = result.to_json()
-    own = document.pop("own_metrics")
-    return {**document, **{key: value for key, value in own.items() if key not in document}}
+    others = document.pop("own_metrics") | document.pop("counts")
+    return {**document, **{key: value for key, value in others.items() if key not in document}}

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from movingout.matches.experiment.plan import PlannedMatch
 from movingout.matches.match import Match, MatchResult
+from movingout.matches.results.unanswered import UNANSWERED, unanswered
 from movingout.world.estimates import Estimate, estimate_of_copies, estimate_text
 from movingout.world.metrics import METRICS
 from movingout.world.own_metrics import own_metrics
@@ -118,7 +119,8 @@ def markdown(rows: Sequence[ResultRow]) -> str:
         names = [row.condition, str(row.challenge), row.map, row.agent, row.partner]
         estimates = [estimate_text(row.estimate(measure)) for measure in MEASURES]
         lines.append(markdown_line([*names, row.count_text, *estimates, str(row.failed or "")]))
-    return "\n".join(lines) + "\n" + "".join(f"\n{note}\n" for note in (*copies_note(rows), *earlier_note(rows)))
+    notes = (*copies_note(rows), *unanswered_note(rows), *earlier_note(rows))
+    return "\n".join(lines) + "\n" + "".join(f"\n{note}\n" for note in notes)
 
 
 def distinct(results: Iterable[MatchResult]) -> int | None:
@@ -140,6 +142,12 @@ def count_text(results: Sequence[MatchResult]) -> str:
 def copies_note(rows: Iterable[ResultRow]) -> list[str]:
     """A sentence when a row counts an episode more than once, else nothing."""
     return [COPIES] if any(row.distinct not in (None, len(row.results)) for row in rows) else []
+
+
+def unanswered_note(rows: Iterable[ResultRow]) -> list[str]:
+    """A sentence when a row counts matches in which a language model did not answer, else nothing."""
+    found = unanswered(result for row in rows for result in row.results)
+    return [UNANSWERED.format(**found._asdict())] if found else []
 
 
 def are_of_before(results: Iterable[MatchResult]) -> bool:

@@ -5,7 +5,7 @@ import ctypes
 import os
 import signal
 import time
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -90,6 +90,20 @@ class Talker(Wanderer):
     def act(self, observation: Observation) -> ActionChunk:
         self.detail: dict[str, object] = {"heard": observation.tick}
         return super().act(observation)
+
+
+class Counting(Wanderer):
+    """Counts things, not all of them in whole numbers."""
+
+    episode_counts: Mapping[str, object] = {"questions": np.int64(4), "useful": 1, "share": 0.25}
+
+
+class Absent(Wanderer):
+    """Cannot say whether it played."""
+
+    @property
+    def not_played(self) -> str:
+        raise ValueError("no account")
 
 
 class Mumbler(Wanderer):

@@ -23,6 +23,7 @@ from movingout.matches.match import Match, failed_result
 from movingout.matches.results.provenance import Provenance
 from movingout.matches.results.results_folder import Shard, open_folder
 from movingout.server.cli import main
+from tests.agents.llm.stand_in import said, stand_in
 from tests.matches.support import HERE, small_grid
 
 GRID = f"""
@@ -247,6 +248,27 @@ def test_a_map_file_with_faults_is_warned_about_as_commands_say_it(
     (tmp_path / "grid.yaml").write_text(f"name: g\nagents: [idle]\nmaps: [{name}]\nseeds: 1\nticks: 2\n")
     assert main(["match", "grid", str(tmp_path / "grid.yaml"), "--out", str(tmp_path / "g"), "--workers", "1"]) == 0
     assert capsys.readouterr().err.count("cannot be played as it should") == 1
+
+
+def test_a_language_model_that_no_match_waits_for_is_warned_about_as_commands_say_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its row had the fallback's score, and nothing said so."""
+    caution = "does not wait for its answers, and a match without people outruns them: add wait=yes."
+    with stand_in(lambda _: said("hm")) as server:
+        model = f"llm:model=m,url={server.url}"
+        grid = small_grid(agents=[model], partners=["idle"], maps=["HandOff"], seeds=1, ticks=2)
+        for call in (
+            lambda: play("idle", f"late:agent={model.replace(',', ';')}", ticks=2, workers=1),
+            lambda: run_grid(grid, tmp_path / "out", workers=1),
+        ):
+            with pytest.warns(UserWarning, match=caution) as warned:
+                call()
+            assert {Path(one.filename).name for one in warned} == {"test_run.py"}
+        (tmp_path / "grid.yaml").write_text(f"name: g\nagents: ['{model}']\nmaps: [HandOff]\nseeds: 1\nticks: 2\n")
+        command = ["match", "grid", str(tmp_path / "grid.yaml"), "--out", str(tmp_path / "g"), "--workers", "1"]
+        assert main(command) == 0
+    assert capsys.readouterr().err.count(caution) == 1
 
 
 def test_a_folder_of_another_grid_is_refused(tmp_path: Path) -> None:

@@ -20,6 +20,11 @@ from tests.agents.support import Forward
 class _Oracle(Forward):
     deterministic = False
     waits = True
+    not_played = "asleep"
+
+    def __init__(self, *numbers: int) -> None:
+        super().__init__(*numbers)
+        self.episode_counts = {"questions": 3}
 
     def watch(self, world: World) -> None:
         self.world = world
@@ -32,6 +37,7 @@ def test_what_the_agent_inside_has_is_passed_on(around: Callable[[Agent], Wrappe
     agent.watch(world)
     assert inside.world is world
     assert (agent.detail, agent.deterministic, agent.waits) == (inside.detail, False, True)
+    assert (agent.episode_counts, agent.not_played) == ({"questions": 3}, "asleep")
 
 
 def test_no_room_takes_an_agent_that_waits_however_often_it_is_wrapped(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,7 @@
 """`movingout agents` as somebody at a terminal sees it."""
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from movingout.agents.catalogue import UNSEEN_NFD, UNSEEN_TCR, agent_cards
 from movingout.agents.checkpoint.checkpoint import SHIPPED
 from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
+from tests.agents.llm.stand_in import Reply, said, stand_in
 
 PRINTING = """
 import numpy as np
@@ -191,3 +193,25 @@ def test_what_an_agent_prints_is_no_part_of_the_document_on_standard_output(
     captured = capfd.readouterr()
     json.loads(captured.out)
     assert "imported" in captured.err and "made" in captured.err
+
+
+@pytest.mark.parametrize("around", ["{}", "late:agent={}"])
+def test_a_check_asks_a_language_model_one_real_question(around: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A check that waits for no answer has checked the fallback alone, and said that all is well."""
+    replies = [said(json.dumps({"plan": "I wait here.", "skills": [{"skill": "wait"}]}))]
+    with stand_in(lambda _: replies[-1]) as server:
+        model = f"llm:model=m,url={server.url}"
+        agent = around.format(model.replace(",", ";") if around.startswith("late") else model)
+        check = ["agents", "check", agent, "--map", "HandOff", "--ticks", "2"]
+        assert main(check) == 0
+        printed = capsys.readouterr().out
+        assert re.match(r"Its model answered a question in \d+\.\d s: I wait here\.\n", printed)
+        assert main([*check, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["answer_s"] >= 0.0
+        for reply, problem in (
+            (Reply("oops \x1b[2J", 500), "HTTP 500: oops �[2J)"),
+            (said("I would rather talk."), "it has no JSON object"),
+        ):
+            replies.append(reply)
+            assert main(check) == 1
+            assert f"{agent}: its model gave no usable answer to a question ({problem}" in capsys.readouterr().out

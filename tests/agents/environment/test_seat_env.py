@@ -2,6 +2,7 @@ import copy
 import pickle
 import subprocess
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,16 @@ STILL = np.array([0.0, 1.0, 0.0, 0.0], np.float32)
 def test_gymnasiums_own_checker_passes(seat: str, layout: str) -> None:
     env = gymnasium.make(ENV_ID, map="HandOff", partner=["scripted", "idle"], seat=seat, layout=layout)
     check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_a_language_model_that_no_step_waits_for_is_warned_about() -> None:
+    model = "llm:model=m,url=http://127.0.0.1:9/v1"
+    with pytest.warns(UserWarning, match=f"{model} does not wait for its answers") as warned:
+        SeatEnv("HandOff", partner=["idle", model])
+    assert [Path(one.filename).name for one in warned] == ["test_seat_env.py"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        SeatEnv("HandOff", partner=f"{model},wait=yes")
 
 
 def test_it_is_the_world_from_one_seat_with_the_partner_in_the_other() -> None:

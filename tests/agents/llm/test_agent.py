@@ -3,6 +3,7 @@
 import json
 import re
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from movingout import check_agent, play
 from movingout.agents.base import EpisodeInfo
+from movingout.agents.baseline.delayed_agent import DelayedAgent
 from movingout.agents.catalogue import agent_card, agent_cards, load_agent, open_to_all
 from movingout.agents.data.rollout import rollout
 from movingout.agents.decision_trace import decision_trace
@@ -17,10 +19,13 @@ from movingout.agents.errors import AgentError
 from movingout.agents.llm.agent import LlmAgent
 from movingout.agents.llm.answers import SKILLS
 from movingout.agents.llm.chat import ChatError, Message
-from movingout.agents.llm.model_id import KEY
+from movingout.agents.llm.model_id import KEY, endpoint_key
 from movingout.agents.observation.seat_observation import observe
 from movingout.agents.recording_metadata import seat_info
 from movingout.maps import load_map
+from movingout.matches.execution.lockstep import Lockstep
+from movingout.matches.match import Match
+from movingout.matches.results.unanswered import unanswered
 from movingout.world import World
 from movingout.world.ping import HelpPing
 from tests.agents.llm.stand_in import Reply, StandIn, said, stand_in
@@ -126,6 +131,30 @@ def test_without_answers_the_fallback_is_done_and_faults_are_counted(fault: Any)
     assert any(trace["errand"] == "Lift" for trace in traces)  # the partner took an end of the heavy item
 
 
+@pytest.mark.parametrize(("useful", "failure"), [(0, "red (silent), its account: not one usable answer to "), (1, "")])
+def test_a_match_without_one_useful_answer_fails_and_others_count_the_questions(useful: int, failure: str) -> None:
+    asked: list[int] = []
+
+    def chat(_: list[Message]) -> str:
+        asked.append(1)
+        if len(asked) > useful:
+            raise ChatError("http", "HTTP 500: oops")
+        return answer(fetch(0))
+
+    silent = DelayedAgent(waiting(chat), 1)
+    players = {"silent": silent, "idle": load_agent("idle")}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        (result,) = Lockstep(load=players.__getitem__).play([Match("HandOff", "idle", "silent", 0, ticks=40)])
+    assert result.failure.startswith(failure) and (result.ending == "failed") == (useful == 0)
+    if useful:
+        counts = {"red_questions": len(asked), "red_useful": 1, "red_answers": 1, "red_left_out": 0}
+        assert result.counts == counts | {"red_http": len(asked) - 1}
+        assert unanswered([result, result]) == (len(asked) - 1, len(asked), 1, 1)
+    else:
+        assert "(HTTP 500: oops), so only its fallback played" in result.failure and not result.counts
+
+
 @pytest.mark.parametrize("skill", SKILLS)
 @pytest.mark.parametrize("map_name", ["HandOff", "FourCorners", "DistancePriority"])
 def test_every_skill_can_be_done_on_any_map(skill: str, map_name: str) -> None:
@@ -175,6 +204,34 @@ def test_what_is_recorded_is_bounded_and_has_no_key(server: StandIn, monkeypatch
     assert server.keys[-1] == "Bearer sk-secret"
     assert "sk-secret" not in json.dumps(traces) and len(json.dumps(traces[-1])) < 12_000
     assert seat_info(agent_id).name == agent_id
+
+
+@pytest.mark.parametrize(
+    ("key", "why"),
+    [
+        ("sk-one\nsk-two", "a space or a line break"),
+        ("sk-one sk-two", "a space or a line break"),
+        ("sk-one\xa0sk-two", "a space or a line break"),
+        ("sk-\u200bone", "a character that no key has"),
+        ("“sk-one”", "a character that no key has"),
+        ("sk-\x7fone", "a character that no key has"),
+    ],
+)
+def test_a_key_that_cannot_be_sent_is_told_without_it(key: str, why: str) -> None:
+    """The client's error had the whole key in it, or it was the server that gave no JSON."""
+    with pytest.raises(AgentError, match=why) as error:
+        endpoint_key(key)
+    assert "sk-" not in str(error.value) and KEY in str(error.value)
+
+
+def test_the_key_of_the_environment_is_checked_before_it_is_sent(
+    server: StandIn, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(KEY, "sk-one\nsk-two")
+    with pytest.raises(AgentError, match="a space or a line break in it; set it to one key"):
+        load_agent(f"llm:model=m,url={server.url}")
+    monkeypatch.setenv(KEY, " sk-one\r\n")
+    load_agent(f"llm:model=m,url={server.url}")
 
 
 @pytest.mark.parametrize(

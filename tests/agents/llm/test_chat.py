@@ -62,6 +62,12 @@ def test_a_slow_answer_ends_in_time(slow: Reply) -> None:
     assert error.value.fault == "timeout" and took < 8.0, "the whole answer takes ten seconds"
 
 
+def test_what_cannot_be_sent_is_no_fault_of_the_answer() -> None:
+    with stand_in(lambda _: said("hi")) as server, pytest.raises(ChatError, match="codec can't encode") as error:
+        ChatEndpoint(ModelId("m", server.url), "sk-\u200babc", 2.0, {})(HELLO)
+    assert error.value.fault == "unreachable" and not server.requests
+
+
 def test_the_first_contact_says_what_is_wrong() -> None:
     with stand_in(lambda _: said("hi")) as server:
         endpoint = ChatEndpoint(ModelId("m", server.url), KEY, 2.0, {})

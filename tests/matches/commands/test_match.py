@@ -1,6 +1,8 @@
+import itertools
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -133,6 +135,18 @@ def test_a_dry_run_counts_and_estimates_and_plays_nothing(capsys: pytest.Capture
     assert (document["matches"], document["to_play"], document["missing_agents"]) == (2, 2, [])
     assert document["estimated_s"] > 0.0
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("passed", "estimated"), [(10.0, 20.0), (0.25, 0.2)])
+def test_a_dry_run_goes_by_the_clock_where_agents_wait(
+    passed: float, estimated: float, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A language model of 1.5 s per answer was estimated by the processor time of what reads its answers."""
+    spent, at = itertools.count(0.0, 0.1), itertools.count(0.0, passed)
+    monkeypatch.setattr(grid, "time", SimpleNamespace(process_time=lambda: next(spent), monotonic=lambda: next(at)))
+    arguments = ["match", "grid", str(written(tmp_path, GRID)), "--out", str(tmp_path / "out"), "--dry-run", "--json"]
+    assert main([*arguments, "--workers", "1"]) == 0
+    assert json.loads(capsys.readouterr().out)["estimated_s"] == pytest.approx(estimated)
 
 
 def test_what_an_agent_prints_is_no_part_of_the_document_of_a_dry_run(

@@ -160,6 +160,16 @@ def test_a_sign_of_life_comes_while_agents_think() -> None:
     assert len(beats) == 1
 
 
+def test_results_keep_what_agents_counted_but_those_of_before() -> None:
+    (result,) = Lockstep().play([Match("DistancePriority", "idle", f"{HERE}:Counting", 0, ticks=8)])
+    document = json.loads(json.dumps(result.to_json()))
+    assert result_from_json(document).counts == {"red_questions": 4, "red_useful": 1}
+    del document["counts"]
+    assert result_from_json(document).counts == {}
+    (lost,) = Lockstep().play([Match("DistancePriority", f"{HERE}:Absent", "idle", 0, ticks=8)])
+    assert lost.failure.startswith(f"blue ({HERE}:Absent) raised ValueError in its account: no account")
+
+
 def test_a_result_survives_its_own_json() -> None:
     for result in Lockstep().play([*_matches(f"{BAD}:Raising", 1), *_matches("idle", 1)]):
         assert result_from_json(result.to_json()) == result

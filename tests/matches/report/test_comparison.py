@@ -21,6 +21,7 @@ from movingout.matches.report.html_page import page
 from movingout.matches.report.words import LANGUAGE_FILES, report_words
 from movingout.matches.results.significance import holm, stars, welch
 from movingout.matches.results.table import ALL_MAPS, COPIES, MEASURES, markdown, rows_of
+from movingout.matches.results.unanswered import UNANSWERED
 from movingout.world.estimates import estimate
 from movingout.world.metrics import Metrics
 from tests.matches.support import small_grid
@@ -178,8 +179,19 @@ def test_page_and_report_are_german_where_that_is_asked_for() -> None:
     assert [sentence for sentence in sentences if sentence in text + report] == []
 
 
-def test_the_sentence_about_copies_is_the_same_everywhere() -> None:
+def test_the_sentences_of_tables_are_the_same_everywhere() -> None:
     assert report_words().say("grid.copies") == COPIES
+    counts = {"questions": 3, "asked": 14, "matches": 1, "played": 2}
+    assert report_words().say("grid.unanswered", **counts) == UNANSWERED.format(**counts)
+
+
+def test_page_and_report_say_where_language_models_did_not_answer() -> None:
+    run = _run(small_grid(), [0.5])
+    result = next(iter(run.results.values()))
+    run.results[result.match] = replace(result, counts={"red_questions": 14, "red_useful": 11})
+    assert "no usable answer to 3 of 14 questions, in 1 of 1 matches" in page(run)
+    assert "auf 3 von 14 Fragen keine brauchbare Antwort, in 1 von 1 Spielen" in markdown_report([run], "de")
+    assert run.to_json()["unanswered"] == {"questions": 3, "asked": 14, "matches": 1, "played": 1}
 
 
 def test_the_report_lays_ours_beside_the_papers_and_says_what_they_are_not() -> None:

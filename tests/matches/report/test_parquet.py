@@ -36,6 +36,12 @@ def test_a_metric_that_the_first_match_lacks_is_a_column_all_the_same(tmp_path: 
     assert table.column("walked").to_pylist() == [None, 3.5]
 
 
+def test_what_agents_counted_is_a_column_each(tmp_path: Path) -> None:
+    first, second = matches_of(planned_matches(GRID))
+    table = _written(tmp_path, failed_result(first, ""), replace(failed_result(second, ""), counts={"red_useful": 3}))
+    assert table.column("red_useful").to_pylist() == [None, 3] and "counts" not in table.column_names
+
+
 def test_a_metric_of_a_package_gives_way_to_the_field_of_its_key(tmp_path: Path) -> None:
     """Results of before the field may have such a metric; its values were in the column of ours."""
     first, second = matches_of(planned_matches(GRID))

@@ -6,7 +6,8 @@ import pytest
 
 from movingout.matches.match import Match, MatchResult
 from movingout.matches.results.significance import evidence
-from movingout.matches.results.table import MEASURES, ResultRow, of_matches
+from movingout.matches.results.table import MEASURES, ResultRow, markdown, of_matches
+from movingout.matches.results.unanswered import unanswered
 from movingout.world.estimates import Estimate, estimate
 from movingout.world.metrics import Metrics
 
@@ -41,6 +42,15 @@ def test_results_of_earlier_versions_and_those_without_the_measure() -> None:
     assert found is not None and found.stderr == pytest.approx(0.5) and count is None
     assert of_matches([_result(0, 0.0)], AC) == (None, None)
     assert of_matches([_result(0, 0.0, "x"), _result(1, 0.0, "y", 0.5)], AC) == (Estimate(0.5, None, 1), 1)
+
+
+def test_a_table_says_where_language_models_did_not_answer() -> None:
+    counts = [{"red_questions": 9, "red_useful": 9}, {"blue_questions": 5, "blue_useful": 2}, {}]
+    results = [replace(_result(seed, 0.5, f"h{seed}"), counts=one) for seed, one in enumerate(counts)]
+    row = ResultRow("all", 1, "a", "b", "HandOff", tuple(results))
+    said = "Language models gave no usable answer to 3 of 14 questions, in 1 of 2 matches; meanwhile"
+    assert said in markdown([row, row]) and "Language models" not in markdown([replace(row, results=(results[0],))])
+    assert unanswered([results[0], results[2]]) is None
 
 
 def test_the_error_in_a_table_is_the_one_that_its_p_value_takes() -> None:

@@ -1,0 +1,38 @@
+"""Questions to language models that had no usable answer, counted over matches: there, something else played."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from movingout.matches.match import MatchResult
+
+UNANSWERED = (
+    "Language models gave no usable answer to {questions} of {asked} questions, in {matches} of {played} matches; "
+    "meanwhile what they said last or their fallback was played."
+)
+
+
+class Unanswered(NamedTuple):
+    """Questions without a usable answer, all questions, the matches with such, and all with questions."""
+
+    questions: int
+    asked: int
+    matches: int
+    played: int
+
+
+def unanswered(results: Iterable[MatchResult]) -> Unanswered | None:
+    """None where every question had a usable answer. Matches that occur twice count once, failed ones not at all."""
+    asked = {one.match: questions for one in results if (questions := _asked(one))[1]}
+    lacking = [without for without, _ in asked.values() if without]
+    return (
+        Unanswered(sum(lacking), sum(all for _, all in asked.values()), len(lacking), len(asked)) if lacking else None
+    )
+
+
+def _asked(result: MatchResult) -> tuple[int, int]:
+    """(questions without a usable answer, all questions) of both seats."""
+    questions, useful = (sum(n for name, n in result.counts.items() if name.endswith(end)) for end in _ENDS)
+    return questions - useful, questions
+
+
+_ENDS = ("_questions", "_useful")  # of what `agents.llm` counts, behind the seat
