@@ -24,7 +24,7 @@ from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_metadata, read_summary, recorded_as
 from movingout.world.state import Floats
 
-ROUNDED = 1e-4  # arena units or rad; exported numbers may have been rounded to four decimals
+ROUNDED = 1e-3  # arena units or rad; exported numbers may have been rounded to three decimals
 PROOF_TICKS = 10  # 1 s: what is shorter may have been played alike by others
 SECOND_NS = 1_000_000_000  # official files say to the second when they were recorded
 
