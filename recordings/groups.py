@@ -22,7 +22,7 @@ from movingout.recordings.exports.split import divided, has_people, participants
 from movingout.recordings.spreadsheet import check_name, read_rows
 from movingout.recordings.storage.copies import without_copies
 from movingout.recordings.storage.listing import Players, Summary, misnamed, read_players, read_summary
-from movingout.recordings.storage.study_rounds import uncounted_episodes
+from movingout.recordings.storage.study_rounds import counted_recordings
 from movingout.recordings.styles import Styles, style_of_pair, styles_of
 
 COLUMNS = ("file", "group", "episode", "map", "variant", "blue", "red", "tcr", "simulated")
@@ -114,21 +114,21 @@ def _read(path: Path) -> _Read:
 
 def _kept(paths: Sequence[Path], min_tcr: float, once: Sequence[Path] | None) -> list[_Read]:
     """Those that count and are good enough. Raises RecordingError where none is."""
-    uncounted = uncounted_episodes(paths)  # of all: a copy elsewhere has no study beside it
+    counting = set(counted_recordings(paths))  # of all: a copy elsewhere has no study beside it
     found = [_read(path) for path in (without_copies(paths) if once is None else once)]
-    valid = _valid(found, uncounted)
+    valid = _valid(found, counting)
     kept = [entry for entry in valid if _tcr(entry[1]) >= min_tcr]
     if not kept:
         raise RecordingError(f"{_why_nothing(found, valid, min_tcr)}; nothing can be divided into groups")
     return kept
 
 
-def _valid(found: Sequence[_Read], uncounted: Set[str]) -> list[_Read]:
+def _valid(found: Sequence[_Read], counting: Set[Path]) -> list[_Read]:
     """Those that count for whoever recorded them."""
     return [
         (path, summary, players)
         for path, summary, players in found
-        if summary.source != "tutorial" and not _broken_off(summary) and summary.id not in uncounted
+        if summary.source != "tutorial" and not _broken_off(summary) and path in counting
     ]
 
 

@@ -22,6 +22,7 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import Episode, EpisodeHeader, read_episode
 from movingout.recordings.episode import SeatKind, is_person
 from movingout.recordings.errors import with_folder
+from movingout.recordings.recorded_seat import is_ghost
 from movingout.world.action import turned
 from movingout.world.state import Floats, Ints
 
@@ -29,6 +30,7 @@ Singles = npt.NDArray[np.float32]
 Indices = npt.NDArray[np.int64]
 
 NAMELESS = "nameless:"  # before the id of an episode: its people without a name, who count as somebody of their own
+NAMELESS_AGENTS = f"{NAMELESS}agent:"  # likewise its agents
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,14 +65,19 @@ class Trajectory:
     @property
     def people(self) -> frozenset[str]:
         """The people in the episode, without programs beside them; of programs alone, all but trained agents."""
-        if any(map(is_person, self.kinds)):
+        if self.is_known_person(0) or self.is_known_person(1):
             return frozenset(map(self.whose, (0, 1)))
-        return frozenset(name for name in self.names if "@" not in name)
+        return frozenset(name for name in self.names if "@" not in name and not is_ghost(name))
 
     def whose(self, seat: int) -> str:
         """Who a seat counts as where training and validation share nobody: a program beside a person as that person."""
-        beside = is_person(self.kinds[1 - seat]) and not is_person(self.kinds[seat])
+        beside = self.is_known_person(1 - seat) and not self.is_known_person(seat)
         return person(self.participants[1 - seat if beside else seat])
+
+    def is_known_person(self, seat: int) -> bool:
+        """Whether a person plays, or is replayed and named: `ghost:EPISODE#red` may have been an agent."""
+        name = self.participants[seat]
+        return is_person(self.kinds[seat]) and (self.kinds[seat] == "human" or not ("@" in name or is_ghost(name)))
 
     def features(self, seat: int, layout: str | FeatureSet) -> Singles | Bytes:
         """Observations (T, D) of `seat` before each tick, in a layout or with memory."""
@@ -121,8 +128,12 @@ def trajectory_of(episode: Episode) -> Trajectory:
 
 
 def _participants(header: EpisodeHeader) -> tuple[str, str]:
-    blue, red = (seat.name or f"{NAMELESS}{header.episode_id}" for seat in header.seats)
+    blue, red = (seat.name or f"{_nameless(seat.kind)}{header.episode_id}" for seat in header.seats)
     return blue, red
+
+
+def _nameless(kind: SeatKind) -> str:
+    return NAMELESS if is_person(kind) else NAMELESS_AGENTS
 
 
 def _agent_ids(header: EpisodeHeader) -> frozenset[str]:

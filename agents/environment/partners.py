@@ -7,7 +7,7 @@ import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import Agent, EpisodeInfo, Watcher
-from movingout.agents.catalogue import agent_card, load_agent
+from movingout.agents.catalogue import agent_card, check_options_once, load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe
@@ -21,7 +21,7 @@ def partner_groups(partner: str | Sequence[str]) -> tuple[tuple[str, ...], ...]:
 
     All such names are in `agents.partners.families`.
 
-    Raises AgentError for an id that is not known, and when there is none.
+    Raises AgentError for an id that is not known or has an option twice, and when there is none.
     """
     named = [partner] if isinstance(partner, str) or not isinstance(partner, Iterable) else list(partner)
     if wrong := [name for name in named if not isinstance(name, str)]:
@@ -31,6 +31,7 @@ def partner_groups(partner: str | Sequence[str]) -> tuple[tuple[str, ...], ...]:
         raise AgentError('a partner is needed: "scripted", "idle", or a list of agents to draw from')
     for name, ids in zip(named, groups, strict=True):
         for agent_id in ids:
+            check_options_once(agent_id)
             (load_agent if is_own(name) else agent_card)(agent_id)
     return groups
 

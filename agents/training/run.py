@@ -23,7 +23,6 @@ from movingout.agents.checkpoint.checkpoint import (
     model_roots,
     read_checkpoint,
 )
-from movingout.agents.data.dataset import NAMELESS
 from movingout.agents.errors import CheckpointError, DataError
 from movingout.agents.training import run_folder
 from movingout.agents.training.learned_data import (
@@ -264,7 +263,7 @@ class TrainingRun(Generic[ConfigT]):
         return Training(
             preset=self.options.preset,
             data_sha256=data.sha256,
-            population=self.options.population or _participants(people, data),
+            population=self.options.population or data.population(people),
             episodes=len(data.files),
             windows=rows,
             updates=updates,
@@ -272,16 +271,3 @@ class TrainingRun(Generic[ConfigT]):
             created=datetime.datetime.now(datetime.UTC).date().isoformat(),
             items=self.items({pair for one in data.episodes for pair in pairs_on(one.map)}, start),
         )
-
-
-def _participants(people: Collection[str], data: TrainingData) -> str:
-    """How many there are; programs that took part in a rehearsal are not to pass for people.
-
-    Of people without a name nobody knows how many they are: their episodes are counted.
-    """
-    simulated = {trajectory.simulated for trajectory in data.episodes}
-    nameless = sum(name.startswith(NAMELESS) for name in people)
-    named = counted(len(people) - nameless, "simulated participant" if simulated == {True} else "participant")
-    unknown = f"people without a name ({counted(nameless, 'episode')})"
-    words = [named] * (len(people) > nameless or not nameless) + [unknown] * bool(nameless)
-    return " and ".join(words) + (", some of them simulated" if simulated == {True, False} else "")

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -19,6 +19,7 @@ from movingout.agents.data.corrections import (
 )
 from movingout.agents.data.dataset import (
     NAMELESS,
+    NAMELESS_AGENTS,
     SeatChoice,
     SeatSamples,
     Trajectory,
@@ -78,6 +79,27 @@ class TrainingData:
         """Of who counts as whom in the seats of all episodes: of the same data, others are held out by another one."""
         pairs = sorted((one.whose(0), one.whose(1)) for one in self.episodes)
         return hashlib.sha256(json.dumps(pairs).encode()).hexdigest()
+
+    def population(self, people: Collection[str]) -> str:
+        """How many these are; trained agents, and programs that took part in a rehearsal, are not to pass for people.
+
+        Of those without a name nobody knows how many they are: their episodes are counted.
+        """
+        simulated = {trajectory.simulated for trajectory in self.episodes}
+        programs = sum(name.startswith(NAMELESS_AGENTS) for name in people)
+        nameless = sum(name.startswith(NAMELESS) for name in people) - programs
+        seats = {seat for one in self.episodes for seat in zip(one.participants, one.kinds, strict=True)}
+        at_controls = {name for name, kind in seats if kind == "human"}
+        agents = len({name for name in people if "@" in name} - at_controls)
+        named = len(people) - nameless - programs - agents
+        words = [
+            counted(named, "simulated participant" if simulated == {True} else "participant") if named else "",
+            counted(agents, "agent") if agents else "",
+            f"people without a name ({counted(nameless, 'episode')})" if nameless else "",
+            f"agents without a name ({counted(programs, 'episode')})" if programs else "",
+        ]
+        said = " and ".join(filter(None, words)) or "agents alone"
+        return said + (", some of them simulated" if simulated == {True, False} else "")
 
     def counts_otherwise(self, seats: SeatChoice | None) -> bool:
         """Whether somebody counts as somebody else than for earlier versions.

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from movingout.maps.suggestion import counted
 from movingout.matches.paper.imitation import has_person
 from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.episode import is_person
 from movingout.recordings.groups import GroupedRecording, counted_people, people_of_groups, read_groups
 from movingout.recordings.storage.listing import read_players
 
@@ -27,9 +28,14 @@ def players_of(rows: Iterable[GroupedRecording]) -> str:
 
 def counted_players(rows: Sequence[GroupedRecording]) -> str:
     """How many these are, as `4 participants` or `2 agents`. Raises RecordingError for a file that cannot be read."""
-    names = set[str]().union(*people_of_groups(rows).values())
-    agents = len(names - {""}) if players_of(rows) == AGENTS else 0
-    return counted(agents, "agent") if agents else counted_people(names)
+    agents = _agents(rows) if players_of(rows) == AGENTS else set()
+    return counted(len(agents), "agent") if agents else counted_people(set().union(*people_of_groups(rows).values()))
+
+
+def _agents(rows: Iterable[GroupedRecording]) -> set[str]:
+    """The names of those that act, without whom they replay."""
+    seats = (seat for row in rows for seat in read_players(row.path).seats)
+    return {seat.name for seat in seats if seat.name and not is_person(seat.kind)}
 
 
 def _player(row: GroupedRecording) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.recordings.errors import RecordingError
+from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import recordings_below
 
 USUAL_DATA = Path("data")
@@ -49,11 +50,15 @@ def expanded(paths: Iterable[Path]) -> list[Path]:
     return list(dict.fromkeys(files))
 
 
-def places_below(folder: Path) -> str:
-    """How many recordings lie in the folders below one and in which, empty for none: "2 below it, in a/b, a/c"."""
+def places_below(folder: Path, finished: bool = False) -> str:
+    """How many recordings lie in the folders below one and in which, empty for none: "2 below it, in a/b, a/c".
+
+    With `finished`, journals are none.
+    """
     below: list[Path] = []
     with contextlib.suppress(RecordingError):
         below = [path for path in recordings_below(folder) if path.parent != folder] if folder.exists() else []
+    below = [path for path in below if path.name.endswith(SUFFIX)] if finished else below
     if not below:
         return ""
     folders = sorted({str(path.parent) for path in below})

@@ -84,7 +84,7 @@ def perform(args: argparse.Namespace) -> int:
 
 def _nothing_in(folder: Path) -> str:
     """Why none is searched: folders below have verdicts of their own."""
-    if below := places_below(folder):
+    if below := places_below(folder, finished=True):
         return f"there are no finished recordings in {folder} itself, but {below}; name one of these folders"
     return f"there are no finished recordings in {folder}; name a folder with .mcap files"
 

@@ -70,7 +70,7 @@ def read_paths(places: Sequence[Path], workers: int, by_place: bool = False) -> 
     unfinished = tutorials = 0
     with tempfile.TemporaryDirectory() as folder:  # of all places: an official trajectory under two of them is one file
         there = {place: _recordings(place, Path(folder), workers) for place in _named_once(places)}
-        counted = {place: counted_recordings(files) for place, files in there.items()}
+        counted = _counted(there)
         once = _once_each(counted) if by_place else _once(counted)
         for place, files in once.items():
             for one in map_in_processes(partial(_path_episode, str(place)), files, workers, "reading"):
@@ -99,6 +99,12 @@ _Places = dict[Path, list[Path]]  # the files under each place
 
 def _number(places: _Places) -> int:
     return sum(map(len, places.values()))
+
+
+def _counted(places: _Places) -> _Places:
+    """Without what a study beside any of the places does not count."""
+    kept = set(counted_recordings([file for files in places.values() for file in files]))
+    return {place: [file for file in files if file in kept] for place, files in places.items()}
 
 
 def _once_each(places: _Places) -> _Places:

@@ -12,11 +12,12 @@ from movingout.maps.spec import ItemSpec, Shape, Size
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.imports.sources import TrajectoryFile
 from movingout.recordings.imports.steps import OfficialItem, OfficialSteps
+from movingout.recordings.storage import copies
 
 # The official environment's old numbers: 1000-1003 are the paper's maps 1-4, 2000-2007 its maps 5-12.
 OLD_NUMBERS = dict(zip([*range(1000, 1004), *range(2000, 2008)], map_names(), strict=False))
 SAME = 1e-9  # arena units or rad; below it a pose is as designed
-HAIR = 1e-3  # arena units or rad; a start that is no farther away is still that of the map as designed
+HAIR = copies.ROUNDED  # a start that is no farther away is still that of the map as designed
 ROUNDED = 1e-6  # of corners, scales and masses, which other programs may have rounded, or kept in single precision
 _MASSES: dict[str, float] = {"small": 0.1, "middle": 0.5, "large": 0.5}  # of the official maps
 

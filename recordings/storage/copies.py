@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
@@ -24,7 +24,7 @@ from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_metadata, read_summary, recorded_as
 from movingout.world.state import Floats
 
-ROUNDED = 1e-4  # arena units or rad; exported numbers may have been rounded to four decimals
+ROUNDED = 1e-3  # arena units or rad; exported numbers may have been rounded to three decimals
 PROOF_TICKS = 10  # 1 s: what is shorter may have been played alike by others
 SECOND_NS = 1_000_000_000  # official files say to the second when they were recorded
 
@@ -49,10 +49,8 @@ def without_copies(paths: Sequence[Path]) -> list[Path]:
     anything, or for less than a second, it also says that it was recorded in the same second.
     """
     files: dict[tuple[str, str], list[_File]] = defaultdict(list)
-    for path in paths:
-        with suppress(RecordingError):  # whoever reads it says so
-            file = _file(path)
-            files[file.episode_id, file.started].append(file)
+    for file in _readable(paths):
+        files[file.episode_id, file.started].append(file)
     found: set[Path] = set()
     for (episode_id, _), alike in files.items():
         if len(alike) > 1:
@@ -60,6 +58,21 @@ def without_copies(paths: Sequence[Path]) -> list[Path]:
             found |= {file.path for file in alike} - {alike[ranks.index(min(ranks))].path}
     found |= _imported_copies(file for alike in files.values() for file in alike if file.path not in found)
     return [path for path in paths if path not in found]
+
+
+def imports_of(recordings: Iterable[Path], imports: Iterable[Path]) -> set[Path]:
+    """Those of the imports that equal one of the recordings, wherever they are, as `without_copies` says."""
+    by_map: dict[str, tuple[list[_File], list[_File]]] = defaultdict(lambda: ([], []))
+    for number, paths in enumerate((recordings, imports)):
+        for file in _readable(paths):
+            by_map[file.map][number].append(file)
+    return set[Path]().union(*(_copies_on_a_map(*there, of_imports=False) for there in by_map.values()))
+
+
+def _readable(paths: Iterable[Path]) -> Iterator[_File]:
+    for path in paths:
+        with suppress(RecordingError):  # whoever reads it says so
+            yield _file(path)
 
 
 def _file(path: Path) -> _File:
@@ -108,7 +121,8 @@ def _imported_copies(files: Iterable[_File]) -> set[Path]:
     return found
 
 
-def _copies_on_a_map(others: Sequence[_File], imports: Sequence[_File]) -> set[Path]:
+def _copies_on_a_map(others: Sequence[_File], imports: Sequence[_File], of_imports: bool = True) -> set[Path]:
+    """The imports that are copies of others, or, with `of_imports`, of each other."""
     near = {file.ticks + more for file in imports for more in (-1, 0, 1)}
     by_end: dict[_End, list[_Play]] = defaultdict(list)
     found: set[Path] = set()
@@ -119,7 +133,7 @@ def _copies_on_a_map(others: Sequence[_File], imports: Sequence[_File]) -> set[P
         ends = play.ends()
         if file.source == "import" and any(map(play.is_copy_of, _alike(ends, by_end))):
             found.add(file.path)
-        else:
+        elif of_imports or file.source != "import":
             for end in ends:
                 by_end[end].append(play)
     return found

@@ -4,6 +4,8 @@ A recording never changes once it is finished, so that a round which an experime
 rounds of somebody who declines to have their data kept, are known to the database of the study alone. It lies beside
 the recordings: data/recordings and data/studies/*/study.sqlite; in a backup BACKUP/recordings and BACKUP/study.sqlite.
 A study in PostgreSQL has none but in its backups.
+
+What was exported of such an episode, and imported, does not count either: it equals a recording that is left out.
 """
 
 import os
@@ -14,6 +16,7 @@ from pathlib import Path
 
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.recordings.storage.copies import imports_of
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_summary
 
@@ -25,7 +28,7 @@ _QUERY = """
 
 def uncounted_episodes(recordings: Iterable[Path]) -> frozenset[str]:
     """Ids of the episodes that the studies beside these recordings do not count. Raises RecordingError."""
-    folders = {Path(os.path.realpath(path)).parents[1] for path in recordings}  # resolve() refuses loops
+    folders = _data_folders(recordings)
     databases = {found for folder in folders for found in folder.glob("studies/*/study.sqlite")}
     backups = {folder / "study.sqlite" for folder in folders if (folder / "manifest.json").is_file()}
     databases |= {database for database in backups if database.is_file()}
@@ -38,20 +41,37 @@ def uncounted_in(folder: Path) -> frozenset[str]:
 
 
 def counted_recordings(files: Sequence[Path]) -> list[Path]:
-    """Those but of episodes that a study beside them does not count; other files, and unreadable ones, stay.
+    """Those but of episodes that a study beside them does not count, and imports of these; other files, and unreadable
+    ones, stay.
 
-    Raises RecordingError.
+    Of an import that is named alone, the recording is looked for beside the study. Raises RecordingError.
     """
     uncounted = uncounted_episodes(files)
-    return [file for file in files if _episode(file) not in uncounted] if uncounted else list(files)
+    if not uncounted:
+        return list(files)
+    about = {file: _about(file) for file in files}
+    left_out = {file for file, (episode, _) in about.items() if episode in uncounted}
+    if imports := [file for file, (_, source) in about.items() if source == "import"]:
+        names = [f"{episode}{SUFFIX}" for episode in sorted(uncounted)]
+        beside = [folder / "recordings" / name for folder in sorted(_data_folders(files)) for name in names]
+        left_out |= imports_of([*left_out, *(file for file in beside if file.is_file())], imports)
+    return [file for file in files if file not in left_out]
 
 
-def _episode(file: Path) -> str:
-    """Empty where it cannot be read: whoever reads the file says so."""
+def _data_folders(files: Iterable[Path]) -> set[Path]:
+    """Where databases of studies may lie: above the folders of these files."""
+    return {Path(os.path.realpath(path)).parents[1] for path in files}  # resolve() refuses loops
+
+
+def _about(file: Path) -> tuple[str, str]:
+    """Episode and source; empty where it cannot be read: whoever reads the file says so."""
+    if not file.name.endswith((SUFFIX, JOURNAL_SUFFIX)):
+        return "", ""
     try:
-        return read_summary(file).id if file.name.endswith((SUFFIX, JOURNAL_SUFFIX)) else ""
+        summary = read_summary(file)
     except RecordingError:
-        return ""
+        return "", ""
+    return summary.id, summary.source
 
 
 def _of_study(database: Path) -> Iterator[str]:

@@ -97,6 +97,7 @@ class FakePerson:
     steps: list[Step]
     language: str = "en"
     done: int = 0
+    was_here: bool = False  # in this browser, before another one
 
     def view(self) -> dict[str, Any]:
         return {
@@ -186,7 +187,8 @@ class FakeStudy:
             was = next((at for at, known in enumerate(body["known"]) if self.people.get(known) is comes), None)
             self.people[token] = comes
             comes.language = body["language"]
-            route.fulfill(json={"token": token, "view": comes.view(), "replaces": was})
+            was_here = was is not None or comes.was_here
+            route.fulfill(json={"token": token, "view": comes.view(), "replaces": was, "was_here": was_here})
         else:
             self._answer_participant(route, path, body)
 

@@ -143,6 +143,27 @@ def test_what_somebody_has_set_is_kept_for_them_and_not_for_whoever_comes_next(o
     assert page.evaluate(KEPT) == {"mapping": False, "sound": None, "pads": None}
 
 
+def test_who_comes_back_from_another_browser_finds_what_they_had_set(open_page: OpenPage) -> None:
+    study = FakeStudy(coming=[FakePerson([fake.input_check()], was_here=True)])
+    page = open_page("/healthz")
+    page.evaluate(SET_BY_SOMEBODY)
+    study.open(page, "?code=AB-1")
+    heading(page, "Try your controls")
+    assert page.evaluate(KEPT) == {"mapping": True, "sound": "off", "pads": "[7]"}
+
+
+def test_a_second_person_begins_with_the_second_keys_that_everybody_has(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.waiting(), group=2, asks_code=False)
+    study.coming = [FakePerson([fake.consent()])]
+    page = open_page("/healthz")
+    page.evaluate("""localStorage.setItem("movingout.mapping", '{"keys": [{"up": "KeyT"}, {"up": "KeyI"}]}')""")
+    study.open(page)
+    page.get_by_role("button", name="Add the second person").click()
+    page.get_by_role("button", name="Begin").click()
+    expect(page.get_by_role("button", name="I do not agree")).to_be_visible()
+    assert page.evaluate("localStorage.getItem('movingout.mapping')") == '{"keys":[{"up":"KeyT"},{}]}'
+
+
 SET_BY_SOMEBODY = """() => {
   localStorage.setItem("movingout.mapping", '{"keys": [{"up": "KeyT"}]}');
   localStorage.setItem("movingout-sound", "off");

@@ -110,6 +110,14 @@ export function forgetMapping(storage) {
   storage.removeItem(STORAGE_KEY);
 }
 
+/** Of one of the two sets alone. @param {Pick<Storage, "getItem" | "setItem">} storage @param {0 | 1} set */
+export function forgetKeySet(storage, set) {
+  const kept = JSON.parse(storage.getItem(STORAGE_KEY) ?? "{}");
+  if (!kept?.keys?.[set]) return;
+  kept.keys[set] = {}; // filled in when it is read
+  storage.setItem(STORAGE_KEY, JSON.stringify(kept));
+}
+
 /**
  * Puts `code` on an action. A key does one thing only: whoever had it gets the old key of this action.
  * @param {Mapping} mapping @param {number} set @param {KeyAction} action @param {string} code @returns {Mapping}

@@ -5,8 +5,8 @@
  */
 
 import { forgetSound } from "../core/sound_choice.js";
-import { forgetMapping } from "../input/mapping.js";
-import { STUDY_PADS, forgetPads } from "../input/pad_memory.js";
+import { forgetKeySet, forgetMapping } from "../input/mapping.js";
+import { PadMemory, STUDY_PADS, forgetPads } from "../input/pad_memory.js";
 
 /**
  * Somebody new sits here: keys, buttons, the dead zone, sound and gamepads are no longer those of whoever came before.
@@ -20,5 +20,19 @@ export function forgetSettings(lasting = () => localStorage, ofTab = () => sessi
     forgetPads(STUDY_PADS, ofTab());
   } catch {
     // without storage nobody has left anything
+  }
+}
+
+/**
+ * Somebody new sits beside the first person: the second keys and gamepad are no longer those of who sat there before.
+ * @param {() => Storage} [lasting]
+ * @param {() => Storage} [ofTab]
+ */
+export function forgetSecond(lasting = () => localStorage, ofTab = () => sessionStorage) {
+  try {
+    forgetKeySet(lasting(), 1);
+    new PadMemory(STUDY_PADS, [0, 1], ofTab).set(1, undefined);
+  } catch {
+    // as above
   }
 }

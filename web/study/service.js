@@ -86,7 +86,8 @@ export function askStudy() {
  * @param {string} language
  * @param {string} [beside] token of the first person at this screen
  * @param {readonly string[]} [known] tokens that this browser has from before: they show who comes back
- * @returns {Promise<{token: string, view: View, replaces?: number | null}>} `replaces`: which of `known` was theirs
+ * @returns {Promise<{token: string, view: View, replaces?: number | null, was_here?: boolean}>} `replaces`: which of
+ *   `known` was theirs; `was_here`: whether one of them ever was
  */
 export function arrive(parameters, language, beside, known = []) {
   return requestJson("/api/study/arrive", { body: { parameters, language, known, ...(beside && { beside }) } });

@@ -13,7 +13,7 @@ import { StudyFrame } from "./frame.js";
 import { markStudyRound } from "../text/study_mark.js";
 import { cameByLink, keepByLink, loadPeople, savePeople, seatsToTake, stillHere, whoseTurn } from "./people.js";
 import { dropUnsentOf, keepUnsentOf } from "./kept_answers.js";
-import { forgetSettings } from "./own_settings.js";
+import { forgetSecond, forgetSettings } from "./own_settings.js";
 import { Persistence } from "./persistence.js";
 import { roundName } from "./round.js";
 import { SCREENS } from "./screens.js";
@@ -83,7 +83,7 @@ export class StudyPage {
   /** @param {Record<string, string>} parameters @param {boolean} [second] beside the first person */
   async #arrive(parameters, second = false) {
     const beside = second ? this.#places[0]?.token : undefined;
-    const { token, view, replaces } = await this.#persistence.until(() =>
+    const { token, view, replaces, was_here } = await this.#persistence.until(() =>
       arrive(parameters, currentLanguage(), beside, this.#known),
     );
     this.#asksNext = false;
@@ -96,7 +96,7 @@ export class StudyPage {
     savePeople(this.#tokens);
     const expected = replaced && !second ? this.#known.filter((known) => known !== replaced) : [];
     keepUnsentOf(this.#tokens, token, replaced, expected);
-    if (people.length === 1 && !replaced) forgetSettings();
+    if (!was_here) second ? forgetSecond() : forgetSettings();
     keepByLink(false);
     history.replaceState(null, "", location.pathname); // ids must not stay in the address bar
     await this.#follow(view.language);

@@ -3,10 +3,12 @@
 Written between two comments of the page; what stands around them is kept. So are the numbers of a label that the page
 has with a bigger budget, whole, with more trainings or with more numbers than the folder (`PageLabel.is_better_than`),
 and the day of numbers that stay the same. Numbers that were measured otherwise than today (`PaperEntry.earlier`) give
-way to as whole a measurement with the same budget, whatever n. Words are always those of today.
+way to as whole a measurement with the same budget, whatever n. Words are always those of today. Sizes of data sets are
+a definition here, those of scripted people, whatever recordings the folder was given.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from movingout.matches.errors import MatchError
@@ -27,6 +29,7 @@ from movingout.matches.paper.page.page_labels import (
 from movingout.matches.paper.page.wording import is_of_earlier, reworded, section
 from movingout.matches.paper.presentation.layout import column_head, laid_out, number_text, paper_text
 from movingout.matches.paper.published import PublishedColumn
+from movingout.matches.paper.rows.data_sizes import SizeCell
 from movingout.matches.paper.steps import paper_steps
 from movingout.matches.paper.workspace import Workspace
 from movingout.matches.results.results_folder import write_whole
@@ -53,7 +56,7 @@ def _measured(entries: list[PaperEntry], space: Workspace, day: str, earlier: Ma
     tables, players = _in_full(shown, space), given_players(space)
     labels = []
     for entry in shown:
-        now = PageLabel(line(_row(entry, space, day, players)), tables.get(entry.label, ""))
+        now = PageLabel(line(_row(entry, _shown_in(entry, space), day, players)), tables.get(entry.label, ""))
         then = earlier.get(entry.label)
         if then is not None and then.has_numbers:
             kept = reworded(then, entry, space, _differs(entry, list(entry.cells())))
@@ -62,6 +65,11 @@ def _measured(entries: list[PaperEntry], space: Workspace, day: str, earlier: Ma
     head = "`movingout paper tables LABEL --budget` and the budget of the row; for figures `paper figures LABEL`."
     rows = [line(HEADS), line(["---"] * len(HEADS)), *(one.row for one in labels)]
     return "\n".join([head, "", *rows, "", "## All numbers", "", *(one.table for one in labels if one.table), ""])
+
+
+def _shown_in(entry: PaperEntry, space: Workspace) -> Workspace:
+    """The folder; for sizes of data sets as it would be without given recordings."""
+    return replace(space, given=()) if any(isinstance(cell.ours, SizeCell) for cell in entry.cells()) else space
 
 
 def _is_outdated(then: PageLabel, now: PageLabel, entry: PaperEntry) -> bool:
@@ -184,8 +192,9 @@ def _in_full(entries: list[PaperEntry], space: Workspace) -> dict[str, str]:
     found: dict[str, str] = {}
     seen: set[object] = set()
     for entry in entries:
-        if any(cell.ours.found(space) for cell in entry.cells()):
-            table = laid_out(entry, space)
+        here = _shown_in(entry, space)
+        if any(cell.ours.found(here) for cell in entry.cells()):
+            table = laid_out(entry, here)
             if table.rows not in seen:
                 seen.add(table.rows)
                 found[entry.label] = section(entry, table.heads, table.rows)

@@ -88,7 +88,12 @@ class ParticipantApi:
             if error.code == "code_unknown" and await gate.guesses_too_often(address, "seat"):
                 raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.") from None
             raise ApiError(403, error.code, str(error)) from None
-        return {"token": done.token, **await self._shown(done.session), "replaces": done.replaces}
+        return {
+            "token": done.token,
+            **await self._shown(done.session),
+            "replaces": done.replaces,
+            "was_here": done.was_here,
+        }
 
     async def _guest(self, wanted: ArriveRequest) -> Arrival | None:
         """The second person at one screen, who has no link, where only links and codes of the experimenter admit."""

@@ -28,6 +28,7 @@ class Arrived(NamedTuple):
     token: str
     session: ParticipantSession
     replaces: int | None  # which of the tokens that the browser had was theirs
+    was_here: bool  # whether one of them is or ever was
 
 
 class SessionService:
@@ -38,7 +39,7 @@ class SessionService:
         self._identities = running.databases.identities
         # By the hash of the token. Weak: who left without a consent is remembered by nobody.
         self._sessions = WeakValueDictionary[str, ParticipantSession]()
-        self._superseded: dict[str, None] = {}  # the oldest first
+        self._superseded: dict[str, str] = {}  # whose they were, the oldest first
         self._turns = Turns()
 
     async def arrive(
@@ -73,7 +74,7 @@ class SessionService:
                 session.any_device = False  # it was allowed once
             token = _token(session.texts_since_ms)
             await self._open_session(tx, session, token)
-            return Arrived(token, session, replaces)
+            return Arrived(token, session, replaces, self._were_of(pid, known))
 
     async def arrival_beside(self, token: str) -> Arrival | None:
         """The one guest of somebody who was invited and plays at one screen with them; None for whoever may have none.
@@ -176,13 +177,17 @@ class SessionService:
         await tx.run(self._identities.open_session, session.pid, digest)
         for old in [one for one, known in self._sessions.items() if known is session]:
             del self._sessions[old]
-            self._superseded[old] = None
+            self._superseded[old] = session.pid
         while len(self._superseded) > MOST_SUPERSEDED:
             del self._superseded[next(iter(self._superseded))]
         self._sessions[digest] = session
         notify([session])  # the other pages ask, and are told that the study is open elsewhere
         session.listeners = []
         self._mark_present(session)
+
+    def _were_of(self, pid: str, tokens: Sequence[str]) -> bool:
+        """Whether one of these tokens was somebody's, before the newest."""
+        return any(self._superseded.get(hash_token(token).hex()) == pid for token in tokens)
 
     def _mark_present(self, session: ParticipantSession) -> None:
         """A page of theirs is open."""

@@ -79,6 +79,18 @@ def test_a_program_beside_a_person_is_no_participant() -> None:
         assert len(windows.split(0.1, seed)[1]) == 2 * 3, "both seats of one person's episode"
 
 
+def test_who_is_replayed_without_a_persons_name_is_no_participant() -> None:
+    """Each replay was one, and the agent beside it somebody new in each."""
+    ghosts, bass = ("ghost:e1#red", "ghost:e2#red", "dp@all"), "bass@all"
+    rounds = [replace(walked(ticks=3, people=(bass, ghost)), kinds=("agent", "ghost")) for ghost in ghosts]
+    assert {one.whose(0) for one in rounds} == {bass} and not any(one.people for one in rounds)
+    assert trajectory_windows(rounds, "official-v1", "hold").names == (bass,)
+    scripted = [replace(one, participants=("scripted", one.participants[1])) for one in rounds]
+    assert {one.people for one in scripted} == {frozenset({"scripted"})}
+    beside = replace(rounds[0], participants=("P@1", ghosts[0]), kinds=("human", "ghost"))
+    assert beside.people == {"P@1"} == {beside.whose(1)}
+
+
 def test_people_without_a_name_are_somebody_of_their_own_in_each_episode(tmp_path: Path) -> None:
     """As one participant they were all held out together, by chance, or never."""
     files = [recorded(tmp_path, f"open{n}", 3, people=("", ""), kinds=("human", "human")) for n in range(8)]

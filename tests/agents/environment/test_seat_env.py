@@ -138,6 +138,7 @@ def test_the_picture_is_that_of_the_seat() -> None:
     [
         ({"seat": "green"}, "unknown seat 'green'; .*known: blue, red"),
         ({"partner": "scriptd"}, "unknown agent 'scriptd'; did you mean scripted"),
+        ({"partner": "greedy:patience=3,patience=4"}, "patience stands twice in its options"),
         ({"partner": []}, "a partner is needed"),
         ({"partner": 3}, 'a partner is the id of an agent, such as "scripted", or a list of ids, not 3'),
         ({"partner": ["idle", None]}, "or a list of ids, not None"),

@@ -10,7 +10,7 @@ import pytest
 
 from movingout.agents.data.corrections import save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
-from movingout.agents.data.dataset import read_trajectories
+from movingout.agents.data.dataset import learned_seats, read_trajectories
 from movingout.agents.data.demonstrations import EpisodeJob, label_all, write_all
 from movingout.agents.errors import DataError
 from movingout.agents.partners.families import group
@@ -166,3 +166,23 @@ def test_who_counts_as_somebody_else_than_for_earlier_versions(
     recorded(tmp_path, "one", ticks=4, people=people, kinds=kinds)
     data = read_training_data([tmp_path])
     assert [data.counts_otherwise(seats) for seats in ("acting", "human", None)] == [acting, human, whole]
+
+
+@pytest.mark.parametrize(
+    ("people", "kinds", "population"),
+    [
+        (("", ""), ("agent", "agent"), "agents without a name (2 episodes)"),
+        (("", ""), ("human", "agent"), "people without a name (2 episodes)"),
+        (("bass@all", "ghost:e#red"), ("agent", "ghost"), "1 agent"),
+        (("P@1", "dp@all"), ("human", "agent"), "1 participant"),
+        (("A01", "dp@all"), ("agent", "agent"), "1 participant and 1 agent"),
+    ],
+)
+def test_agents_do_not_pass_for_people_in_a_card(
+    tmp_path: Path, people: tuple[str, str], kinds: tuple[SeatKind, SeatKind], population: str
+) -> None:
+    for name in ("one", "two"):
+        recorded(tmp_path, name, ticks=4, people=people, kinds=kinds)
+    data = read_training_data([tmp_path])
+    names = {one.whose(seat) for one in data.trajectories for seat in learned_seats(one, "acting")}
+    assert data.population(names) == population

@@ -22,6 +22,9 @@ def test_failures_names_the_folders_below_that_have_recordings(
 ) -> None:
     """There were none, it said; their verdicts lie in their own folder."""
     below = tmp_path / "grid" / "recordings"
+    record(tmp_path / "grid" / "running", ticks=2)  # which may still be played
+    assert main(["recordings", "failures", str(tmp_path / "grid")]) == 2
+    assert f"no finished recordings in {tmp_path / 'grid'}; name a folder with" in capsys.readouterr().err
     finalise(record(below, ticks=2)[0])
     assert main(["recordings", "failures", str(tmp_path / "grid")]) == 2
     said = (

@@ -12,6 +12,7 @@ from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.data_sets import listed_episodes
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings import Episode, SeatInfo, TickRecord, finalise, read_episode
+from movingout.recordings.commands.selection import selected
 from movingout.recordings.diversity.episodes import read_paths
 from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import ExportPlan
@@ -21,8 +22,9 @@ from movingout.recordings.imports.convert import import_source
 from movingout.recordings.imports.sources import find, read
 from movingout.recordings.storage import copies
 from movingout.recordings.storage.copies import without_copies
+from movingout.recordings.storage.study_rounds import counted_recordings
 from movingout.server.cli import main
-from tests.recordings.support import STARTED_NS, begin, record
+from tests.recordings.support import STARTED_NS, begin, not_counted, record
 
 A_MINUTE = 60_000_000_000  # ns
 
@@ -60,15 +62,36 @@ def idle(folder: Path, ticks: int, started_ns: int = STARTED_NS) -> Path:
     return finalise(writer.close("time"))
 
 
-@pytest.mark.parametrize("decimals", [99, 6])
+@pytest.mark.parametrize("decimals", [99, 6, 3])
 def test_an_import_beside_its_recordings_is_a_copy(tmp_path: Path, recordings: list[Path], decimals: int) -> None:
     made = imported(recordings, tmp_path / "both" / "imported", decimals)
-    assert len(made) == 3
+    assert len(made) == 3 and not any(map(is_varied, made))
     assert without_copies([*made, *recordings]) == recordings
     assert [row.path for row in grouped([*made, *recordings], 2)] == recordings
     assert len(read_training_data([tmp_path / "both"]).trajectories) == 3
     reading = read_paths([tmp_path / "both"], workers=1)
     assert (len(reading.episodes), reading.copies) == (3, 3)
+
+
+@pytest.mark.parametrize("folders", [["recordings", "imported", "again"], ["imported", "again"]])
+def test_an_import_of_an_episode_that_its_study_does_not_count_is_not_counted(
+    tmp_path: Path, recordings: list[Path], folders: list[str]
+) -> None:
+    """Nor is one that was imported twice, or is named without its recording."""
+    for folder in ("imported", "again"):
+        imported(recordings, tmp_path / "both" / folder, decimals=3, salt=folder)
+    not_counted(tmp_path / "both", "e1")
+    named = [tmp_path / "both" / folder for folder in folders]
+    files = [file for folder in named for file in sorted(folder.iterdir())]
+    assert len(counted_recordings(files)) == 2 * len(folders) < len(files)
+    data = read_training_data(named)
+    assert (len(data.files), data.uncounted, len(data.copies)) == (2, len(folders), 2 * len(folders) - 2)
+    reading = read_paths(named, workers=1)
+    assert (len(reading.episodes), reading.uncounted, reading.copies) == (2, len(folders), 2 * len(folders) - 2)
+    assert len(read_paths(named, workers=1, by_place=True).episodes) == 2 * len(folders)
+    chosen = selected(files)
+    assert (len(chosen.paths), chosen.uncounted) == (2, len(folders))
+    assert len(grouped(files, 1)) == 2
 
 
 def test_between_two_places_too_an_import_is_a_copy(tmp_path: Path, recordings: list[Path]) -> None:

@@ -70,9 +70,11 @@ def test_the_experimenter_lets_somebody_continue_in_another_browser_once(tmp_pat
 
 def test_a_page_is_told_which_of_the_tokens_of_its_browser_was_theirs(solo: Served) -> None:
     ann, ben = (solo.visitor(PROLIFIC_PID=name).token for name in ("told-ann", "told-ben"))
-    for known, replaces in ([ben, ann], 1), (["nobody", ben], None), ([], None):
+    for known, replaces, was_here in (
+        ([ben, ann], 1, True), ([ben, ann], None, True), (["nobody", ben], None, False), ([], None, False)
+    ):  # fmt: skip
         status, answer = solo.arrive(known=known, PROLIFIC_PID="told-ann")
-        assert (status, answer["replaces"]) == (200, replaces)
+        assert (status, answer["replaces"], answer["was_here"]) == (200, replaces, was_here)
     assert solo.arrive(known=["nobody", ben], PROLIFIC_PID="told-new")[1]["replaces"] is None
 
 

@@ -261,6 +261,20 @@ def test_a_page_says_who_played_the_given_recordings(here: Path) -> None:
         assert _row(page, label)[2] == f"smoke, 2026-11-28, {who}"
 
 
+def test_sizes_of_data_sets_are_a_definition_whatever_recordings_were_given(here: Path) -> None:
+    page, label = here / "page.md", "text:data_sets"
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+    write_page(page, [ENTRIES[label]], Workspace(budget=SMOKE), "2026-11-28")
+    text, space = page.read_text(encoding="utf-8"), Workspace(budget=SMOKE, given=(here,))
+    assert _row(page, label)[1:4] == ["a definition", "–", "5 of 6 settings are the paper's"]
+    write_page(page, [ENTRIES[label]], space, "2026-11-29")
+    assert page.read_text(encoding="utf-8") == text, "where they have not been counted"
+    for challenge in ("c1", "c2"):
+        write_groups(space.listing(challenge), grouped([recorded(here, challenge, 9, kinds=("human", "human"))], 1))
+        write_page(page, [ENTRIES[label]], space, "2026-11-29")
+        assert page.read_text(encoding="utf-8") == text, "where they have"
+
+
 def test_the_command_writes_the_page_of_a_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "out").mkdir()
     page = here / "page.md"

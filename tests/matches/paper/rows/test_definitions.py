@@ -73,6 +73,11 @@ def test_sizes_of_given_recordings_are_theirs(tmp_path: Path, monkeypatch: pytes
     assert laid_out(entry, space).rows[3][1] == "1 participant and people without a name"
     write_groups(space.listing("c2"), grouped([recorded(tmp_path, "agents", 9, people=("dp@all", "dp@c1"))], 1))
     assert laid_out(entry, space).rows[3][1] == "2 agents"
+    replays = [
+        recorded(tmp_path, f"replay{name}", 9, people=(name, "bass@all"), kinds=("ghost", "agent")) for name in "12"
+    ]
+    write_groups(space.listing("c2"), grouped(replays, 1))
+    assert laid_out(entry, space).rows[3][1] == "1 agent", "who is replayed is none"
 
 
 def test_sizes_of_given_recordings_need_no_other_table(
