@@ -311,8 +311,8 @@ def test_a_link_that_only_this_machine_opens_says_so_and_what_helps(open_page: O
     page.locator("#play").click()
     page.wait_for_url("**/play/*")
     warning = page.locator("#ready .loopback")
-    expect(warning).to_contain_text("Only this device can open this link and its code.")
-    expect(warning).to_contain_text("another of the addresses that the server printed")
+    expect(warning).to_contain_text("Only this device can open this link.")
+    expect(warning).to_contain_text("another address that the server printed")
     expect(warning).to_contain_text("movingout play --host 0.0.0.0 --tls")
 
 
