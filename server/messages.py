@@ -149,6 +149,7 @@ class SeatState(msgspec.Struct):
     ready: bool
     device: str = ""
     rtt_ms: float = -1.0
+    visible: bool = True  # the page, as far as it has told
 
 
 class SeatGrant(msgspec.Struct):

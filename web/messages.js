@@ -271,7 +271,8 @@ function flagsOf(bits, length) {
  *   present: boolean,
  *   ready: boolean,
  *   device: string,
- *   rtt_ms: number
+ *   rtt_ms: number,
+ *   visible: boolean
  * }} SeatState
  */
 
