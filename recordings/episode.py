@@ -38,6 +38,10 @@ class SeatInfo:
     device: str = ""  # keyboard, gamepad, touch; empty for agents
 
 
+ROOM_PSEUDONYM = "person-"
+"""How the name of a person without a study begins; it holds for one room, so one person may have several."""
+
+
 def is_person(kind: str) -> bool:
     """Whether a person played in a seat of that kind, then or in the recording that it replays."""
     return kind in ("human", "ghost")

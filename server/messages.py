@@ -13,6 +13,7 @@ from movingout.maps import shapes
 from movingout.maps.spec import ARENA_HALF as ARENA_HALF
 from movingout.maps.spec import ROBOT_RADIUS as ROBOT_RADIUS
 from movingout.maps.spec import WALL_MARGIN as WALL_MARGIN
+from movingout.server.rooms import time_limits
 from movingout.world import constants, ping
 
 SUBPROTOCOL = "movingout.v1"
@@ -21,6 +22,7 @@ PROTOCOL = 1
 TICK_MS = constants.TICK_MS
 POSES_PER_TICK = constants.POSES_PER_TICK
 LIMIT_TICKS = constants.LIMIT_TICKS
+INVITED_S = time_limits.INVITED_S
 PING_TICKS = ping.PING_TICKS
 
 # The rule of world/grab.py, for pages that show what a grab would take [u]; corners of boxes in sides.
@@ -147,6 +149,7 @@ class SeatState(msgspec.Struct):
     ready: bool
     device: str = ""
     rtt_ms: float = -1.0
+    visible: bool = True  # the page, as far as it has told
 
 
 class SeatGrant(msgspec.Struct):

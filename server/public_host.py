@@ -31,7 +31,7 @@ from movingout.server.persistence.room_store import episodes_of_other_studies
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.prepared_maps import PreparedMaps, Variant
 from movingout.server.rooms.room import Room
-from movingout.server.rooms.room_notices import NOBODY_HERE
+from movingout.server.rooms.room_notices import NOBODY_HERE, TOO_MANY_ROOMS, OpeningRefused, rooms_open, rooms_unjoined
 from movingout.server.rooms.room_view import LeftState, PlayedRound, RoomView, end_if_left, left_state, longest_left
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
@@ -252,41 +252,41 @@ class PublicHost(ABC):
 
     # ---- whether a room may be opened -----------------------------------------------------------------------
 
-    async def may_open_room(self, address: str) -> bool:
-        """Whether somebody at this address may open one more room now; it may take the place of one left behind here.
+    async def begin_opening(self, address: str) -> OpeningRefused | None:
+        """Why nobody at this address may open one more room now, None when they may: it may close one left behind.
 
-        After True, tell `admission.opening_ended` when it was opened, or could not be.
+        After None, tell `admission.opening_ended` when it was opened, or could not be.
         """
         if not self.admission.may_record(address) or not self.admission.may_open_room(address):
-            return False  # first, because asking each of the open rooms may be a call to another process
+            return TOO_MANY_ROOMS  # first, because asking each of the open rooms may be a call to another process
         elsewhere = await self.admission.other_nodes.may_open_room(self.admission.owner(address))
         if elsewhere is None:
-            return False
+            return TOO_MANY_ROOMS
         allowed = False
         self.admission.opening_began(address)  # before this waits, so that who asks meanwhile counts it, too
         try:
-            allowed = await self._has_place(address, elsewhere)
+            refusal = await self._no_place(address, elsewhere)
+            allowed = refusal is None
         finally:
             if not allowed:
                 self.admission.opening_ended(address)
-        return allowed
+        return refusal
 
-    async def _has_place(self, address: str, elsewhere: RoomCount) -> bool:
-        """Whether the rooms that an address has leave one for the last of those that are being opened."""
+    async def _no_place(self, address: str, elsewhere: RoomCount) -> OpeningRefused | None:
+        """Why the rooms that an address has leave no place for the last of those that are being opened."""
         limits, new = self.settings.limits, self.admission.being_opened(address)
         opened = await self._left_states(self.admission.rooms_of(address))
         unjoined = sum(not room.joined for room in opened)
         if new + unjoined + elsewhere.unjoined > limits.unjoined_rooms_per_address:
-            return False
+            return rooms_unjoined(limits.unjoined_rooms_per_address)
         over = new + len(opened) + elsewhere.open - limits.open_rooms_per_address
         in_return = min(max(over, 0), new)  # those for the ones before may be closed only after this has asked
         left = longest_left(opened)
-        if len(left) < in_return:
-            return False
-        for room in left:
-            if in_return and await self._close_if_left(room):
-                in_return -= 1
-        return not in_return
+        if len(left) >= in_return:
+            for room in left:
+                if in_return and await self._close_if_left(room):
+                    in_return -= 1
+        return rooms_open(limits.open_rooms_per_address) if in_return else None
 
     async def _left_states(self, rooms: Collection[str]) -> list[LeftState]:
         """What `_left_state` says of each room that is still there."""

@@ -20,6 +20,7 @@ from movingout.maps.errors import MovingOutError
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.connection_limits import ConnectionLimits, both_forms
 from movingout.server.connection.hosts import find_own_name
+from movingout.server.connection.https_redirect import sent_to_https
 from movingout.server.connection.tls_acceptor import TlsAcceptor
 from movingout.server.connection.uvicorn_protocols import (
     GOODBYE_S,
@@ -75,6 +76,8 @@ def _why(host: str, port: int, error: Exception) -> str:
 
 class SuspendedHost(Protocol):
     """What keeps the games of a server (server.host.Host, server.processes.front.Front)."""
+
+    settings: Settings
 
     async def suspend(self) -> None: ...
 
@@ -172,11 +175,16 @@ class GameServer(uvicorn.Server):
         try:
             if not self._connections.opened(address, tls=self.config.is_ssl):
                 raise ConnectionRefusedError("too many connections")
+            began = time.monotonic()
+            if self.config.is_ssl and await sent_to_https(connection, self._host.settings, TLS_HANDSHAKE_S):
+                connection.close()
+                return
+            left_s = max(TLS_HANDSHAKE_S - (time.monotonic() - began), 0.1)
             await asyncio.get_running_loop().connect_accepted_socket(
                 lambda: protocol,
                 connection,
                 ssl=self.config.ssl,
-                ssl_handshake_timeout=TLS_HANDSHAKE_S if self.config.is_ssl else None,
+                ssl_handshake_timeout=left_s if self.config.is_ssl else None,
                 ssl_shutdown_timeout=GOODBYE_S if self.config.is_ssl else None,
             )
         finally:

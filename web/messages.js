@@ -7,6 +7,7 @@ export const PROTOCOL = 1;
 export const TICK_MS = 100;
 export const POSES_PER_TICK = 5;
 export const LIMIT_TICKS = 500;
+export const INVITED_S = 300.0;
 export const PING_TICKS = 20;
 export const REACH = 0.095;
 export const REACH_TOLERANCE = 0.04;
@@ -270,7 +271,8 @@ function flagsOf(bits, length) {
  *   present: boolean,
  *   ready: boolean,
  *   device: string,
- *   rtt_ms: number
+ *   rtt_ms: number,
+ *   visible: boolean
  * }} SeatState
  */
 

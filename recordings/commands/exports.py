@@ -13,7 +13,7 @@ from movingout.recordings.commands.selection import left_out_words
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports import FORMATS, export
 from movingout.recordings.exports.plan import ExportPlan
-from movingout.recordings.exports.split import SPLIT_BY, obtained
+from movingout.recordings.exports.split import SPLIT_BY, caution, obtained
 from movingout.recordings.exports.trajectories import VIEWS
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.storage.listing import is_tutorial, read_summary
@@ -80,6 +80,8 @@ def perform(args: argparse.Namespace) -> int:
     print(f"wrote {counted(len(plan.recordings), 'recording')} to {args.out}")
     if args.test_share:
         print(obtained(plan.splits, plan.test_share, plan.split_by))
+        if sentence := caution(plan.players, plan.split_by):
+            print(sentence)
     return 0
 
 

@@ -6,7 +6,7 @@ from importlib.metadata import version
 
 import yaml
 
-from movingout.recordings.episode import SeatInfo
+from movingout.recordings.episode import ROOM_PSEUDONYM, SeatInfo
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
 from movingout.recordings.storage.listing import Players
@@ -57,7 +57,8 @@ def dataset_card(name: str, plan: ExportPlan) -> str:
         f"| made by | `movingout recordings export --to {name}`, version {version('moving-out-live')} |",
         "",
         *_same_names(plan),
-        "**People.** Participants appear under pseudonyms only. Publish what they agreed to have published.",
+        "**People.** Participants appear under pseudonyms only. Publish what they agreed to have published. A name",
+        f"`{ROOM_PSEUDONYM}…` is of one room outside a study: one person may have several, and be in both parts.",
         "",
         "**Licence.** None is stated. Add `license:` at the head of this file before you publish it.",
     ]

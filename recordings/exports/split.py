@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
 
 from movingout.maps.spec import SEAT_COLOURS
-from movingout.recordings.episode import SeatInfo, is_person
+from movingout.recordings.episode import ROOM_PSEUDONYM, SeatInfo, is_person
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.recorded_seat import GHOST
 from movingout.recordings.storage.listing import Players
@@ -62,6 +62,17 @@ def obtained(parts: Sequence[str], wanted: float, by: SplitBy) -> str:
     if by == "episode":
         return f"{sentence}. That is less than one recording: ask for a larger share"
     return f"{sentence}. What belongs together is never divided: ask for a larger share, or use another --split-by"
+
+
+def caution(episodes: Sequence[Players], by: SplitBy) -> str:
+    """A sentence where a split by participant may have a person on both sides; empty where it has not."""
+    named = {name for players in episodes for name in participants(players) if name.startswith(ROOM_PSEUDONYM)}
+    if by != "participant" or not named:
+        return ""
+    return (
+        f"Names {ROOM_PSEUDONYM}… hold for one room each: somebody who played in several may be in both parts; "
+        "only the names of a study keep people apart"
+    )
 
 
 def divided(episodes: Sequence[Players], count: int, seed: int = 0) -> list[int]:

@@ -8,7 +8,7 @@ import numpy as np
 import orjson
 
 from movingout.maps.spec import SEAT_COLOURS
-from movingout.recordings.episode import Episode, TickRecord
+from movingout.recordings.episode import ROOM_PSEUDONYM, Episode, TickRecord
 from movingout.recordings.exports.split import SplitBy
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.metadata import utc
@@ -121,7 +121,7 @@ TICKS = _columns(
 )
 TABLES = {"episodes": EPISODES, "ticks": TICKS, "events": EVENTS}
 _DIVIDED: dict[SplitBy, str] = {
-    "participant": "no participant is in both",
+    "participant": f"no participant is in both; who played outside a study has a name {ROOM_PSEUDONYM}… per room",
     "episode": "a participant may be in both",
     "map": "no map is in both, a participant may be",
 }

@@ -130,8 +130,8 @@ def _play_routes(host: PublicHost) -> APIRouter:
         wanted = await body_of(request, RoomRequest)
         if not address:
             return await open_room(host, wanted, address)
-        if not await host.may_open_room(address):
-            raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
+        if refusal := await host.begin_opening(address):
+            raise ApiError(429, refusal.code, refusal.message, **refusal.values)
         try:
             return await open_room(host, wanted, address)
         finally:

@@ -3,11 +3,13 @@
 import errno
 import logging
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from movingout.recordings import RecordingError
 from movingout.server.messages import Phase
-from movingout.server.notices import NOTHING, Notice, ReasonCode
+from movingout.server.notices import NOTHING, ErrorCode, Notice, ReasonCode
 from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.time_limits import INVITED_S
 from movingout.world.constants import TICK_SECONDS
 
 log = logging.getLogger(__name__)
@@ -19,6 +21,30 @@ REPLACED = Notice("replaced", "This seat is now played from another window.")
 NOBODY_HERE = Notice("nobody_here", "Nobody was here for a while.")
 ROOM_IDLE = Notice("room_idle", "Nothing happened here for a while, and others needed the room.")
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
+
+
+class OpeningRefused(NamedTuple):
+    """Why an address may open no further room, as in `Notice`."""
+
+    code: ErrorCode
+    message: str
+    values: dict[str, int]
+
+
+TOO_MANY_ROOMS = OpeningRefused("too_many_rooms", "Too many rooms were opened from your address; wait a minute.", {})
+
+
+def rooms_unjoined(most: int) -> OpeningRefused:
+    """An address has so many rooms that nobody has joined; after INVITED_S they are closed."""
+    minutes = round(INVITED_S / 60.0)
+    text = f"{most} rooms opened from your address wait for their first player; join one, or wait {minutes} minutes."
+    return OpeningRefused("rooms_unjoined", text, {"count": most, "minutes": minutes})
+
+
+def rooms_open(most: int) -> OpeningRefused:
+    """An address has so many rooms that are in use."""
+    text = f"{most} rooms opened from your address are in use; try again when one has been empty for a minute."
+    return OpeningRefused("rooms_open", text, {"count": most})
 
 
 def about(code: ReasonCode, seats: Sequence[Seat], predicate: str) -> Notice:

@@ -213,6 +213,7 @@ class Seat:
             ready=self.is_ready,
             device=device,
             rtt_ms=round(self.rtt_ms, 1),
+            visible=self.visible,
         )
 
     def info(self) -> SeatInfo:

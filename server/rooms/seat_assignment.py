@@ -5,6 +5,7 @@ from collections.abc import Callable
 import msgspec
 
 from movingout import __version__
+from movingout.recordings.episode import ROOM_PSEUDONYM
 from movingout.server import messages as m
 from movingout.server.frames import FRAME_FIELDS
 from movingout.server.notices import Notice
@@ -141,6 +142,6 @@ class SeatAssignment:
 
     def _sit(self, client: ClientHandle, seat: Seat, name: str) -> m.SeatGrant:
         token = self._new_token()
-        seat.alias = seat.alias or f"person-{self._new_id()[:6]}"
+        seat.alias = seat.alias or f"{ROOM_PSEUDONYM}{self._new_id()[:6]}"
         seat.sit(client, token, name if self._takes_names else "")
         return m.SeatGrant(seat.index, token)

@@ -305,13 +305,14 @@ def test_the_operators_pages_are_folded_away_and_say_what_they_ask_for(open_page
     expect(page.get_by_role("link", name="Start page")).to_be_visible()
 
 
-def test_a_link_that_only_this_machine_opens_says_so_with_the_command(open_page: OpenPage) -> None:
+def test_a_link_that_only_this_machine_opens_says_so_and_what_helps(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
     page.get_by_role("combobox", name="Red").select_option("link")
     page.locator("#play").click()
     page.wait_for_url("**/play/*")
     warning = page.locator("#ready .loopback")
     expect(warning).to_contain_text("Only this device can open this link.")
+    expect(warning).to_contain_text("another address that the server printed")
     expect(warning).to_contain_text("movingout play --host 0.0.0.0 --tls")
 
 

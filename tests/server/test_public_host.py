@@ -19,6 +19,7 @@ from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import Away, NoRoom
 from movingout.server.rooms.room_view import IDLE_S, LEFT_BEHIND_S
 from movingout.server.rooms.services import RoomConfig
+from movingout.server.rooms.time_limits import INVITED_S
 from movingout.server.settings import Settings
 from tests.server.live import limits
 
@@ -57,26 +58,39 @@ class FarHost(Host):
     def room_count(self) -> int:
         return len(self.states)
 
-    async def openings(self, count: int) -> list[bool]:
-        """What so many requests at once are answered."""
-        return await asyncio.gather(*(self.may_open_room(ADDRESS) for _ in range(count)))
+    async def openings(self, count: int) -> list[str]:
+        """The codes that so many requests at once are refused with, empty for those that may open a room."""
+        answers = await asyncio.gather(*(self.begin_opening(ADDRESS) for _ in range(count)))
+        return ["" if refused is None else refused.code for refused in answers]
 
 
 def test_requests_at_once_open_no_more_rooms_than_one_after_another(tmp_path: Path) -> None:
     host = FarHost(tmp_path, {f"room{number}": (0.0, False) for number in range(3)}, unjoined_rooms_per_address=10)
-    assert asyncio.run(host.openings(20)) == [True] * 7 + [False] * 13
+    assert asyncio.run(host.openings(20)) == [""] * 7 + ["rooms_unjoined"] * 13
     assert host.admission.being_opened(ADDRESS) == 7, "what was refused is not being opened"
 
 
 def test_each_of_them_takes_the_place_of_a_room_that_was_left_behind(tmp_path: Path) -> None:
     states = {"played": (0.0, True), "left": (LEFT_BEHIND_S, True), "left long ago": (2 * LEFT_BEHIND_S, True)}
     host = FarHost(tmp_path, states, open_rooms_per_address=3)
-    assert asyncio.run(host.openings(1)) == [True]
+    assert asyncio.run(host.openings(1)) == [""]
     host.admission.opening_ended(ADDRESS)
     assert set(host.states) == {"played", "left"}
     host = FarHost(tmp_path, {**host.states, "left long ago": (2 * LEFT_BEHIND_S, True)}, open_rooms_per_address=3)
-    assert asyncio.run(host.openings(5)) == [True, True, False, False, False]
+    assert asyncio.run(host.openings(5)) == ["", ""] + ["rooms_open"] * 3
     assert set(host.states) == {"played"}
+
+
+def test_a_refusal_says_what_the_rooms_wait_for_and_how_long(tmp_path: Path) -> None:
+    host = FarHost(tmp_path, {"room": (0.0, False)}, unjoined_rooms_per_address=1)
+    refusal = asyncio.run(host.begin_opening(ADDRESS))
+    assert refusal is not None
+    assert (refusal.code, refusal.values) == ("rooms_unjoined", {"count": 1, "minutes": INVITED_S / 60})
+    host.settings = Settings(
+        data=tmp_path, limits=limits(unjoined_rooms_per_address=50, rooms_per_address_per_minute=2)
+    )
+    host.admission = Host(host.settings).admission
+    assert asyncio.run(host.openings(3)) == ["", "", "too_many_rooms"]
 
 
 def test_where_all_rooms_are_in_use_the_one_left_longest_gives_way(tmp_path: Path) -> None:
@@ -139,7 +153,7 @@ def test_a_room_to_which_somebody_has_come_meanwhile_stays_and_another_gives_way
     asyncio.run(host.make_place())
     assert set(host.states) == {"left long ago", "played"}
     host = FoundAgain(tmp_path, dict(states), open_rooms_per_address=3)
-    assert asyncio.run(host.openings(1)) == [True]
+    assert asyncio.run(host.openings(1)) == [""]
     assert set(host.states) == {"left long ago", "played"}
 
 

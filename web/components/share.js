@@ -1,14 +1,18 @@
 // @ts-check
 /*
  * Shown after creating a room without playing in it: the link and QR code for people, the address for programs, the
- * link to watch. Knows what POST /api/rooms answers.
+ * link to watch, until the room is gone. Knows what POST /api/rooms answers.
  */
 
+import { ApiError, requestJson } from "../core/api.js";
 import { el } from "../core/dom.js";
+import { INVITED_S } from "../messages.js";
 import { say } from "../text/catalogue.js";
 import { PLAY_EVERYWHERE, linkButtons, loopbackWarning } from "./link.js";
 
 /** @typedef {{room: string, join_path: string, watch_path: string}} Room */
+
+const LOOK_MS = 10_000; // between two looks whether the room is still there
 
 /**
  * @param {HTMLElement} container
@@ -22,15 +26,31 @@ export function showShare(container, before, room, seats) {
   if (seats.includes("link")) parts.push(linkCard(room));
   if (seats.includes("remote")) parts.push(programCard(room));
   const back = el("button", { type: "button", class: "button" }, say("lobby.share.back"));
+  const looking = setInterval(() => void isGone(room).then((gone) => (gone ? showGone() : undefined)), LOOK_MS);
+  const showGone = () => {
+    clearInterval(looking);
+    const gone = el("p", { class: "notice notice-bad", role: "alert" }, say("lobby.share.gone"));
+    container.replaceChildren(gone, el("div", { class: "row" }, back));
+  };
   back.addEventListener("click", () => {
+    clearInterval(looking);
     container.hidden = true;
     before.hidden = false;
   });
   const watch = el("a", { class: "button button-primary", href: room.watch_path }, say("lobby.share.watch"));
-  container.replaceChildren(...parts, el("div", { class: "row" }, watch, back));
+  const until = el("p", { class: "muted small" }, say("lobby.share.until", { minutes: INVITED_S / 60 }));
+  container.replaceChildren(...parts, until, el("div", { class: "row" }, watch, back));
   before.hidden = true;
   container.hidden = false;
   heading.focus();
+}
+
+/** Whether the server has closed the room. @param {Room} room */
+async function isGone({ room }) {
+  return requestJson(`/api/rooms/${encodeURIComponent(room)}`).then(
+    () => false,
+    (error) => error instanceof ApiError && error.code === "no_room",
+  );
 }
 
 /** @param {Room} room */

@@ -22,6 +22,7 @@ import {
 /** @typedef {import("../input/seats.js").SeatCard} SeatCard */
 /** @typedef {import("../wire/connection.js").Status} Status */
 
+const URGENT = ["help", "helpPartner", "gone", "away", "readyAway"]; // states of a partner that are worth a look
 const PROBLEM_MS = 6000;
 
 export class Hud {
@@ -136,7 +137,7 @@ export class Hud {
       const device = has(`play.device.${seat.device}`) ? say(`play.device.${seat.device}`) : "";
       const name = own.length > 1 && mine && !seat.name ? colourName(index) : seatName(seat, mine, own.length === 0);
       const words = running ? playingWords(seat, index, round.map, scene.view, own) : waitingWords(seat, room.phase);
-      const urgent = [say("play.state.help"), say("play.state.helpPartner"), say("play.state.gone")].includes(words);
+      const urgent = URGENT.some((state) => words === say(`play.state.${state}`));
       this.#text(this.#seatRows[index].name, mine && device ? `${name} · ${device}` : name);
       this.#text(this.#seatRows[index].words, words);
       this.#attribute(this.#seatRows[index].words, "data-state", urgent ? "attention" : "");

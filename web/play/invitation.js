@@ -1,4 +1,4 @@
-// Shown while a seat is open: how the other player, or a program, can take it.
+// Shown while a seat is open, also to those who watch: how another player, or a program, can take it.
 
 import { el } from "../core/dom.js";
 import { PLAY_EVERYWHERE, linkButtons, loopbackWarning } from "../components/link.js";
@@ -10,22 +10,26 @@ import { say } from "../text/catalogue.js";
  * @param {boolean} watching
  */
 export function invitation(welcome, open, watching) {
-  if (watching)
-    return [
-      el("h2", {}, say("play.ready.soon")),
-      el("p", { class: "muted small" }, say("play.waiting.seats", { count: open.length })),
-    ];
-  if (open.every(({ kind }) => kind === "remote"))
-    return [el("h2", {}, say("play.waiting.program")), ...programFacts(welcome.room)];
-  return shareLink(new URL(welcome.join_path, location.href).href, welcome.room);
+  const link = new URL(welcome.join_path, location.href).href;
+  const person = open.some(({ kind }) => kind !== "remote");
+  if (watching) {
+    const free = say("play.waiting.seats", { count: open.length });
+    if (person) return shareLink(link, welcome.room, say("play.ready.soon"), free);
+    const lead = el("p", { class: "muted small" }, free);
+    return [el("h2", {}, say("play.ready.soon")), lead, ...programFacts(welcome.room)];
+  }
+  if (!person) return [el("h2", {}, say("play.waiting.program")), ...programFacts(welcome.room)];
+  return shareLink(link, welcome.room, say("play.waiting.title"), say("play.waiting.sentence"));
 }
 
 /**
- * Invites the other player: a QR code, in sight also in a low window, the link, a button that copies it.
+ * Invites a player: a QR code, in sight also in a low window, the link, a button that copies it.
  * @param {string} link
  * @param {string} room
+ * @param {string} title
+ * @param {string} sentence
  */
-function shareLink(link, room) {
+function shareLink(link, room, title, sentence) {
   const field = el("input", {
     class: "input share-link",
     readonly: true,
@@ -41,8 +45,8 @@ function shareLink(link, room) {
     height: 128,
   });
   return [
-    el("h2", {}, say("play.waiting.title")),
-    el("div", { class: "invite" }, el("p", { class: "muted small" }, say("play.waiting.sentence")), qr),
+    el("h2", {}, title),
+    el("div", { class: "invite" }, el("p", { class: "muted small" }, sentence), qr),
     field,
     linkButtons(link, document.title, true),
     loopbackWarning(link, PLAY_EVERYWHERE),

@@ -124,7 +124,7 @@ export class Panels {
           room.phase,
           game.result === null,
           heldText(room),
-          room.seats.map((seat) => [seat.name, seat.open, seat.present, seat.ready]),
+          room.seats.map((seat) => [seat.name, seat.open, seat.present, seat.ready, seat.visible]),
           own,
           cards,
           mapping,
@@ -171,12 +171,14 @@ export class Panels {
   }
 
   /**
-   * That the partner is ready, which a phone shows nowhere else.
+   * That the partner is ready, and whether they look at the game, which a phone shows nowhere else.
    * @param {Game} game @param {readonly import("../messages.js").SeatState[]} seats
    */
   #whoWaits(game, seats) {
-    const waits = seats.some((seat, index) => seat.kind === "human" && seat.ready && !game.own.includes(index));
-    return waits ? [el("p", { class: "small", role: "status" }, say("play.ready.partnerWaits"))] : [];
+    const waits = seats.find((seat, index) => seat.kind === "human" && seat.ready && !game.own.includes(index));
+    if (!waits) return [];
+    const told = say(waits.visible === false ? "play.ready.partnerAway" : "play.ready.partnerWaits");
+    return [el("p", { class: "small", role: "status" }, told)];
   }
 
   /**

@@ -60,7 +60,9 @@ export function waitingWords(seat, phase) {
   if (seat.open || (!seat.present && seat.kind !== "idle"))
     return say(isOver(phase) ? "play.state.left" : "play.state.notHere");
   if (seat.kind === "idle") return say("play.state.idle");
-  return seat.ready ? say("play.state.ready") : say("play.state.notReady");
+  const away = seat.visible === false; // a node of an earlier version does not say it
+  if (seat.ready) return say(away ? "play.state.readyAway" : "play.state.ready");
+  return say(away ? "play.state.away" : "play.state.notReady");
 }
 
 /** Whether somebody plays who may come and go. @param {SeatState} seat */
@@ -99,6 +101,7 @@ export function companyText(room, own) {
  */
 export function playingWords(seat, index, map, view, own) {
   if (!seat.present && seat.kind !== "idle") return say("play.state.gone");
+  if (seat.visible === false) return say("play.state.away");
   const held = view.held[index];
   if (held < 0) return seat.kind === "idle" ? say("play.state.idle") : say("play.state.free");
   const item = map.items[held];

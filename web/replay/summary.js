@@ -55,6 +55,7 @@ export function seatState({ colour, kind, name }) {
     name,
     open: false,
     present: true,
+    visible: true,
     ready: true,
     device: "",
     rtt_ms: -1,

@@ -118,7 +118,7 @@ def test_the_data_dictionary_names_every_column(name: str, recordings: list[Path
 @pytest.mark.parametrize(
     ("by", "meaning"),
     [
-        ("participant", "no participant is in both"),
+        ("participant", "no participant is in both; who played outside a study has a name person-… per room"),
         ("episode", "a participant may be in both"),
         ("map", "no map is in both, a participant may be"),
     ],

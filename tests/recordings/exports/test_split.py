@@ -3,7 +3,7 @@
 import random
 
 from movingout.recordings import SeatInfo
-from movingout.recordings.exports.split import TEST, TRAIN, obtained, participants, split
+from movingout.recordings.exports.split import TEST, TRAIN, caution, obtained, participants, split
 from movingout.recordings.storage.listing import Players
 
 
@@ -91,3 +91,9 @@ def test_the_share_that_was_reached_is_said() -> None:
     assert obtained([TRAIN] * 4, 0.1, "episode").endswith("less than one recording: ask for a larger share")
     alike = obtained([TRAIN] * 4, 0.5, "episode")
     assert alike.endswith("equal action by action are never divided: ask for a larger share")
+
+
+def test_names_of_one_room_are_no_people_that_a_split_keeps_apart() -> None:
+    lobby, study = [players("a", "person-tyncpf", "idle", "agent")], [players("b", "P7KXM2Q", "idle", "agent")]
+    assert "in both parts" in caution([*study, *lobby], "participant")
+    assert caution(study, "participant") == caution(lobby, "map") == ""

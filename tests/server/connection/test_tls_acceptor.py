@@ -96,6 +96,24 @@ def test_handshakes_cost_more_than_plain_connections(certificate: Certificate, t
         wait_until(lambda: ended(connections) == 5)
 
 
+def test_an_address_typed_without_https_leads_there(certificate: Certificate, tmp_path: Path) -> None:
+    def answer(host: str, start: bytes = b"GET /play/x?lang=de HTTP/1.1\r\n") -> bytes:
+        with socket.create_connection(("127.0.0.1", live.port), 10) as plain:
+            plain.sendall(start + f"Host: {host}\r\nAccept: */*\r\n\r\n".encode())
+            with contextlib.suppress(ConnectionError):
+                return plain.recv(4096)
+        return b""
+
+    with serve(tmp_path, certificate=certificate, tls=True) as live:
+        head = answer(f"127.0.0.1:{live.port}").decode()
+        assert head.startswith("HTTP/1.1 307 "), "not kept: the next server may be one without TLS"
+        assert f"\r\nlocation: https://127.0.0.1:{live.port}/play/x?lang=de\r\n" in head
+        for host in ("evil.example.org", "127.0.0.1:1\r\nHost: 127.0.0.1:2", "a b"):
+            assert b"HTTP/1.1 307" not in answer(host)
+        assert b"HTTP/1.1 307" not in answer("127.0.0.1", b"POST / HTTP/1.1\r\n")
+        assert healthy(live, certificate)
+
+
 @pytest.mark.slow
 def test_connections_are_counted_out_when_they_end(certificate: Certificate, tmp_path: Path) -> None:
     context = ssl.create_default_context(cafile=str(certificate.certificate))

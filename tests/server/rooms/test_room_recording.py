@@ -87,6 +87,17 @@ def test_a_hidden_page_lets_the_stick_go_and_is_recorded(tmp_path: Path) -> None
     assert [(e.seat, e.detail) for e in events if e.kind == "focus"] == [(0, "hidden"), (0, "visible")]
 
 
+def test_everybody_is_told_whose_page_is_hidden(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path))
+    blue, red = table.play()
+    for visible in (False, True):
+        table.say(blue, m.Focus(visible))
+        table.seconds(1.1)
+        state = red.last(m.RoomState)
+        assert isinstance(state, m.RoomState)
+        assert [seat.visible for seat in state.seats] == [visible, True]
+
+
 def focus_events(table: Table) -> list[tuple[int, int, str]]:
     """Tick, seat and detail."""
     events = read_episode(table.services.archived[0]).events

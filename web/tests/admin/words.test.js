@@ -25,6 +25,7 @@ const seat = (seat) => ({
   name: "",
   open: false,
   present: true,
+  visible: true,
   ready: true,
   device: "",
   rtt_ms: -1,

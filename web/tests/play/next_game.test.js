@@ -14,6 +14,7 @@ const seat = (kind, name = "") => ({
   ready: true,
   device: "",
   rtt_ms: -1,
+  visible: true,
 });
 
 test("the same partner again: an agent by its id, idle, or both at this screen", () => {

@@ -30,6 +30,7 @@ const seat = (more) => ({
   ready: false,
   device: "",
   rtt_ms: -1,
+  visible: true,
   ...more,
 });
 
@@ -83,12 +84,16 @@ test("what a seat does is said in words", () => {
   assert.equal(words([1, 1], [0]), "carrying a star together");
   assert.equal(words([-1, 2], [0]), "carrying a circle alone, slowly");
   assert.equal(playingWords(seat({ present: false }), 1, items, view([-1, 0]), [0]), "reconnecting…");
+  assert.equal(playingWords(seat({ visible: false }), 1, items, view([-1, 0]), [0]), "away from the game");
 });
 
 test("a seat before the round", () => {
   assert.equal(waitingWords(seat({ open: true, present: false }), "lobby"), "not here yet");
   assert.equal(waitingWords(seat(), "round_over"), "getting ready");
   assert.equal(waitingWords(seat({ ready: true }), "lobby"), "ready");
+  assert.equal(waitingWords(seat({ ready: true, visible: false }), "lobby"), "ready, but away from the game");
+  assert.equal(waitingWords(seat({ visible: false }), "round_over"), "away from the game");
+  assert.equal(waitingWords(seat({ present: false, visible: false }), "lobby"), "not here yet");
   assert.equal(waitingWords(seat({ kind: "idle", ready: true }), "lobby"), "does nothing");
   assert.equal(waitingWords(seat(), "series_over"), "");
   assert.equal(waitingWords(seat({ ready: true }), "series_over"), "ready");
