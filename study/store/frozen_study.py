@@ -98,6 +98,12 @@ def is_new(store: Store) -> bool:
         return connection.execute(select(study)).first() is None
 
 
+def has_begun(store: Store) -> bool:
+    """Whether a participant has come: what the study is run with may not change any more."""
+    with store.database.read() as connection:
+        return _anybody(connection)
+
+
 def _check_same(store: Store, connection: Connection, known: Row[Any], row: Mapping[str, Any]) -> None:
     if known.simulated != row["simulated"]:
         kinds = ("simulated participants", "people") if known.simulated else ("people", "simulated participants")

@@ -138,6 +138,23 @@ def test_agents_that_keep_a_study_from_beginning_are_a_warning_in_one_that_has_b
     assert len(warned) == 1 and said in warned[0]
 
 
+def test_a_study_that_was_served_and_met_nobody_has_not_begun(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(partner_speed, "decision_ms", lambda *_: 180.0)
+    monkeypatch.setattr(serve, "game_server", lambda *_, **__: Mock(started=True))
+    file, data = tmp_path / "study.yaml", tmp_path / "data"
+    file.write_text(SOLO, encoding="utf-8")
+    folder = StudyFolder(read_study(file), data)
+    with closing(folder.open()) as store, closing(folder.open_identities()):
+        freeze_study(store, "solo", complete_text(file), {}, model_hashes(folder.study))
+    assert "idle needs 180 ms" in refused(capsys, file, data)
+    file.write_text(SOLO.replace("We record **how** you play.", "Ask [name]."), encoding="utf-8")
+    assert "the consent has a blank to fill in: [name]" in refused(capsys, file, data)
+    file.write_text(SOLO.replace("agent: idle", "agent: 'scripted:patience=40,patience=60'", 1), encoding="utf-8")
+    assert "patience stands twice" in refused(capsys, file, data)
+
+
 @pytest.mark.parametrize("options", [("--rehearse", "0"), ("--rehearse", "1000"), ("--database", "oracle://host/name")])
 def test_what_makes_no_sense_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, str]
