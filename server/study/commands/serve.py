@@ -53,6 +53,7 @@ from movingout.study.store.frozen_study import frozen_study, has_begun
 SWITCH_S = 0.0005  # the database thread yields to a tick within this time
 AT_ONE_ADDRESS = 1000  # a whole class may share one address
 FASTEST = 50.0
+STANDS_STILL = "the study has begun and goes on: a partner that is too slow when its round begins stands still in it"
 
 
 class _Frozen(NamedTuple):
@@ -123,7 +124,8 @@ def _check_beginning(found: Review, args: argparse.Namespace, settings: Settings
     One that has begun goes on, so that participants and their data are looked after: its agents are warned of alone.
     """
     if begun:
-        for sentence in found.refused:
+        slow = _slow(found.study, settings) if args.rehearse is None else ()
+        for sentence in (*found.refused, *slow, *([STANDS_STILL] if slow else [])):
             print(f"warning: {sentence}", file=sys.stderr)
         return
     _refuse_agents(found.refused, args.file)
@@ -145,8 +147,12 @@ def _refuse_blanks(found: Review, file: Path) -> None:
 
 def _refuse_slow(study: Study, settings: Settings) -> None:
     """Before the first participant only: a study that has begun is not kept from going on by a slow hour."""
-    if not settings.slow_agents and (slow := slow_partners(study)):
+    if slow := _slow(study, settings):
         raise StudyError("\n".join(slow))
+
+
+def _slow(study: Study, settings: Settings) -> tuple[str, ...]:
+    return () if settings.slow_agents else slow_partners(study)
 
 
 def _frozen(folder: StudyFolder) -> _Frozen:

@@ -93,7 +93,7 @@ def test_a_study_that_cannot_run_is_not_served(
     assert said in refused(capsys, file, tmp_path)
 
 
-def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_never_later(
+def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_warned_of_later(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     timed: list[str] = []
@@ -113,10 +113,15 @@ def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_
         freeze_study(store, "solo", complete_text(file), {}, model_hashes(study))
         store.arrive("P1", "en")
     timed.clear()
-    file.write_text(SOLO.replace("id: solo", "id: solo\nseed: 9"), encoding="utf-8")
-    assert "has begun, and its file" in refused(capsys, file, data)
     assert "must not be mixed" in refused(capsys, file, data, "--rehearse", "2")
     assert not timed
+    monkeypatch.setattr(serve, "game_server", lambda *_, **__: Mock(started=True))
+    for options, warnings in (((), 2), (("--slow-agents",), 0)):
+        assert main(["study", "serve", str(file), "--data", str(data), "--port", "0", *options]) == 0
+        warned = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: ")]
+        assert len(warned) == warnings == len(timed) * 2
+        assert not warned or ("idle needs 180 ms" in warned[0] and "stands still" in warned[1])
+        timed.clear()
 
 
 @pytest.mark.parametrize(
