@@ -234,4 +234,8 @@ def test_what_windows_wrote_into_the_files_of_a_begun_study_is_no_change_of_it(
         earlier = complete_text(file).replace("# Consent\\n", "\\U0000feff# Consent\\r\\n")
         freeze_study(store, "solo", earlier, {}, {})
         assert as_frozen(folder, store, file).study == folder.study
+        backup = tmp_path / "backup.yaml"
+        backup.write_text(earlier, encoding="utf-8")
+        folder = StudyFolder(read_study(backup), tmp_path / "data")
+        assert as_frozen(folder, store, backup).study == folder.study
     assert capsys.readouterr().err == ""
