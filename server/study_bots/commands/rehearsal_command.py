@@ -79,6 +79,8 @@ def _plan(args: argparse.Namespace, study: Study) -> SimulationPlan:
         raise SimulationError(f"--participants must be {'even' if study.group == 2 else 'at least 1'}, not {people}")
     known = {"participants": people, "run": f"{datetime.now():%H%M%S}", "group": study.group}
     plan = SimulationPlan(**{**values_of(args, SimulationPlan), **known})
+    if args.url and plan.slow_agents:
+        raise SimulationError("--slow-agents goes to the server at --url: study serve --rehearse 1 --slow-agents")
     return replace(plan, at_once=max(plan.at_once, study.group))
 
 

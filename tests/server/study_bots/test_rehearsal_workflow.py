@@ -87,6 +87,18 @@ def test_a_rehearsal_in_which_an_agent_had_a_fault_says_so_and_fails(
     assert json.loads(capsys.readouterr().out)["faults"] == faults
 
 
+def test_a_server_that_runs_already_decides_itself_about_slow_agents(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(rehearsal_command, "_watched", lambda *_: [])
+    file = tmp_path / "study.yaml"
+    file.write_text(agents_text(ticks=40), encoding="utf-8")
+    at = ["study", "simulate", str(file), "--url", "http://127.0.0.1:9"]
+    assert main(at) == 0
+    assert main([*at, "--slow-agents"]) == 2
+    assert "study serve --rehearse 1 --slow-agents" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("where", "said"),
     [
