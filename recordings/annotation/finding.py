@@ -56,6 +56,7 @@ class SearchedRecording:
     official_ac: float | None = None  # as the official code counts; None where nothing was carried together
     played: str = ""  # what copies of the episode share, as agents without chance play it again
     simulated: bool = False  # in a rehearsal of a study: its participants were programs
+    agent_errors: tuple[str, ...] = ()  # the faults that its agents had, in English
 
     def who(self, seat: int) -> str:
         """The player of a seat: all people as one, agents by id without options."""
@@ -71,6 +72,7 @@ class SearchedRecording:
             "official_ac": self.official_ac,
             "played": self.played,
             "simulated": self.simulated,
+            "agent_errors": list(self.agent_errors),
             "findings": [[one.case, one.seat, one.item, one.start, one.end, one.detail] for one in self.findings],
         }
 
@@ -81,7 +83,7 @@ class SearchedRecording:
         return cls(
             document["id"], document["map"], document["study"], (blue, red), findings,
             waiting_share=document["waiting_share"], official_ac=document["official_ac"], played=document["played"],
-            simulated=document["simulated"],
+            simulated=document["simulated"], agent_errors=tuple(document["agent_errors"]),
         )  # fmt: skip
 
 

@@ -112,6 +112,7 @@ def _searched(path: Path) -> SearchedRecording | None:
         header.episode_id, header.map.name, study, (blue, red), found,
         waiting_share=metrics.waiting_share, official_ac=metrics.official_ac, played=play_hash(episode),
         simulated=header.simulated,
+        agent_errors=tuple(event.detail for event in episode.events if event.kind == "agent_error"),
     )  # fmt: skip
 
 

@@ -151,8 +151,9 @@ class ExperimenterActions:
 
     async def _audit(self, action: str, request: ExperimenterRequest) -> None:
         """The reason may identify somebody: it becomes a note and does not enter the audit."""
-        unit = {} if request.unit is None else {"unit": request.unit}
-        await self._databases.run(self._databases.store.audit, "experimenter", action, request.pid or "", **unit)
+        detail: dict[str, Any] = {} if request.unit is None else {"unit": request.unit}
+        detail |= {} if request.hold is None else {"hold": True}  # of a dialog, beside pauses by hand
+        await self._databases.run(self._databases.store.audit, "experimenter", action, request.pid or "", **detail)
         if request.reason.strip():
             reason = f"{action}: {request.reason.strip()}"
             await self.note(ExperimenterRequest(pid=request.pid, unit=request.unit, text=reason))

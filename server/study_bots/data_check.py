@@ -4,8 +4,11 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from movingout.maps.suggestion import counted
+from movingout.recordings.annotation.search import search_failures
 from movingout.recordings.episode import FINISHED
 from movingout.recordings.storage.index import list_recordings
 from movingout.server.study_bots.simulated_participant import ActivityLog
@@ -41,6 +44,13 @@ def find_losses(folder: StudyFolder, stored: StoredData, logs: Sequence[Activity
     for log in logs:
         found += [f"{log.name}: {sentence}" for sentence in _of_one(stored, log)]
     return found
+
+
+def agent_faults(recordings: Path) -> list[str]:
+    """One sentence per fault that agents had, with the number of rounds. Raises RecordingError."""
+    found = search_failures(recordings).recordings if recordings.is_dir() else []
+    said = Counter(sentence for one in found for sentence in set(one.agent_errors))
+    return [f"in {counted(count, 'round')}: {sentence}" for sentence, count in said.items()]
 
 
 def _of_one(stored: StoredData, log: ActivityLog) -> Iterator[str]:

@@ -199,7 +199,8 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
         pings=ping_rounds(study, counted, store.rows(players), recordings),
         sessions=sessions_of(counted, store.rows(players), recordings, annotations, pooled_blocks(study)),
     )
-    return replace(found, flags=(*found.flags, *_unpaired_flags(found, _under_way(store, people))))
+    about_partners = (*_fault_flags(found), *_unpaired_flags(found, _under_way(store, people)))
+    return replace(found, flags=(*found.flags, *about_partners))
 
 
 def _name_substitutes(study: Study, kept: list[Row], said: Iterable[Row], groups: dict[int, list[str]]) -> None:
@@ -277,6 +278,14 @@ def _round_flags(study: Study, store: Store, kept: list[Row]) -> Iterable[Flag]:
             yield Flag(one["pid"], step, Phrase("study.flag.hidden", {"seconds": f"{one['hidden_s']:.0f}"}))
         if (one["rtt_ms"] or 0.0) > study.gate.rtt_ms:
             yield Flag(one["pid"], step, Phrase("study.flag.rtt", {"ms": f"{one['rtt_ms']:.0f}"}))
+
+
+def _fault_flags(results: Results) -> Iterable[Flag]:
+    """Rounds in which the agent had a fault: one that could not begin, as where it is too slow, never moves."""
+    at_fault = {one.id for one in results.sessions.recordings if one.agent_errors}
+    for row in results.rounds:
+        if row["episode"] in at_fault:
+            yield Flag("", row["step"], Phrase("study.flag.fault", {"unit": row["unit"]}))
 
 
 def _unpaired_flags(results: Results, under_way: Container[int]) -> Iterable[Flag]:

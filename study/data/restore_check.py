@@ -6,7 +6,7 @@ from pathlib import Path
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.study.data.backup import IDENTITY, MAIN, STUDY_FILE, BackedUp, restore
-from movingout.study.design.study_file import parse_study
+from movingout.study.design.study_file import parse_study, plain_text
 from movingout.study.errors import StudyError
 from movingout.study.store.frozen_study import frozen_study
 from movingout.study.store.identity import IdentityStore
@@ -36,7 +36,7 @@ def _read_study(backup: Path) -> None:
     """A report needs it, with its maps beside it."""
     try:
         text = (backup / STUDY_FILE).read_text(encoding="utf-8")
-        parse_study(text, STUDY_FILE, backup, begun=True)
+        parse_study(plain_text(text), STUDY_FILE, backup, begun=True)
     except (OSError, ValueError, StudyError) as error:
         raise StudyError(f"the study file in the backup {backup} cannot be read: {error}") from None
 

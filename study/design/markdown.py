@@ -1,5 +1,6 @@
 """Markdown as the pages of participants show it: they take no styles, and no pictures from elsewhere."""
 
+import re
 from collections.abc import Iterator
 from functools import cache
 
@@ -7,6 +8,7 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 _ALIGNED = "text-align:"
+_REFUSED = re.compile(r"!\[[^\]]*\]\((data:[^\s;,)]*)")  # is shown as the letters that it is
 _markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
 
 
@@ -22,11 +24,13 @@ def html(text: str) -> str:
 
 
 def unseen_pictures(text: str) -> Iterator[str]:
-    """The addresses of pictures that are not within the text."""
+    """The addresses of pictures that are not within the text, and the kinds of those that no page shows, as of SVG."""
     for token in _inside(_markdown.parse(text)):
         address = str(token.attrGet("src") or "")
         if token.type == "image" and not address.startswith("data:"):
             yield address
+        elif token.type == "text":
+            yield from _REFUSED.findall(token.content)
 
 
 def _inside(tokens: list[Token]) -> Iterator[Token]:

@@ -33,8 +33,11 @@ _ESCAPE = re.compile(r"\\r\\n|\\.", re.DOTALL)
 
 
 def read_study(path: Path) -> Study:
-    """The study in a file. Raises StudyFileError with all faults, StudyError for a file that cannot be read."""
-    return parse_study(_text(path), path.name, path.parent)
+    """The study in a file, which may be the text that an earlier version kept of it.
+
+    Raises StudyFileError with all faults, StudyError for a file that cannot be read.
+    """
+    return parse_study(plain_text(_text(path)), path.name, path.parent)
 
 
 def parse_study(
@@ -111,7 +114,7 @@ def complete_text(path: Path) -> str:
 
 def _is_of(text: str, study: Study, folder: Path) -> bool:
     try:
-        return parse_study(text, folder=folder, complete=True) == study
+        return parse_study(plain_text(text), folder=folder, complete=True) == study
     except StudyFileError:
         return False
 

@@ -13,7 +13,7 @@ from movingout.study.design.definition import ALLOCATION
 from movingout.study.errors import StudyError
 from movingout.study.store.audit import record
 from movingout.study.store.store import Store
-from movingout.study.store.tables import audit, participants, study
+from movingout.study.store.tables import audit, participants, study, units
 
 MAP = "map:"  # before the name of a map of one's own, among the models
 
@@ -53,7 +53,7 @@ def freeze_study(
         known = connection.execute(select(study)).one_or_none()
         if known is None:
             connection.execute(insert(study).values(**row, salt=secrets.token_hex(16)))
-        elif not _anybody(connection):
+        elif not _begun(connection):
             connection.execute(update(study).values(**row))
         else:
             _check_same(store, connection, known, row)
@@ -98,6 +98,12 @@ def is_new(store: Store) -> bool:
         return connection.execute(select(study)).first() is None
 
 
+def has_begun(store: Store) -> bool:
+    """Whether somebody has come, who may be purged: what the study is run with may not change any more."""
+    with store.database.read() as connection:
+        return _begun(connection)
+
+
 def _check_same(store: Store, connection: Connection, known: Row[Any], row: Mapping[str, Any]) -> None:
     if known.simulated != row["simulated"]:
         kinds = ("simulated participants", "people") if known.simulated else ("people", "simulated participants")
@@ -126,6 +132,12 @@ def _changes(known: Row[Any], row: Mapping[str, Any]) -> Iterator[str]:
     for name in sorted(before.keys() & now.keys()):  # earlier versions kept no hashes of maps, …
         if before[name] not in ("", now[name]):  # … nor of files and of agents with options
             yield f"the map {name.removeprefix(MAP)}" if name.startswith(MAP) else f"the agent {name}"
+
+
+def _begun(connection: Connection) -> bool:
+    """Purged units hold their slots, so that what is left of a study is no place for another one."""
+    purged = select(units.c.id).where(units.c.state == "purged")
+    return _anybody(connection) or connection.execute(purged).first() is not None
 
 
 def _anybody(connection: Connection) -> bool:

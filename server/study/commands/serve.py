@@ -7,6 +7,7 @@ import sys
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from fastapi import FastAPI
 
@@ -47,11 +48,19 @@ from movingout.study.design.partner_speed import slow_partners
 from movingout.study.design.review import Review, review
 from movingout.study.design.study_file import complete_text, plain_text, read_study
 from movingout.study.errors import StudyError
-from movingout.study.store.frozen_study import frozen_study
+from movingout.study.store.frozen_study import frozen_study, has_begun
 
 SWITCH_S = 0.0005  # the database thread yields to a tick within this time
 AT_ONE_ADDRESS = 1000  # a whole class may share one address
 FASTEST = 50.0
+STANDS_STILL = "the study has begun and goes on: a partner that is too slow when its round begins stands still in it"
+
+
+class _Frozen(NamedTuple):
+    """What a data folder holds of the study."""
+
+    text: str | None  # of the study file, if it was served before
+    begun: bool  # whether a participant has come: until then the file may change
 
 
 def serve(args: argparse.Namespace) -> int:
@@ -63,10 +72,10 @@ def serve(args: argparse.Namespace) -> int:
     admission = Admission(args.codes, args.signed, args.any_device, simulated=args.rehearse is not None)
     if settings.in_cluster:
         folder = folder_of_node(as_node(settings), study, args.database, args.identities)
-        begun_with = _begun_with(folder)
-        _check_beginning(found, args, settings, begun_with)
+        frozen = _frozen(folder)
+        _check_beginning(found, args, settings, begun=frozen.begun)
         sys.setswitchinterval(SWITCH_S)
-        return serve_node(settings, folder, text_to_freeze(args.file, begun_with), admission)
+        return serve_node(settings, folder, text_to_freeze(args.file, frozen.text), admission)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
     refuse_cluster_folder(settings.data)
     if settings.s3:
@@ -78,15 +87,15 @@ def serve(args: argparse.Namespace) -> int:
         folder.exclusive(),
         closing(listen(settings.host, settings.port)) as listening,
     ):
-        begun_with = _begun_with(folder)
-        _check_beginning(found, args, settings, begun_with)
+        frozen = _frozen(folder)
+        _check_beginning(found, args, settings, begun=frozen.begun)
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         log_to(form="json" if settings.log_format == "json" else "text")
         app = create_study_app(
             *_host(settings, lock, certificate),
             folder,
-            text_to_freeze(args.file, begun_with),
+            text_to_freeze(args.file, frozen.text),
             **admission._asdict(),
         )
         code = asyncio.run(app.state.session_service.new_code()) if args.codes else ""
@@ -109,13 +118,14 @@ def _host(settings: Settings, lock: int, certificate: Certificate | None) -> tup
     return front, FrontEndpoint(front)
 
 
-def _check_beginning(found: Review, args: argparse.Namespace, settings: Settings, begun_with: str | None) -> None:
+def _check_beginning(found: Review, args: argparse.Namespace, settings: Settings, *, begun: bool) -> None:
     """Raises StudyError for what keeps a study from beginning.
 
     One that has begun goes on, so that participants and their data are looked after: its agents are warned of alone.
     """
-    if begun_with is not None:
-        for sentence in found.refused:
+    if begun:
+        slow = _slow(found.study, settings) if args.rehearse is None else ()
+        for sentence in (*found.refused, *slow, *([STANDS_STILL] if slow else [])):
             print(f"warning: {sentence}", file=sys.stderr)
         return
     _refuse_agents(found.refused, args.file)
@@ -137,17 +147,20 @@ def _refuse_blanks(found: Review, file: Path) -> None:
 
 def _refuse_slow(study: Study, settings: Settings) -> None:
     """Before the first participant only: a study that has begun is not kept from going on by a slow hour."""
-    if not settings.slow_agents and (slow := slow_partners(study)):
+    if slow := _slow(study, settings):
         raise StudyError("\n".join(slow))
 
 
-def _begun_with(folder: StudyFolder) -> str | None:
-    """The text of the study file if it was served before: then it may not change any more."""
+def _slow(study: Study, settings: Settings) -> tuple[str, ...]:
+    return () if settings.slow_agents else slow_partners(study)
+
+
+def _frozen(folder: StudyFolder) -> _Frozen:
     try:
         with closing(folder.open_existing()) as store:
-            return frozen_study(store).file_text
+            return _Frozen(frozen_study(store).file_text, has_begun(store))
     except StudyError:
-        return None
+        return _Frozen(None, begun=False)
 
 
 def text_to_freeze(file: Path, begun_with: str | None) -> str:

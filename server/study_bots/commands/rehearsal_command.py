@@ -18,7 +18,7 @@ from rich.table import Table
 from movingout.server.commands.orderly_end import ended_by_sigterm
 from movingout.server.options import values_of
 from movingout.server.study_bots.cohort import Cohort, progress, with_kills
-from movingout.server.study_bots.data_check import StoredData, find_losses, read_stored
+from movingout.server.study_bots.data_check import StoredData, agent_faults, find_losses, read_stored
 from movingout.server.study_bots.rehearsal_server import RehearsalServer
 from movingout.server.study_bots.simulated_participant import ActivityLog
 from movingout.server.study_bots.simulation_plan import SimulationPlan
@@ -31,12 +31,13 @@ REFRESH_S = 0.2  # of the progress bar
 
 
 class RehearsalResult(NamedTuple):
-    """The outcome of a rehearsal; the last three fields are set where its data are on this machine."""
+    """The outcome of a rehearsal; the last four fields are set where its data are on this machine."""
 
     logs: Sequence[ActivityLog]
     stored: StoredData | None = None
     lost: Sequence[str] = ()
     data: Path | None = None
+    faults: Sequence[str] = ()  # of agents
 
 
 def simulate(args: argparse.Namespace) -> int:
@@ -54,7 +55,7 @@ def simulate(args: argparse.Namespace) -> int:
         print(f"movingout: stopped; what was played until then stays {where}", file=sys.stderr)
         return 130
     _say(args, done)
-    return 1 if done.lost else 0
+    return 1 if done.lost or done.faults else 0
 
 
 def rehearse(file: Path, plan: SimulationPlan, data: Path, kills: int = 0) -> RehearsalResult:
@@ -65,7 +66,7 @@ def rehearse(file: Path, plan: SimulationPlan, data: Path, kills: int = 0) -> Re
     with ended_by_sigterm(), RehearsalServer(file, data, plan.speed, plan.slow_agents) as server:
         logs = _watched(Cohort(server.address.base, plan), kills, server)
     stored = read_stored(folder)
-    return RehearsalResult(logs, stored, find_losses(folder, stored, logs), data)
+    return RehearsalResult(logs, stored, find_losses(folder, stored, logs), data, agent_faults(folder.recordings))
 
 
 def _new_folder(study: Study) -> Path:
@@ -78,6 +79,8 @@ def _plan(args: argparse.Namespace, study: Study) -> SimulationPlan:
         raise SimulationError(f"--participants must be {'even' if study.group == 2 else 'at least 1'}, not {people}")
     known = {"participants": people, "run": f"{datetime.now():%H%M%S}", "group": study.group}
     plan = SimulationPlan(**{**values_of(args, SimulationPlan), **known})
+    if args.url and plan.slow_agents:
+        raise SimulationError("--slow-agents goes to the server at --url: study serve --rehearse 1 --slow-agents")
     return replace(plan, at_once=max(plan.at_once, study.group))
 
 
@@ -121,7 +124,8 @@ def _say(args: argparse.Namespace, done: RehearsalResult) -> None:
     console = Console(highlight=False, markup=False, soft_wrap=True)
     counts = _counts(done)
     if args.json:
-        document = {"data": str(done.data) if done.data else None, **counts, "lost": list(done.lost)}
+        document = {"data": str(done.data) if done.data else None, **counts}
+        document |= {"lost": list(done.lost), "faults": list(done.faults)}
         console.print(json.dumps(document, indent=2))
         return
     table = Table(box=None, pad_edge=False, show_header=False)
@@ -135,6 +139,8 @@ def _say(args: argparse.Namespace, done: RehearsalResult) -> None:
     console.print(table)
     for sentence in done.lost:
         console.print(f"lost: {sentence}")
+    for sentence in done.faults:
+        console.print(f"an agent had a fault {sentence}")
     if done.data is not None:
         if not done.lost:
             console.print("Nothing is missing: everything the participants did and were shown is in the data.")

@@ -14,7 +14,7 @@ def configure(commands: Any) -> None:
     """Add `simulate` to the sub-commands of `movingout study`."""
     simulate = commands.add_parser(
         "simulate",
-        help="rehearse the whole study with simulated participants and check that no data are lost (exit code 1)",
+        help="rehearse the whole study with simulated participants: exit code 1 for lost data and faults of agents",
         example="movingout study simulate study.yaml --participants 4",
     )
     add = simulate.add_argument

@@ -1,5 +1,6 @@
 """A unit stands still while dialogs about it are open on experimenters' pages; it goes on when the last one closes."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from movingout.server.study.experimenter_actions import ExperimenterActions, Exp
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.unit import StudyUnit
 from movingout.study.errors import StudyError
+from movingout.study.store.tables import audit
 from tests.server.study.test_transaction import at_practice, run
 
 Presses = tuple[tuple[str, str | None], ...]
@@ -56,6 +58,19 @@ def test_a_restart_of_the_server_ends_holds_and_no_pause(tmp_path: Path) -> None
         await press(study, unit, "pause", None)
         await press(study, unit, "resume", "a")
         assert [one.paused for one in study.databases.store.units_on_their_way()] == [True]
+
+    run(tmp_path, test)
+
+
+def test_the_audit_tells_holds_of_dialogs_from_pauses(tmp_path: Path) -> None:
+    async def test(study: RunningStudy) -> None:
+        _, _, unit = await at_practice(study)
+        presses: Presses = (("pause", None), ("pause", "a"), ("resume", "a"))
+        for action, hold in presses:
+            await press(study, unit, action, hold)
+        rows = [row for row in study.databases.store.rows(audit) if row["action"] in ("pause", "resume")]
+        held = {"unit": unit.record.id, "hold": True}
+        assert [json.loads(row["detail"]) for row in rows] == [{"unit": unit.record.id}, held, held]
 
     run(tmp_path, test)
 

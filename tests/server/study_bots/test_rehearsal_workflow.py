@@ -6,12 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from movingout.recordings import Event, finalise
 from movingout.recordings.storage.index import list_recordings
 from movingout.server.cli import main
 from movingout.server.study_bots.commands import rehearsal_command
-from movingout.server.study_bots.data_check import read_stored
+from movingout.server.study_bots.data_check import agent_faults, read_stored
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
+from tests.recordings.support import begin, play
 from tests.server.study_bots.support import agents_text
 
 
@@ -63,6 +65,38 @@ def forget_leaves_no_trace(pids: list[str]) -> None:
     assert _traces(data, gone, names[gone], code) == []
     assert len(_traces(data, stays)) > 4
     assert list(read_stored(folder).participants) == [stays]
+
+
+def test_a_rehearsal_in_which_an_agent_had_a_fault_says_so_and_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for number in range(2):
+        writer, played = begin(tmp_path / "recordings", episode_id=f"round-{number}")
+        writer.event(Event(1, "agent_error", 0, detail="own needs 130 ms for a decision"))
+        play(writer, played, 2)
+        finalise(writer.close("time"))
+    faults = agent_faults(tmp_path / "recordings")
+    assert faults == ["in 2 rounds: own needs 130 ms for a decision"] and agent_faults(tmp_path / "none") == []
+    result = rehearsal_command.RehearsalResult([], data=tmp_path, faults=faults)
+    monkeypatch.setattr(rehearsal_command, "rehearse", lambda *_: result)
+    file = tmp_path / "study.yaml"
+    file.write_text(agents_text(ticks=40), encoding="utf-8")
+    assert main(["study", "simulate", str(file)]) == 1
+    assert "an agent had a fault in 2 rounds: own needs 130 ms" in capsys.readouterr().out
+    assert main(["study", "simulate", str(file), "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["faults"] == faults
+
+
+def test_a_server_that_runs_already_decides_itself_about_slow_agents(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(rehearsal_command, "_watched", lambda *_: [])
+    file = tmp_path / "study.yaml"
+    file.write_text(agents_text(ticks=40), encoding="utf-8")
+    at = ["study", "simulate", str(file), "--url", "http://127.0.0.1:9"]
+    assert main(at) == 0
+    assert main([*at, "--slow-agents"]) == 2
+    assert "study serve --rehearse 1 --slow-agents" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 
-from movingout.recordings import SeatInfo
+from movingout.recordings import Event, SeatInfo, finalise
 from movingout.recordings.annotation.verdicts import VERDICTS_NAME, add_verdict, new_line, verdicts_of
+from movingout.recordings.report.words import Phrase
 from movingout.server.cli import main
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.paper_tables import annotation_table, failure_table, paper_table
-from movingout.study.analysis.results import collect
+from movingout.study.analysis.results import Flag, collect
 from movingout.study.analysis.sessions import paper_label
 from movingout.study.analysis.tables import performance
 from movingout.study.data.erasure import erase
@@ -22,6 +23,7 @@ from movingout.study.errors import StudyError
 from movingout.study.store import Store
 from movingout.study.store.tables import players, rounds
 from tests.recordings.annotation.support import waiting_alone
+from tests.recordings.support import begin, play
 from tests.study.filled import fill, template
 
 ONE_MAP = {"    maps: all     ": "    maps: [SingleRotation] "}
@@ -70,6 +72,18 @@ def test_a_session_has_a_failure_if_a_round_has_and_the_papers_rate_stands_besid
     table = paper_table(replace(results, sessions=replace(results.sessions, recordings=carried)), plain)
     assert table is not None and table.heads[-2:] == ("AC ↑", "AC of the code ↑")
     assert table.rows[0][:7] == ours[:7] and table.rows[0][8] == "0.750 ± 0.000"
+
+
+def test_a_round_in_which_the_partner_had_a_fault_is_flagged(filled: Filled) -> None:
+    place, store, pids = filled
+    row = next(one for one in store.rows(rounds) if one["partner"] == "bass")
+    seats = (SeatInfo("agent", "bass"), SeatInfo("human", pids[0]))
+    writer, played = begin(place.recordings, map_name=row["map"], episode_id=row["episode"], seats=seats)
+    writer.event(Event(1, "agent_error", 0, detail="bass is too slow for this machine"))
+    play(writer, played, 2)
+    finalise(writer.close("time"))
+    said = [flag for flag in collect(place.study, store, place.recordings).flags if "fault" in flag.reason.key]
+    assert said == [Flag("", row["step"], Phrase("study.flag.fault", {"unit": row["unit"]}))]
 
 
 @pytest.mark.slow

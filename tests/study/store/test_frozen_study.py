@@ -4,12 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
+from sqlalchemy import insert
 
 from movingout.maps import load_map, map_to_json
 from movingout.study.data.versions import agent_code, model_hashes
 from movingout.study.errors import StudyError
-from movingout.study.store.frozen_study import code_by_time, freeze_study, frozen_study
-from movingout.study.store.tables import audit
+from movingout.study.store.frozen_study import code_by_time, freeze_study, frozen_study, has_begun
+from movingout.study.store.tables import audit, units
 from tests.study.support import TEXT, Clock, open_store, study
 
 
@@ -24,6 +25,16 @@ def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str)
     freeze_study(store, "agent-survey", TEXT + "# before anybody came\n", {"movingout": "mended"}, {"scripted": ""})
     assert frozen_study(store).code == {"movingout": "mended"}
     assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "code"]
+
+
+def test_a_study_whose_people_were_all_purged_makes_no_place_for_another(place: Path | str) -> None:
+    store = open_store(place)
+    with store.database.write() as connection:
+        connection.execute(insert(units).values(slot=0, state="purged", formed_ms=0))
+    assert has_begun(store)
+    open_store(place).close()
+    with pytest.raises(StudyError, match="begin a new study with another --data folder"):
+        open_store(place, text=TEXT + "# more people\n")
 
 
 def test_newer_software_leaves_a_note_of_what_was_there_before_and_from_when(place: Path | str) -> None:

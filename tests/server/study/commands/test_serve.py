@@ -93,7 +93,7 @@ def test_a_study_that_cannot_run_is_not_served(
     assert said in refused(capsys, file, tmp_path)
 
 
-def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_never_later(
+def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_warned_of_later(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     timed: list[str] = []
@@ -113,10 +113,15 @@ def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_
         freeze_study(store, "solo", complete_text(file), {}, model_hashes(study))
         store.arrive("P1", "en")
     timed.clear()
-    file.write_text(SOLO.replace("id: solo", "id: solo\nseed: 9"), encoding="utf-8")
-    assert "has begun, and its file" in refused(capsys, file, data)
     assert "must not be mixed" in refused(capsys, file, data, "--rehearse", "2")
     assert not timed
+    monkeypatch.setattr(serve, "game_server", lambda *_, **__: Mock(started=True))
+    for options, warnings in (((), 2), (("--slow-agents",), 0)):
+        assert main(["study", "serve", str(file), "--data", str(data), "--port", "0", *options]) == 0
+        warned = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: ")]
+        assert len(warned) == warnings == len(timed) * 2
+        assert not warned or ("idle needs 180 ms" in warned[0] and "stands still" in warned[1])
+        timed.clear()
 
 
 @pytest.mark.parametrize(
@@ -136,6 +141,23 @@ def test_agents_that_keep_a_study_from_beginning_are_a_warning_in_one_that_has_b
     assert main(["study", "serve", str(file), "--data", str(data), "--port", "0"]) == 0
     warned = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: ")]
     assert len(warned) == 1 and said in warned[0]
+
+
+def test_a_study_that_was_served_and_met_nobody_has_not_begun(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(partner_speed, "decision_ms", lambda *_: 180.0)
+    monkeypatch.setattr(serve, "game_server", lambda *_, **__: Mock(started=True))
+    file, data = tmp_path / "study.yaml", tmp_path / "data"
+    file.write_text(SOLO, encoding="utf-8")
+    folder = StudyFolder(read_study(file), data)
+    with closing(folder.open()) as store, closing(folder.open_identities()):
+        freeze_study(store, "solo", complete_text(file), {}, model_hashes(folder.study))
+    assert "idle needs 180 ms" in refused(capsys, file, data)
+    file.write_text(SOLO.replace("We record **how** you play.", "Ask [name]."), encoding="utf-8")
+    assert "the consent has a blank to fill in: [name]" in refused(capsys, file, data)
+    file.write_text(SOLO.replace("agent: idle", "agent: 'scripted:patience=40,patience=60'", 1), encoding="utf-8")
+    assert "patience stands twice" in refused(capsys, file, data)
 
 
 @pytest.mark.parametrize("options", [("--rehearse", "0"), ("--rehearse", "1000"), ("--database", "oracle://host/name")])
@@ -212,4 +234,8 @@ def test_what_windows_wrote_into_the_files_of_a_begun_study_is_no_change_of_it(
         earlier = complete_text(file).replace("# Consent\\n", "\\U0000feff# Consent\\r\\n")
         freeze_study(store, "solo", earlier, {}, {})
         assert as_frozen(folder, store, file).study == folder.study
+        backup = tmp_path / "backup.yaml"
+        backup.write_text(earlier, encoding="utf-8")
+        folder = StudyFolder(read_study(backup), tmp_path / "data")
+        assert as_frozen(folder, store, backup).study == folder.study
     assert capsys.readouterr().err == ""
