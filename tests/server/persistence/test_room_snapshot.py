@@ -184,6 +184,7 @@ def test_a_second_server_on_the_same_data_folder_is_refused(tmp_path: Path, caps
 
 def test_games_are_not_served_from_the_folder_of_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "studies" / "tower").mkdir(parents=True)
+    (tmp_path / "studies" / "tower" / "study.sqlite").touch()
     assert main(["play", "--port", "0", "--data", str(tmp_path)]) == 2
     refusal = capsys.readouterr().err
     assert "holds a study (tower)" in refusal and "movingout study serve" in refusal
