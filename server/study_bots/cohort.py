@@ -13,7 +13,14 @@ from movingout.server.study_bots.faults import FaultInjection, chaos
 from movingout.server.study_bots.policies import CirclingPolicy, ScriptedPolicy, SeatPolicy
 from movingout.server.study_bots.simulated_participant import ActivityLog, SimulatedParticipant
 from movingout.server.study_bots.simulation_plan import SimulationPlan
-from movingout.server.study_bots.study_client import RequestRefused, SimulationError, StudyClient
+from movingout.server.study_bots.study_client import (
+    GIVE_UP_S,
+    RETRIED,
+    RETRY_S,
+    RequestRefused,
+    SimulationError,
+    StudyClient,
+)
 
 TIMEOUT = httpx.Timeout(30.0)
 STAGGER_S = 0.1  # between two arrivals
@@ -46,7 +53,7 @@ class Cohort:
 
     async def _languages(self, http: httpx.AsyncClient) -> list[str]:
         try:
-            study = (await http.get("/api/study")).raise_for_status().json()
+            study = (await self._study(http)).raise_for_status().json()
         except (httpx.HTTPError, ValueError) as error:
             raise SimulationError(f"no study is being served at {self.base}: {error}") from None
         if not study.get("simulated"):
@@ -56,6 +63,14 @@ class Cohort:
             )
         languages: list[str] = study["languages"]
         return languages
+
+    async def _study(self, http: httpx.AsyncClient) -> httpx.Response:
+        """What is served; as the pages do, waits while one node of several hands the study to another."""
+        waited = 0.0
+        while (answer := await http.get("/api/study")).status_code in RETRIED and waited < GIVE_UP_S:
+            waited += RETRY_S
+            await asyncio.sleep(RETRY_S)
+        return answer
 
     async def _run(self, participant: SimulatedParticipant, slots: asyncio.Semaphore, languages: list[str]) -> None:
         async with slots:

@@ -118,9 +118,14 @@ class StudyNodeHost(ClusterHost):
             super().close_shard(shard)
 
     async def _all_there(self) -> None:
-        """Wait until every room that there is can be asked: one that comes later would be played twice."""
+        """Wait until every room that there is can be asked: one that comes later would be played twice.
+
+        Raises ClusterError where this node ends meanwhile: it no longer takes what the others have left.
+        """
         deadline = self.node.now() + ALL_THERE_S
         while missing := await self._missing():
+            if self.stopping:
+                raise ClusterError("this node ends")
             if self.node.now() > deadline:
                 log.error("the rooms of the shards %s are nowhere; the study goes on without them", ", ".join(missing))
                 return

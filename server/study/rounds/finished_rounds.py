@@ -16,7 +16,7 @@ from movingout.server.rooms.room_view import PlayedRound
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import FinishedRound, StudyUnit
-from movingout.study.errors import StoreError, StudyError
+from movingout.study.errors import StoreError, StoreFenced, StudyError
 from movingout.study.store.rounds import RoundOutcome
 
 log = logging.getLogger(__name__)
@@ -60,8 +60,9 @@ class FinishedRounds:
         task.add_done_callback(self._saving.discard)
 
     async def _save(self, unit: StudyUnit) -> None:
-        async with self._transaction() as tx:
-            await self.save(tx, unit)
+        with contextlib.suppress(StoreFenced):  # the node that goes on with the study saves it
+            async with self._transaction() as tx:
+                await self.save(tx, unit)
 
     async def save(self, tx: Transaction, unit: StudyUnit) -> None:
         """Save `unit.finished_round`, if there is one; it is kept if the database refuses."""

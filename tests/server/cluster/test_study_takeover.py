@@ -9,6 +9,7 @@ import pytest
 
 from movingout.server.cli import main
 from movingout.server.cluster.commands import cluster
+from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.lease_store import ClusterView, LeaseRow
 from movingout.server.cluster.shards import STUDY
 from movingout.server.cluster.study.host import StudyNodeHost
@@ -33,7 +34,7 @@ class Host(StudyNodeHost):
 
     def __init__(self, leases: list[LeaseRow], **shards: str) -> None:
         view = ClusterView(tuple(leases), ())
-        self.node = cast(Any, SimpleNamespace(view=view, comes_back_soon=lambda shard: True))
+        self.node = cast(Any, SimpleNamespace(view=view, comes_back_soon=lambda shard: True, now=lambda: 0.0))
         self._shards = shards
 
     async def _statuses(self) -> dict[str, NodeStatus]:
@@ -57,6 +58,13 @@ def test_it_waits_until_it_knows_who_has_each_room(
     leases: list[LeaseRow], shards: dict[str, str], missing: list[str]
 ) -> None:
     assert Host(leases, **shards).missing() == missing
+
+
+def test_a_node_that_ends_does_not_wait_for_the_rooms_of_others_to_begin_the_study() -> None:
+    host = Host([lease("a", "a")])
+    host.stopping = True
+    with pytest.raises(ClusterError, match="this node ends"):
+        asyncio.run(asyncio.wait_for(host._all_there(), 0.5))
 
 
 class NoStudy(FakeRooms):
