@@ -213,6 +213,8 @@ class Client:
                 self._phase = ""  # `room` follows, and says whether another round does
                 metrics = message.get("metrics", {})
                 self.result = RoundResult(message["outcome"], message["ticks"], metrics, message["recording"])
+            case "ping":
+                self._seated.take_ping(message)
             case "bye":
                 self._closed = message["message"]
 
