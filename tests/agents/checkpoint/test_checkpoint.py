@@ -215,7 +215,7 @@ def test_of_several_agents_the_one_whose_network_cannot_play_is_named(
     policy = build_policy(tiny_spec(kind="mlp", horizon=horizon))
     with torch.no_grad():
         for parameter in policy.parameters():
-            parameter *= factor
+            parameter.mul_(factor)
     write_checkpoint(tmp_path / "mlp-test", _card(), {"policy.onnx": export_policy(policy)})
     monkeypatch.setenv(MODELS_VARIABLE, str(tmp_path))
     with pytest.raises(CheckpointError) as raised:
