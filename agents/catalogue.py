@@ -193,6 +193,10 @@ def load_admitted_agent(agent_id: str) -> Agent:
     try:
         with redirect_stdout(sys.stderr):  # what it prints is no part of a command's answer
             agent = factory(**options)
+    except CheckpointError as error:
+        if "@" not in reference or reference in str(error):
+            raise
+        raise CheckpointError(f"{reference}: {error}") from error
     except AgentError:
         raise
     except MovingOutError as error:

@@ -6,6 +6,7 @@ import numpy as np
 import orjson
 
 from movingout.agents.base import Agent
+from movingout.agents.fault_place import writable
 
 UNWRITABLE = "unwritable"
 """The key under which a trace says why it cannot be written."""
@@ -24,7 +25,7 @@ def decision_trace(agent: Agent) -> Mapping[str, object]:
             return {}
         plain: dict[str, object] = orjson.loads(orjson.dumps(dict(detail), _plain, orjson.OPT_SERIALIZE_NUMPY))
     except Exception as error:  # noqa: BLE001 - the code behind `detail` may be anybody's
-        return {UNWRITABLE: f"{type(error).__name__}: {error}"[:200]}
+        return {UNWRITABLE: writable(f"{type(error).__name__}: {error}")[:200]}
     return plain
 
 

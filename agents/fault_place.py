@@ -16,12 +16,17 @@ LONGEST_SENTENCE = 500
 def located(sentence: str, error: BaseException) -> str:
     """The sentence about an exception, with the place in brackets behind it; long ones lose the end of their words.
 
-    It is one line, whatever the exception says: of several lines, of nothing.
+    It is one line, whatever the exception says: of several lines, of nothing, of a file whose name is not UTF-8.
     """
-    sentence = " ".join(sentence.removesuffix(": ").split())
-    place = fault_place(error)
+    sentence = writable(" ".join(sentence.removesuffix(": ").split()))
+    place = writable(fault_place(error))
     behind = f" ({place})" if place else ""
     return sentence[: LONGEST_SENTENCE - len(behind)] + behind
+
+
+def writable(text: str) -> str:
+    """The text as UTF-8 can have it: the half of a surrogate pair, which messages and files refuse, as `\\udce9`."""
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def fault_place(error: BaseException) -> str:

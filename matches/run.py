@@ -147,7 +147,7 @@ def play(
     """Let two agents play matches in worker processes; returns the results in the order of maps and seeds.
 
         results = movingout.play("scripted", "idle", "HandOff", episodes=5)
-        print([result.tcr for result in results])
+        print([result.metrics.tcr for result in results])
 
     `blue`, `red`: agent ids, such as "scripted", "person:name=A03", "bass@all" or "my_module:MyAgent"; a group such as
     "people:A", whose members play in turn; or agents as objects, a class or an instance, which play in this process,

@@ -10,11 +10,14 @@ from movingout.agents.action_chunk import MAX_ROWS
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
 from movingout.agents.grasp_encoding import toggles
+from movingout.agents.observation.seat_observation import start_state
+from movingout.maps import load_map
 from movingout.world.action import GRASP_THRESHOLD, in_arena
-from movingout.world.observation import LAYOUTS
+from movingout.world.observation import LAYOUTS, encode_state
 from movingout.world.state import Floats
 
 Singles = npt.NDArray[np.float32]
+TRIED_ON = "HandOff"  # the map whose first observation a policy is tried with when it is loaded
 MOST_SAID = 300  # letters of what a library says
 GRASPS = ("toggle", "hold")
 HEADINGS = ("own", "arena")
@@ -107,19 +110,27 @@ class VectorPlayer(ChunkPlayer):
         """One action or several for observations (To, D)."""
 
     def _try(self, run: Callable[[Singles], npt.ArrayLike]) -> None:
-        """Raises AgentError when the policy does not answer observations of its layout with actions."""
-        size = LAYOUTS[self.layout].size
+        """Raises AgentError when the policy does not answer an observation that occurs, in its layout, with actions."""
+        first = _first_observation(self.layout)
         try:
-            answer = run(np.zeros((self._history, size), dtype=np.float32))
+            answer = run(np.stack([first] * self._history))
         except Exception as error:  # whatever the runtime of a policy raises
             lines = str(error).strip().splitlines() or [type(error).__name__]
             whole = " ".join(" ".join(lines).split())
             said = whole if len(whole) <= MOST_SAID else lines[-1]  # the end of a traceback of torch
-            raise AgentError(f"the policy does not take {self.layout} ({size} numbers): {said[:MOST_SAID]}") from error
-        rows_of(answer)
+            raise AgentError(
+                f"the policy does not take {self.layout} ({len(first)} numbers): {said[:MOST_SAID]}"
+            ) from error
+        rows_of(answer, f" the first observation of {TRIED_ON}")
 
 
-def rows_of(answer: npt.ArrayLike) -> Floats:
+def _first_observation(layout: str) -> Singles:
+    """What blue sees first on a map: rows of zeros never occur, and what divides by their length has no answer."""
+    tried_on = load_map(TRIED_ON)
+    return encode_state(tried_on, start_state(tried_on), 0, layout).astype(np.float32)
+
+
+def rows_of(answer: npt.ArrayLike, to: str = "") -> Floats:
     """An answer (4,), (H, 4) or (1, H, 4) as rows (H, 4). Raises AgentError for other shapes and other numbers."""
     rows = np.asarray(answer, dtype=np.float64)
     shape = rows.shape
@@ -130,5 +141,5 @@ def rows_of(answer: npt.ArrayLike) -> Floats:
     if rows.ndim != 2 or rows.shape[1] != 4 or not 1 <= len(rows) <= MAX_ROWS:
         raise AgentError(f"the policy answers with shape {shape}; {ROW}, (1, 4), or (1, H, 4) for H ticks")
     if not np.isfinite(rows).all():
-        raise AgentError("the policy answers with numbers that are not finite")
+        raise AgentError(f"the policy answers{to} with numbers that are not finite")
     return rows

@@ -63,8 +63,10 @@ class PolicyNetwork:
         except Exception as error:  # a foreign graph may fail in any way
             said = " ".join(str(error).split())
             raise CheckpointError(f"the network does not take what its card says: {said}"[:300]) from error
-        if chunks.shape != (1, spec.horizon, ACTION_WIDTH) or not np.isfinite(chunks).all():
-            raise CheckpointError(f"the network answers with shape {chunks.shape}, not (1, {spec.horizon}, 5) numbers")
+        if chunks.shape != (1, spec.horizon, ACTION_WIDTH):
+            raise CheckpointError(f"the network answers with shape {chunks.shape}, not (1, {spec.horizon}, 5)")
+        if not np.isfinite(chunks).all():
+            raise CheckpointError("the network answers with numbers that are not finite")
 
     def sample(self, history: Singles, random: np.random.Generator) -> Singles:
         """Chunks (B, H, 5) for observations (B, To, D), each from its own noise."""
@@ -86,13 +88,13 @@ class PolicyNetwork:
 def check_size(network: Network, name: str, size: int, layout: str) -> None:
     """Raises CheckpointError for an input of another length than `size`, that of the layout and what is behind it.
 
-    A network of an older version of the layout is one.
+    A network of an older version of the layout is one, as is one of another agent.
     """
     length = network.input_shapes.get(name, [None])[-1]
     if isinstance(length, int) and length != size:
         raise CheckpointError(
-            f"the network takes {length} numbers, and its card says {layout}, which gives {size} here: it is of "
-            "another version of this layout, so train it again"
+            f"the network takes {length} numbers, and its card says {layout}, which gives {size} here: it is "
+            "another agent's, or of another version of this layout; train it again"
         )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
+from movingout.agents.fault_place import writable
 from movingout.agents.llm.answers import ALONE, INSTRUCTIONS, ModelAnswer, Skill, UselessAnswerError, read_answer
 from movingout.agents.llm.chat import Chat, ChatEndpoint, Message
 from movingout.agents.llm.model_id import KEY, endpoint_key, model_id
@@ -158,10 +159,10 @@ class LlmAgent(ScriptedAgent):
         self._told = {
             "question": self._counts["questions"],
             "prompt": self._prompt[:MAX_RECORDED],
-            "answer": outcome.answer[:MAX_RECORDED],
+            "answer": writable(outcome.answer)[:MAX_RECORDED],
             "latency_s": round(outcome.latency_s, 3),
             "fault": outcome.fault or "",
-            "note": note[:MAX_RECORDED],
+            "note": writable(note)[:MAX_RECORDED],
             "counts": dict(self._counts),
         }
         if self._counts["questions"] == 1:

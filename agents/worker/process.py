@@ -26,7 +26,7 @@ from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.decision_time import first_decisions
 from movingout.agents.decision_trace import decision_trace
 from movingout.agents.errors import AgentError, TooSlowError
-from movingout.agents.fault_place import located
+from movingout.agents.fault_place import located, writable
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.agents.worker.heartbeat import WorkerHeartbeat
 from movingout.agents.worker.messages import (
@@ -270,7 +270,7 @@ def _timed(agent_id: str, agent: Agent, episode: EpisodeInfo, must_keep_up: bool
 def _sentence(error: BaseException) -> str:
     text = str(error).strip()
     if isinstance(error, AgentError) and text:
-        return text
+        return writable(text)
     return located(f"{type(error).__name__}: {text}" if text else type(error).__name__, error)
 
 

@@ -9,11 +9,19 @@ export type Pose = {
     y: number;
     angle: number;
 };
+export type Ping = {
+    tick: number;
+    seat: number;
+    item: number;
+    x: number;
+    y: number;
+};
 export type State = {
     tick: number;
     robots: Pose[];
     items: Pose[];
     held: number[];
+    pings: Ping[];
 };
 export type Row = [distance: number, cos: number, sin: number, grasp: number];
 export type Result = {

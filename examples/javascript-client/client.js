@@ -6,7 +6,8 @@
  */
 
 /** @typedef {{x: number, y: number, angle: number}} Pose in units of the world; angle in radians, 0 is up */
-/** @typedef {{tick: number, robots: Pose[], items: Pose[], held: number[]}} State after `tick`; index 0 is blue, -1 holds nothing */
+/** @typedef {{tick: number, seat: number, item: number, x: number, y: number}} Ping who asks for help with which item, -1 at x, y; first seen in `tick` */
+/** @typedef {{tick: number, robots: Pose[], items: Pose[], held: number[], pings: Ping[]}} State after `tick`; index 0 is blue, -1 holds nothing */
 /** @typedef {[distance: number, cos: number, sin: number, grasp: number]} Row one tick of actions; grasp 1 presses */
 /** @typedef {{outcome: string, ticks: number, metrics: Record<string, number>, recording: string}} Result */
 /** @typedef {{name?: string, token?: string, WebSocket?: typeof globalThis.WebSocket}} Options */
@@ -30,6 +31,7 @@ export class Client {
   /** Of the last round. @type {Result | null} */ result = null;
   /** @type {State | null} */ #newest = null;
   /** @type {Row[]} */ #rows = [];
+  /** @type {(Ping & {ticks: number})[]} */ #pings = [];
   /** @type {() => void} */ #wake = () => {};
   #fresh = false;
   #closed = "";
@@ -138,7 +140,8 @@ export class Client {
 
   /** @param {any} message */
   #take(message) {
-    if (message.type === "round") [this.map, this.#epoch] = [message.map, message.epoch];
+    if (message.type === "round") [this.map, this.#epoch, this.#pings] = [message.map, message.epoch, []];
+    if (message.type === "ping" && message.epoch === this.#epoch) this.#pings.push(message);
     if (message.type === "bye") this.#closed = message.message;
     if (message.type === "room") {
       [this.#phase, this.#reason] = [message.phase, message.reason];
@@ -164,7 +167,9 @@ export class Client {
       poses.push({ x: pose.x / 20000, y: pose.y / 20000, angle: (pose.angle * Math.PI) / 32768 });
     }
     const held = [head.held_blue, head.held_red];
-    this.#newest = { tick: head.tick, robots: poses.slice(0, 2), items: poses.slice(2), held };
+    this.#pings = this.#pings.filter((ping) => head.tick < ping.tick + ping.ticks);
+    const pings = this.#pings.map(({ tick, seat, item, x, y }) => ({ tick, seat, item, x, y }));
+    this.#newest = { tick: head.tick, robots: poses.slice(0, 2), items: poses.slice(2), held, pings };
     const unanswered = this.#silent;
     this.#silent = true;
     if (this.#rows.length || unanswered) this.#send();

@@ -6,7 +6,7 @@ from numbers import Integral
 
 from movingout.agents.base import Agent, EpisodeInfo, Observation, batch_group
 from movingout.agents.errors import AgentError
-from movingout.agents.fault_place import fault_place, located
+from movingout.agents.fault_place import fault_place, located, writable
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import MovingOutError
 from movingout.maps.spec import SEAT_COLOURS
@@ -84,5 +84,5 @@ def fault_sentence(seat: int, agent_id: str, call: str, error: BaseException, li
     if isinstance(error, DecisionTimeout):
         return located(f"{who} did not answer {call} within {limit_s:g} s", error)
     if isinstance(error, MovingOutError) and (isinstance(error, AgentError) or not fault_place(error)):
-        return f"{who}, {call}: {error}"[:500]
+        return writable(f"{who}, {call}: {error}")[:500]
     return located(f"{who} raised {type(error).__name__} in {call}: {error}", error)

@@ -148,8 +148,9 @@ class Client:
     async def play(self, agent: "Agent", seed: int = 0) -> RoundResult:
         """Let an agent play a round, in a thread of its own: `reset`, then `act` whenever its last chunk is used up.
 
-        As in matches, these are all its rows, or as many as the agent's `execute_rows` says. Raises
-        RemoteError, AgentError for a wrong chunk, and what the agent raises.
+        As in matches, these are all its rows, or as many as the agent's `execute_rows` says; unlike there, its first
+        observation is that of tick 1, before which its robot stood still. Raises RemoteError, AgentError for a wrong
+        chunk, and what the agent raises.
         """
         if isinstance(agent, str | type) or not (hasattr(agent, "reset") and hasattr(agent, "act")):
             raise RemoteError(f"an agent is an object with reset() and act(), as of load_agent(…), not {agent!r:.80}")
@@ -213,6 +214,8 @@ class Client:
                 self._phase = ""  # `room` follows, and says whether another round does
                 metrics = message.get("metrics", {})
                 self.result = RoundResult(message["outcome"], message["ticks"], metrics, message["recording"])
+            case "ping":
+                self._seated.take_ping(message)
             case "bye":
                 self._closed = message["message"]
 

@@ -13,6 +13,7 @@ from movingout.agents.base import EpisodeInfo, Observation
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import MapSpec, map_from_json
 from movingout.world.constants import POSE_SECONDS
+from movingout.world.ping import HelpPing, shown
 from movingout.world.state import Floats, WorldState
 
 POSITION, ANGLE, LEVEL = 20000, 32768 / math.pi, 32767  # scales of the binary frames
@@ -32,6 +33,7 @@ class RemoteSeat:
         self._frames = {name: (struct.Struct(one["format"]), one["names"]) for name, one in frames.items()}
         self._rows: Floats = np.empty((0, 4))
         self._seq = self._grabs = self._tick = self._epoch = 0
+        self._pings: tuple[HelpPing, ...] = ()
         self._silent = False  # nothing was sent for the newest state
 
     @property
@@ -42,7 +44,7 @@ class RemoteSeat:
     def begin(self, message: Mapping[str, Any]) -> None:
         """A round is coming: the server's message of type `round`."""
         self.map, self.limit_ticks = map_from_json(message["map"]), message["limit_ticks"]
-        self._epoch = message["epoch"]
+        self._epoch, self._pings = message["epoch"], ()
 
     def wait_for_round(self) -> None:
         """Forget what is left of the last round."""
@@ -57,6 +59,11 @@ class RemoteSeat:
         """Play a chunk (H, 4) from the next input on. Raises AgentError."""
         self._rows, self._silent = checked_chunk(chunk), False
 
+    def take_ping(self, message: Mapping[str, Any]) -> None:
+        """A seat asks for help: the server's message of type `ping`. Those of other rounds are passed over."""
+        if message["epoch"] == self._epoch:
+            self._pings = (*self._pings, HelpPing(*(message[name] for name in HelpPing._fields)))
+
     def take_bundle(self, frame: bytes) -> bool:
         """Note the state after a tick; whether an input is to be sent now. Bundles of other rounds are passed over."""
         head, names = self._frames["bundle"]
@@ -65,8 +72,9 @@ class RemoteSeat:
             return False
         unanswered, self._silent = self._silent, True
         self._tick = fields["tick"]
+        self._pings = shown(self._pings, self._tick)
         poses = _poses(self._frames["pose"][0], frame, head.size, fields)
-        self.newest = observe(self.map, _state(fields, poses), self._seat)
+        self.newest = observe(self.map, _state(fields, poses), self._seat, pings=self._pings)
         return bool(len(self._rows)) or unanswered  # the rest of the chunk; at its end, stand still
 
     def next_input(self) -> bytes:

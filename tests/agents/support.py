@@ -7,6 +7,7 @@ import time
 import numpy as np
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.agents.errors import AgentError
 
 HERE = "tests.agents.support"
 
@@ -30,14 +31,28 @@ class Forward:
 class Raising(Forward):
     """Raises in each tick from `first` up to `last`."""
 
+    error: Exception = ValueError("I do not know this place")
+
     def __init__(self, first: int = 0, last: int = 10**9) -> None:
         super().__init__()
         self.first, self.last = first, last
 
     def act(self, observation: Observation) -> ActionChunk:
         if self.first <= observation.tick <= self.last and observation.state.tick > 0:
-            raise ValueError("I do not know this place")
+            raise self.error
         return super().act(observation)
+
+
+class NotUtf8(Raising):
+    """Raises with the name of a file that is not UTF-8, as Python reads it."""
+
+    error = OSError("no such file: caf\udce9.txt")
+
+
+class NotUtf8AgentError(Raising):
+    """Likewise, with an error of this project."""
+
+    error = AgentError("no such file: caf\udce9.txt")
 
 
 class Untrained(Forward):

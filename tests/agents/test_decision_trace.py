@@ -15,6 +15,14 @@ class _Telling:
     reset = act = None
 
 
+class _Refusing:
+    @property
+    def detail(self) -> Any:
+        raise OSError("caf\udce9.txt")
+
+    reset = act = None
+
+
 @pytest.mark.parametrize(
     ("detail", "trace"),
     [
@@ -29,3 +37,7 @@ class _Telling:
 )
 def test_a_trace_is_plain_values_or_the_reason_why_not(detail: Any, trace: dict[str, object]) -> None:
     assert decision_trace(_Telling(detail)) == trace  # type: ignore[arg-type]
+
+
+def test_the_reason_can_be_written_itself() -> None:
+    assert decision_trace(_Refusing()) == {"unwritable": "OSError: caf\\udce9.txt"}  # type: ignore[arg-type]

@@ -34,6 +34,9 @@ def in_two_lines():
 
 def without_a_word():
     raise StopIteration
+
+def of_a_file():
+    raise OSError("no such file: caf\\udce9.txt")
 """
 
 
@@ -101,6 +104,7 @@ def test_a_long_message_keeps_its_place(tmp_path: Path) -> None:
     [
         ("in_two_lines", "red raised ValueError: this and that (own/policy.py, line 17)"),
         ("without_a_word", "red raised StopIteration (own/policy.py, line 20)"),
+        ("of_a_file", "red raised OSError: no such file: caf\\udce9.txt (own/policy.py, line 23)"),
     ],
 )
 def test_a_fault_is_one_line_whatever_the_exception_says(name: str, sentence: str, tmp_path: Path) -> None:

@@ -1,3 +1,4 @@
+import inspect
 import json
 import os
 import re
@@ -46,6 +47,13 @@ def test_the_numbers_are_the_same_whatever_the_number_of_workers(tmp_path: Path)
     assert _numbers(one.results) == _numbers(three.results)
     assert len({result.metrics.nfd for result in one.results.values()}) > 3
     assert (tmp_path / "one/results.md").read_text() == (tmp_path / "three/results.md").read_text()
+
+
+def test_the_example_of_play_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = (inspect.getdoc(play) or "").splitlines()
+    example = "\n".join(line[4:] for line in lines if line.startswith("    "))
+    exec("import movingout\n" + example.replace("episodes=5", "episodes=2, ticks=2, workers=1"))
+    assert capsys.readouterr().out == "[0.0, 0.0]\n"
 
 
 def test_a_map_with_more_than_an_agent_sees_is_refused_before_anything_is_played(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from movingout.server.frames import Input
 from movingout.server.messages import ANGLE_SCALE
 from tests.server.live import Live
-from tests.server.program_room import REFUSAL, RESULT, program_room, room_state
+from tests.server.program_room import REFUSAL, RESULT, program_room, room_state, round_with_pings
 from tests.support import ROOT
 
 CLIENT = Path(__file__).parents[2] / "examples" / "javascript-client" / "client.js"
@@ -131,6 +131,19 @@ def test_a_program_does_not_wait_for_a_round_that_will_not_come(said: list[dict[
             return await run_node(SERIES, address)
 
     assert asyncio.run(played()) == f"{told}\n"
+
+
+def test_states_have_the_requests_for_help_that_players_see() -> None:
+    shown = "console.log(JSON.stringify([state.tick, state.pings]))"
+
+    async def played() -> str:
+        async with program_room(*round_with_pings()) as address:
+            return await run_node(SERIES.replace('console.log("there is nothing to see")', shown), address)
+
+    *states, last = asyncio.run(played()).splitlines()
+    asked = [{"tick": 3, "seat": 1, "item": 1, "x": 0.5, "y": -0.5}]
+    assert [json.loads(line) for line in states] == [[2, []], [3, asked], [22, asked], [23, []]]
+    assert last == "1 rounds"
 
 
 @pytest.mark.slow

@@ -49,7 +49,7 @@ def test_every_client_takes_each_message_of_the_server_or_is_known_to_pass_over_
         "Python": tags_in(r'(?:case|\["type"\] !=) "(\w+)"', ROOT / "src" / "movingout" / "remote.py"),
         "JavaScript": tags_in(of_a_script, ROOT / "examples" / "javascript-client" / "client.js"),
     }
-    passed_over = {"keyframe", "tutorial", "ping"}  # bundles have the state, and programs play no tutorials
+    passed_over = {"keyframe", "tutorial"}  # bundles have the state, and programs play no tutorials
     assert taken == {"pages": SERVER_TAGS, "Python": SERVER_TAGS - passed_over, "JavaScript": SERVER_TAGS - passed_over}
 
 

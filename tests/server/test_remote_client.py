@@ -21,8 +21,9 @@ from movingout.remote import Client, RemoteError
 from movingout.server import messages as m
 from movingout.server.frames import FRAME_FIELDS, Input
 from movingout.world.metrics import METRICS
+from movingout.world.ping import HelpPing
 from tests.server.live import Live
-from tests.server.program_room import REFUSAL, RESULT, program_room, room_state
+from tests.server.program_room import REFUSAL, RESULT, program_room, room_state, round_with_pings
 from tests.server.support import make_bundle
 
 
@@ -109,6 +110,17 @@ def test_a_program_does_not_wait_for_a_round_that_will_not_come(said: dict[str, 
 def test_a_program_that_comes_back_into_a_running_round_need_not_be_ready() -> None:
     said = room_state("playing"), REFUSAL, RESULT, room_state("series_over")
     assert asyncio.run(asyncio.wait_for(series(*said), 5)) == 1
+
+
+def test_observations_have_the_requests_for_help_that_players_see() -> None:
+    """They had none, so that agents that help as partners of a room passed over people as remote programs."""
+
+    async def played() -> dict[int, tuple[HelpPing, ...]]:
+        async with program_room(*round_with_pings()) as address, Client(address, "x") as client:
+            return {observation.tick: observation.pings async for observation in client.observations()}
+
+    asked = (HelpPing(tick=3, seat=1, item=1, x=0.5, y=-0.5),)
+    assert asyncio.run(asyncio.wait_for(played(), 5)) == {2: (), 3: asked, 22: asked, 23: ()}
 
 
 class InChunks:

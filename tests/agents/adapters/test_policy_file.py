@@ -140,6 +140,17 @@ def test_a_file_named_without_its_kind_is_answered_with_its_id(tmp_path: Path, m
         load_agent("nowhere.onnx")
 
 
+def test_a_policy_is_tried_with_an_observation_that_occurs(tmp_path: Path) -> None:
+    """It was tried with zeros: one that divides by their length was refused, and one that fails anywhere else taken."""
+    node = helper.make_node
+    length = [node("ReduceL2", ["obs"], ["length"], axes=[1]), node("Div", ["obs", "length"], ["features"])]
+    root = [node("Neg", ["obs"], ["less"]), node("Abs", ["obs"], ["more"])]
+    root += [node("Sub", ["less", "more"], ["negative"]), node("Sqrt", ["negative"], ["features"])]
+    assert first_rows(load_agent(f"onnx:path={exported(tmp_path / 'norm.onnx', 17, [1, 121], length)}")) == [ROW]
+    with pytest.raises(AgentError, match="answers the first observation of HandOff with numbers that are not finite"):
+        load_agent(f"onnx:path={exported(tmp_path / 'root.onnx', 17, [1, 121], root)}")
+
+
 class Linear(torch.nn.Module):
     def __init__(self, features: int, answers: int = 4) -> None:
         super().__init__()

@@ -10,7 +10,15 @@ import onnx
 import pytest
 import torch
 
-from movingout.agents.checkpoint.checkpoint import CARD, Checkpoint, find_checkpoint, read_checkpoint, write_checkpoint
+from movingout.agents.catalogue import load_agent
+from movingout.agents.checkpoint.checkpoint import (
+    CARD,
+    MODELS_VARIABLE,
+    Checkpoint,
+    find_checkpoint,
+    read_checkpoint,
+    write_checkpoint,
+)
 from movingout.agents.errors import CheckpointError
 from movingout.agents.inference.network import Network
 from movingout.agents.inference.policy_agent import PolicyAgent
@@ -109,7 +117,7 @@ def test_a_card_that_would_be_refused_is_not_written(tmp_path: Path) -> None:
 def test_a_network_of_another_version_of_its_layout_is_to_be_trained_again(tmp_path: Path) -> None:
     checkpoint = _written(tmp_path)
     _edit(checkpoint.folder, policy={**SPEC.model_dump(), "layout": "map-v1"})
-    sentence = "takes 278 numbers, and its card says map-v1, which gives 169 here: it is of another version"
+    sentence = "takes 278 numbers, and its card says map-v1, which gives 169 here: .*or of another version"
     with pytest.raises(CheckpointError, match=sentence):
         load_checkpoint(read_checkpoint(checkpoint.folder))
 
@@ -192,6 +200,27 @@ def test_a_network_of_another_shape_than_its_card_is_refused(tmp_path: Path) -> 
         checkpoint = write_checkpoint(tmp_path / "mlp-test", _card(), {"policy.onnx": data})
         with pytest.raises(CheckpointError, match="network"):
             load_checkpoint(checkpoint)
+
+
+@pytest.mark.parametrize(
+    ("horizon", "factor", "sentence"),
+    [
+        (4, 1.0, "the network answers with shape (1, 4, 5), not (1, 8, 5)"),
+        (8, float("nan"), "the network answers with numbers that are not finite"),
+    ],
+)
+def test_of_several_agents_the_one_whose_network_cannot_play_is_named(
+    horizon: int, factor: float, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    policy = build_policy(tiny_spec(kind="mlp", horizon=horizon))
+    with torch.no_grad():
+        for parameter in policy.parameters():
+            parameter.mul_(factor)
+    write_checkpoint(tmp_path / "mlp-test", _card(), {"policy.onnx": export_policy(policy)})
+    monkeypatch.setenv(MODELS_VARIABLE, str(tmp_path))
+    with pytest.raises(CheckpointError) as raised:
+        load_agent("mlp@test:execute=2")
+    assert str(raised.value) == f"mlp@test: {sentence}"
 
 
 def test_an_unknown_id_is_answered_with_those_that_exist(tmp_path: Path) -> None:

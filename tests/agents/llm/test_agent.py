@@ -118,6 +118,12 @@ def test_after_rubbish_the_last_skill_goes_on_and_the_model_is_told(text: str, n
     assert wrong["counts"]["rubbish"] == 1 and "Not done: " in asked[2] and note in asked[2]
 
 
+def test_an_answer_that_ends_within_an_emoji_is_recorded() -> None:
+    traces = played(waiting(lambda _: answer(fetch(0)) + "\ud83d"), ticks=3)
+    told = next(trace for trace in traces if "question" in trace)
+    assert told["answer"] == answer(fetch(0)) + "\\ud83d" and told["counts"]["answers"] == 1
+
+
 @pytest.mark.parametrize("fault", ["busy", "timeout", "unreachable", "http"])
 def test_without_answers_the_fallback_is_done_and_faults_are_counted(fault: Any) -> None:
     def chat(_: list[Message]) -> str:

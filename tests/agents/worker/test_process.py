@@ -232,6 +232,17 @@ def test_an_agent_that_ends_the_program_fails_alone(queue: DecisionQueue) -> Non
     assert isinstance(answer, Failed) and not answer.fatal and answer.reason.startswith("SystemExit: 3 (")
 
 
+@pytest.mark.parametrize("agent", ["NotUtf8", "NotUtf8AgentError"])
+def test_an_exception_with_a_name_that_is_not_utf8_can_be_told(queue: DecisionQueue, agent: str) -> None:
+    _open(queue, 0, f"tests.agents.support:{agent}")
+    question = observe_message(0, 1, 10.0, replace(start_state(MAP), tick=1))
+    assert isinstance(question, Observe)
+    queue.take(question)
+    (answer,) = queue.answer_next(0.0)
+    assert isinstance(answer, Failed) and "no such file: caf\\udce9.txt" in answer.reason
+    assert frame(answer)
+
+
 def test_an_agent_whose_every_decision_takes_longer_than_a_tick_is_refused_in_a_sentence(
     queue: DecisionQueue, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -137,8 +137,9 @@ def test_the_recording_of_a_trained_agent_has_its_card_and_hash(tmp_path: Path) 
     assert episode.attachments.keys() == {"map.json", "card-blue.json"}
 
 
-def test_the_recording_of_a_lost_match_says_who_lost_it(tmp_path: Path) -> None:
-    (result,) = Lockstep(record=tmp_path).play(_matches(f"{BAD}:Raising", 1))
+@pytest.mark.parametrize("agent", ["Raising", "NotUtf8", "NotUtf8AgentError"])
+def test_the_recording_of_a_lost_match_says_who_lost_it(agent: str, tmp_path: Path) -> None:
+    (result,) = Lockstep(record=tmp_path).play(_matches(f"{BAD}:{agent}", 1))
     episode = read_episode(Path(result.recording))
     assert episode.outcome == "error"
     assert [(event.seat, event.detail) for event in episode.events if event.kind == "agent_error"] == [

@@ -33,6 +33,23 @@ def test_the_game_starts_three_seconds_after_both_are_ready() -> None:
     assert blue.bundles[0].time_ms == pytest.approx(until * 1e3)
 
 
+def test_nobody_moves_in_the_first_tick_whatever_was_sent_in_the_countdown() -> None:
+    """As docs/protocol.md says; programs that play rely on it."""
+    table = Table()
+    blue, red = table.pair()
+    table.say(blue, m.Ready(0))
+    table.say(red, m.Ready(1))
+    start = table.room.round.state.robot_poses[0]
+    while table.phase == "countdown":
+        table.push(blue, 0)
+        table.step()
+    (first,) = blue.bundles
+    np.testing.assert_allclose(first.poses[-1, 0], start, atol=1e-4)
+    table.push(blue, 0)
+    table.step()
+    assert blue.bundles[-1].poses[-1, 0, 1] > start[1] + 0.01
+
+
 def test_a_tick_is_sent_with_its_five_poses_before_it_has_happened() -> None:
     table = Table()
     blue, _ = table.play()
