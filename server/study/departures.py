@@ -40,11 +40,16 @@ class Departures:
     ) -> None:
         """End the study for one participant, with a code; a partner who cannot play on gets one as well.
 
-        `keep`: what the participant said about the data, None where nobody asked.
+        Who has not consented gets none, and nothing about them is kept: they have declined. `keep`: what the
+        participant said about the data, None where nobody asked.
         """
         tx.check()
         if session.finished:
             await self._note_late_wish(tx, session, keep)
+            return
+        if not session.has_consented:
+            await self._participants.decline(tx, session)
+            notify([session])
             return
         if keep is not None:
             await tx.run(self._databases.store.keep_data, session.pid, keep)

@@ -230,13 +230,11 @@ class ParticipantActions:
     async def decline(self, session: ParticipantSession) -> None:
         """No consent; ignored once it is given."""
         async with self._running.transaction() as tx:
-            if not session.finished and session.record.step == session.steps[0].key:
+            if not (session.finished or session.has_consented):
                 await self._running.participants.decline(tx, session)
 
     async def stop(self, session: ParticipantSession, keep: bool) -> None:
         """The participant stops, with or without the data; after the end it is only noted what becomes of the data."""
         async with self._running.transaction() as tx:
-            if session.record.step == session.steps[0].key and not session.finished:
-                keep = False  # without consent there is nothing that could be kept
             refused = session.refused and session.record.step == LAST_SOLO_STEP
             await self._running.departures.dismiss(tx, session, "screened-out" if refused else "withdrew", keep)

@@ -143,7 +143,7 @@ def screened_out(visitor: Visitor) -> None:
 
 EXITS: list[tuple[str, Callable[[Visitor], object]]] = [
     ("done", lambda one: one.go_to("code")),
-    ("withdrew", lambda one: one.stop(True)),
+    ("withdrew", lambda one: one.go_to("form").stop(True)),
     ("withdrew", lambda one: one.go_to("practice").stop(False)),
     ("withdrew", lambda one: one.go_to("questionnaire").stop(True)),
     ("screened-out", screened_out),
