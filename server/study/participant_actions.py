@@ -231,7 +231,7 @@ class ParticipantActions:
         """No consent; ignored once it is given."""
         async with self._running.transaction() as tx:
             if not (session.finished or session.has_consented):
-                await self._running.participants.decline(tx, session)
+                await self._running.departures.decline(tx, session)
 
     async def stop(self, session: ParticipantSession, keep: bool) -> None:
         """The participant stops, with or without the data; after the end it is only noted what becomes of the data."""

@@ -13,7 +13,7 @@ from movingout.study.design.definition import Outcome, Study
 from movingout.study.design.steps import steps
 from movingout.study.errors import StoreError
 from movingout.study.store.identity import CODE, UNMISTAKABLE
-from movingout.study.store.removal import drop_undecided
+from movingout.study.store.removal import decline, drop_undecided
 from movingout.study.store.store import DoneUnit, Participant, planned_done
 
 CODE_LENGTH = 10
@@ -90,7 +90,7 @@ class Participants:
 
     async def decline(self, tx: Transaction, session: ParticipantSession) -> None:
         """No consent: delete everything about them; only the number of those who declined is kept."""
-        await tx.run(self._store.decline, session.pid)
+        await tx.run(decline, self._store, session.pid)
         await tx.run(self._identities.drop, [session.pid])
         self._unscrubbed = True
         session.declined = True
@@ -98,7 +98,9 @@ class Participants:
         del self._sessions[session.pid]
 
     async def scrub_identities(self, now: float) -> None:
-        """Overwrite the ids of those who did not agree, once in a while: anybody with the link can decline often.
+        """Overwrite the ids of those who did not agree, and notes about them, once in a while.
+
+        Anybody with the link can decline often.
 
         In no transaction: it may take long, and wait for another program that reads them.
         """
@@ -106,11 +108,15 @@ class Participants:
             self._scrub_at, self._unscrubbed = now + SCRUB_S, False
             try:
                 await self._databases.run(self._identities.database.scrub)
+                await self._databases.run(self._store.database.scrub_rest)
             except StoreError:  # the experimenter was alerted, and it is tried again
                 self._unscrubbed = True
 
-    async def drop_undecided(self, tx: Transaction, now: float) -> None:
-        """Forget who opened the link and left without an answer to the consent: a row stays only with a consent."""
+    async def drop_undecided(self, tx: Transaction, now: float) -> list[str]:
+        """Forget who opened the link and left without an answer to the consent: a row stays only with a consent.
+
+        Returns their pseudonyms.
+        """
         pids = [session.pid for session in self._gone(now)[:MOST_AT_ONCE]]
         if pids:
             await tx.run(drop_undecided, self._store, pids)
@@ -119,6 +125,7 @@ class Participants:
             self._unscrubbed = True
             for pid in pids:
                 del self._sessions[pid]
+        return pids
 
     def _gone(self, now: float) -> list[ParticipantSession]:
         """Of those without a consent, who has been away too long; while they are many, whoever has no page open."""

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from movingout.study.store.tables import audit, counts, participants
+from movingout.server.study.participants import UNDECIDED_S
+from movingout.study.store.tables import audit, counts, notes, participants
 from tests.server.live import ADMIN
 from tests.server.study.support import Served, Visitor, served
 
@@ -49,3 +50,21 @@ def test_who_has_consented_can_stop_in_a_pause(solo: Served) -> None:
     solo.ask("pause")
     assert (visitor.look()["can_stop"], visitor.kind) == (True, "paused")
     solo.ask("resume")
+
+
+@pytest.mark.parametrize("leaves", ["declines", "is forgotten"])
+def test_what_was_noted_about_who_leaves_without_a_consent_is_nowhere(tmp_path: Path, leaves: str) -> None:
+    with served(tmp_path) as study:
+        visitor = study.visitor()
+        study.ask("note", text="Jane SECRETNAME called.", pid=visitor.pid)
+        if leaves == "declines":
+            visitor.decline()
+        else:
+            study.later(UNDECIDED_S + 1)
+            study.look()
+        store = study.running.databases.store
+        assert (store.rows(notes), study.running.notes.to_json()) == ([], [])
+        study.running.participants._scrub_at = 0.0
+        study.look()
+        files = [path for path in study.folder.own.glob("study.sqlite*") if b"SECRETNAME" in path.read_bytes()]
+        assert files == [], "it is overwritten"
