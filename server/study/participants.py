@@ -12,12 +12,11 @@ from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Outcome, Study
 from movingout.study.design.steps import steps
 from movingout.study.errors import StoreError
-from movingout.study.store.identity import CODE, UNMISTAKABLE
-from movingout.study.store.removal import decline, drop_undecided
+from movingout.study.store.identity import UNMISTAKABLE
+from movingout.study.store.removal import UNDECIDED_S, decline, drop_undecided
 from movingout.study.store.store import DoneUnit, Participant, planned_done
 
 CODE_LENGTH = 10
-UNDECIDED_S = 1800.0  # how long somebody who has not consented yet may be away
 CLOCK_MS = 5000  # by which the clock of another node, or one that was corrected, may be behind without a word
 MOST_UNDECIDED = 2000  # of them are remembered after they have closed the page
 MOST_DECLINED = 1000  # whose pages still say goodbye
@@ -120,8 +119,7 @@ class Participants:
         pids = [session.pid for session in self._gone(now)[:MOST_AT_ONCE]]
         if pids:
             await tx.run(drop_undecided, self._store, pids)
-            # a code is the experimenter's, and stays good; whoever came with a link is known anew by it
-            await tx.run(self._identities.drop, [pid for pid in pids if self._sessions[pid].source != CODE])
+            await tx.run(self._identities.drop_visitors, pids)
             self._unscrubbed = True
             for pid in pids:
                 del self._sessions[pid]

@@ -22,6 +22,7 @@ from movingout.study.store.tables import (
 )
 
 MOST_AT_ONCE = 5000  # participants whom one query names
+UNDECIDED_S = 1800.0  # how long somebody who has not consented yet may be away
 
 
 def episodes_of(store: Store, pid: str) -> tuple[str, ...]:
@@ -125,7 +126,7 @@ def decline(store: Store, pid: str) -> None:
     with store.database.write() as connection:
         if connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
             raise StudyError("consent was given already; to leave, stop the study and choose whether the data are kept")
-        _remove_undecided(store, connection, [pid])
+        remove_undecided(store, connection, [pid])
         kind = sqlite if connection.dialect.name == "sqlite" else postgresql
         added = kind.insert(counts).values(name="declined", number=1)
         connection.execute(added.on_conflict_do_update(index_elements=["name"], set_={"number": counts.c.number + 1}))
@@ -134,11 +135,11 @@ def decline(store: Store, pid: str) -> None:
 def drop_undecided(store: Store, pids: Sequence[str]) -> None:
     """Delete people who opened the link and never said whether they consent; nothing of them is kept."""
     with store.database.write() as connection:
-        _remove_undecided(store, connection, pids)
+        remove_undecided(store, connection, pids)
 
 
-def _remove_undecided(store: Store, connection: Connection, pids: Sequence[str]) -> None:
-    """Those of them without a consent, and the notes about them, which `Database.scrub` overwrites."""
+def remove_undecided(store: Store, connection: Connection, pids: Sequence[str]) -> None:
+    """Delete those of them without a consent, and the notes about them, which `Database.scrub` overwrites."""
     chosen = participants.c.pid.in_(pids) & participants.c.pid.not_in(select(consents.c.pid))
     gone = connection.execute(delete(participants).where(chosen).returning(participants.c.pid)).scalars().all()
     about = connection.execute(select(notes.c.id, notes.c.text)).all()
@@ -150,9 +151,14 @@ def _remove_undecided(store: Store, connection: Connection, pids: Sequence[str])
 
 def undecided(store: Store) -> set[str]:
     """Those who have not said whether they consent, and would be forgotten: they do not take part yet."""
-    on_their_way = select(participants.c.pid).where(participants.c.code.is_(None))
     with store.database.read() as connection:
-        return set(connection.execute(on_their_way.where(participants.c.pid.not_in(select(consents.c.pid)))).scalars())
+        return undecided_in(connection)
+
+
+def undecided_in(connection: Connection) -> set[str]:
+    """The same, in a transaction."""
+    on_their_way = select(participants.c.pid).where(participants.c.code.is_(None))
+    return set(connection.execute(on_their_way.where(participants.c.pid.not_in(select(consents.c.pid)))).scalars())
 
 
 def _rows(connection: Connection, pid: str, unit: int | None) -> int:

@@ -8,7 +8,7 @@ import pytest
 from movingout.server.study.participants import UNDECIDED_S
 from movingout.study.store.tables import audit, counts, notes, participants
 from tests.server.live import ADMIN
-from tests.server.study.support import Served, Visitor, served
+from tests.server.study.support import SOLO, Served, Visitor, served
 
 
 def ended_by_the_experimenter(study: Served, visitor: Visitor) -> None:
@@ -68,3 +68,12 @@ def test_what_was_noted_about_who_leaves_without_a_consent_is_nowhere(tmp_path: 
         study.look()
         files = [path for path in study.folder.own.glob("study.sqlite*") if b"SECRETNAME" in path.read_bytes()]
         assert files == [], "it is overwritten"
+
+
+def test_after_a_typo_is_mended_the_study_begins_and_who_had_looked_is_asked_again(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        visitor = study.visitor(PROLIFIC_PID="looks")
+    with served(tmp_path, SOLO.replace("Thank you", "Thank you!")) as study:
+        assert study.running.databases.identities.everybody() == {}
+        assert study.live.call("/api/study/view", token=visitor.token)[0] == 401, "their page arrives again"
+        assert study.visitor(PROLIFIC_PID="looks").kind == "consent"
