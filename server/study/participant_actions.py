@@ -137,13 +137,13 @@ class ParticipantActions:
 
     async def _check_input(self, tx: Transaction, session: ParticipantSession, request: StepRequest) -> None:
         running, required, rtt_ms = self._running, self._study.gate, request.rtt_ms
-        session.rtt_ms, session.device, session.refused = rtt_ms, request.device[:MAX_DEVICE_LENGTH], ""
+        session.rtt_ms, session.device = rtt_ms, request.device[:MAX_DEVICE_LENGTH]
         if rtt_ms > required.rtt_ms:
-            session.refused = "slow"
+            await self._refuse(tx, session, "slow")
             most = f"{rtt_ms:.0f} ms, at most {required.rtt_ms}"
             raise StepRefused("slow", f"This connection is too slow for the game: {most}.")
         if required.gamepad and request.device != "gamepad":
-            session.refused = "gamepad"
+            await self._refuse(tx, session, "gamepad")
             raise StepRefused("gamepad", "This study needs a gamepad. Please connect one and move its stick.")
         untried = [control for control in CONTROLS if control in request.untried]
         if untried:
@@ -155,6 +155,12 @@ class ParticipantActions:
         else:
             await running.participants.move(tx, session, WAITING)
             await running.units.match(tx)
+
+    async def _refuse(self, tx: Transaction, session: ParticipantSession, why: str) -> None:
+        """Who then stops is screened out, also after a restart of the server."""
+        if session.refused != why:
+            await tx.run(self._store.audit, "participant", "refused", session.pid, why=why)
+            session.refused = why
 
     async def _ready(self, tx: Transaction, session: ParticipantSession, step: Step, done: bool) -> None:
         """Ready for a round or for the practice, or `done` with practising."""

@@ -10,6 +10,7 @@ from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.transaction import Transaction
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Outcome, Study
+from movingout.study.design.step_order import LAST_SOLO_STEP
 from movingout.study.design.steps import steps
 from movingout.study.errors import StoreError
 from movingout.study.store.identity import UNMISTAKABLE
@@ -61,6 +62,8 @@ class Participants:
             seen_ms = record.last_seen_ms
             if seen_ms is None and not session.has_consented:
                 seen_ms = record.arrived_ms  # within the last minute, or in data of earlier versions
+            if record.step == LAST_SOLO_STEP:
+                session.refused = await tx.run(self._store.refusal, record.pid)
             if seen_ms is not None:
                 session.away_before_s = max(0.0, (self._store.now() - seen_ms) / 1e3)
         self._done_units = await tx.run(self._store.done_units)

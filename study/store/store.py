@@ -17,7 +17,7 @@ from sqlalchemy import BigInteger, Connection, Row, Table, bindparam, func, inse
 from movingout.study.design.allocation import next_slot
 from movingout.study.design.definition import Outcome
 from movingout.study.errors import StoreError, StudyError
-from movingout.study.store.audit import Actor, is_recorded, record
+from movingout.study.store.audit import Actor, is_recorded, last_refusal, record
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database
 from movingout.study.store.tables import answers, audit, consents, metadata, notes, participants, study, units
@@ -299,6 +299,11 @@ class Store:
         """Add a row to the audit for something that happened elsewhere, such as an export."""
         with self.database.write() as connection:
             record(connection, self.now(), actor, action, pid, **detail)
+
+    def refusal(self, pid: str) -> str:
+        """Why a participant last did not pass the input check; empty where nothing refused them."""
+        with self.database.read() as connection:
+            return last_refusal(connection, pid)
 
     def rows(self, table: Table) -> list[dict[str, Any]]:
         """All rows of a table, ordered by key."""
