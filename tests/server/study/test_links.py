@@ -136,6 +136,8 @@ def test_a_signed_link_that_lost_its_end_admits_no_stranger(solo: Served) -> Non
         {"STUDY_ID": "s", "SESSION_ID": "x"},
         {"assignmentId": "A1", "hitId": "H1"},
         {"PROLIFIC_ID": "5f", "STUDY_ID": "s"},
+        {"PROLIFIC_PID": "  "},
+        {"workerId": "", "turkSubmitTo": "https://workersandbox.mturk.com"},
     ],
 )
 def test_a_platforms_link_without_its_person_admits_no_stranger(kept: dict[str, str]) -> None:

@@ -276,7 +276,7 @@ def test_who_guesses_codes_has_to_wait(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "parameters", [{"PROLIFIC_PID": "{{%PROLIFIC_PID%}}"}, {"PROLIFIC_PID": "5f3c", "STUDY_ID": "{{%STUDY_ID%}}"},
-                   {"workerId": "w" * 201}],
+                   {"PROLIFIC_PID": "%7B%7B%25PROLIFIC_PID%25%7D%7D"}, {"workerId": "w" * 201}],
 )  # fmt: skip
 def test_a_link_that_the_platform_did_not_fill_in_makes_nobody_the_same_participant(
     solo: Served, parameters: dict[str, str]
