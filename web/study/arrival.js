@@ -25,7 +25,7 @@ const PARAMETERS = [
 ];
 
 /**
- * The parameters that a recruitment platform put into the link, also those that it left empty: the server refuses these.
+ * The parameters that a recruitment platform put into the link, also empty ones: the server refuses these.
  * @param {string} query "?PROLIFIC_PID=…"
  * @returns {Record<string, string>}
  */

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from movingout.server.study.participants import UNDECIDED_S
+from movingout.study.store.removal import UNDECIDED_S
 from movingout.study.store.tables import audit, counts, notes, participants
 from tests.server.live import ADMIN
 from tests.server.study.support import SOLO, Served, Visitor, served
