@@ -46,7 +46,9 @@ class StudyDatabases:
             try:
                 self._refuse_lost(folder)
                 code = code_versions() | agent_code(folder.study)
-                freeze_study(self.store, folder.study.id, file_text, code, model_hashes(folder.study), simulated)
+                models = model_hashes(folder.study)
+                asked = freeze_study(self.store, folder.study.id, file_text, code, models, simulated)
+                self.identities.drop_visitors([*asked])
             except StudyError:
                 self.identities.close()
                 raise

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from movingout.server.notices import Notice
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.deletions import Deletions
+from movingout.server.study.notes import ExperimenterNotes
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.participants import Participants
 from movingout.server.study.rounds.study_rooms import StudyRooms
@@ -26,6 +27,7 @@ class Departures:
         units: Units,
         rooms: StudyRooms,
         deletions: Deletions,
+        notes: ExperimenterNotes,
         is_paused: Callable[[ParticipantSession], bool],
     ) -> None:
         self._databases = databases
@@ -33,6 +35,7 @@ class Departures:
         self._units = units
         self._rooms = rooms
         self._deletions = deletions
+        self._notes = notes
         self._is_paused = is_paused
 
     async def dismiss(
@@ -40,11 +43,15 @@ class Departures:
     ) -> None:
         """End the study for one participant, with a code; a partner who cannot play on gets one as well.
 
-        `keep`: what the participant said about the data, None where nobody asked.
+        Who has not consented gets none, and nothing about them is kept: they have declined. `keep`: what the
+        participant said about the data, None where nobody asked.
         """
         tx.check()
         if session.finished:
             await self._note_late_wish(tx, session, keep)
+            return
+        if not session.has_consented:
+            await self.decline(tx, session)
             return
         if keep is not None:
             await tx.run(self._databases.store.keep_data, session.pid, keep)
@@ -58,6 +65,12 @@ class Departures:
         finally:  # the machine of their room may be away
             if keep is False:
                 self.delete_data(session)
+
+    async def decline(self, tx: Transaction, session: ParticipantSession) -> None:
+        """No consent: nothing about them is kept, nor what was noted about them."""
+        await self._participants.decline(tx, session)
+        self._notes.forget([session.pid])
+        notify([session])
 
     async def _note_late_wish(self, tx: Transaction, session: ParticipantSession, keep: bool | None) -> None:
         """Of two who stop at the same time, the second has a code by the time they ask for the deletion."""

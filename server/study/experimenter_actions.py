@@ -78,10 +78,13 @@ class ExperimenterActions:
             await rooms.finished.save(tx, unit)
 
     async def kick(self, request: ExperimenterRequest) -> None:
-        """End the study for a participant, who gets a code: of who withdrew, or of who did not come back."""
+        """End the study for a participant, who gets a code: of who withdrew, or of who did not come back.
+
+        Of who has not consented nothing is kept, also not that it was them, nor why.
+        """
         async with self._running.transaction() as tx:
             session = self._session(request)
-            await self._audit("kick", request)
+            await self._audit("kick", request if session.has_consented else ExperimenterRequest())
             gone = session.stayed_away(time.monotonic(), self._running.study.pairing.return_s)
             await self._running.departures.dismiss(tx, session, "dropped-out" if gone else "withdrew")
 

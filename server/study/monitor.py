@@ -72,7 +72,7 @@ class StudyMonitor:
         await running.rooms.check(tx, running.units, now, may_begin=not running.progress.paused)
         if not running.progress.paused:
             await running.units.match(tx)
-        await running.participants.drop_undecided(tx, now)
+        running.notes.forget(await running.participants.drop_undecided(tx, now))
         for fault in running.host.health().faults:
             running.alerts.add("server", "Something on the server does not work any more.", fault)
         full = running.host.full_disk()

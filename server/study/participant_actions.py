@@ -137,13 +137,13 @@ class ParticipantActions:
 
     async def _check_input(self, tx: Transaction, session: ParticipantSession, request: StepRequest) -> None:
         running, required, rtt_ms = self._running, self._study.gate, request.rtt_ms
-        session.rtt_ms, session.device, session.refused = rtt_ms, request.device[:MAX_DEVICE_LENGTH], ""
+        session.rtt_ms, session.device = rtt_ms, request.device[:MAX_DEVICE_LENGTH]
         if rtt_ms > required.rtt_ms:
-            session.refused = "slow"
+            await self._refuse(tx, session, "slow")
             most = f"{rtt_ms:.0f} ms, at most {required.rtt_ms}"
             raise StepRefused("slow", f"This connection is too slow for the game: {most}.")
         if required.gamepad and request.device != "gamepad":
-            session.refused = "gamepad"
+            await self._refuse(tx, session, "gamepad")
             raise StepRefused("gamepad", "This study needs a gamepad. Please connect one and move its stick.")
         untried = [control for control in CONTROLS if control in request.untried]
         if untried:
@@ -155,6 +155,12 @@ class ParticipantActions:
         else:
             await running.participants.move(tx, session, WAITING)
             await running.units.match(tx)
+
+    async def _refuse(self, tx: Transaction, session: ParticipantSession, why: str) -> None:
+        """Who then stops is screened out, also after a restart of the server."""
+        if session.refused != why:
+            await tx.run(self._store.audit, "participant", "refused", session.pid, why=why)
+            session.refused = why
 
     async def _ready(self, tx: Transaction, session: ParticipantSession, step: Step, done: bool) -> None:
         """Ready for a round or for the practice, or `done` with practising."""
@@ -230,13 +236,11 @@ class ParticipantActions:
     async def decline(self, session: ParticipantSession) -> None:
         """No consent; ignored once it is given."""
         async with self._running.transaction() as tx:
-            if not session.finished and session.record.step == session.steps[0].key:
-                await self._running.participants.decline(tx, session)
+            if not (session.finished or session.has_consented):
+                await self._running.departures.decline(tx, session)
 
     async def stop(self, session: ParticipantSession, keep: bool) -> None:
         """The participant stops, with or without the data; after the end it is only noted what becomes of the data."""
         async with self._running.transaction() as tx:
-            if session.record.step == session.steps[0].key and not session.finished:
-                keep = False  # without consent there is nothing that could be kept
             refused = session.refused and session.record.step == LAST_SOLO_STEP
             await self._running.departures.dismiss(tx, session, "screened-out" if refused else "withdrew", keep)

@@ -10,14 +10,14 @@ from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.transaction import Transaction
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Outcome, Study
+from movingout.study.design.step_order import LAST_SOLO_STEP
 from movingout.study.design.steps import steps
 from movingout.study.errors import StoreError
-from movingout.study.store.identity import CODE, UNMISTAKABLE
-from movingout.study.store.removal import drop_undecided
+from movingout.study.store.identity import UNMISTAKABLE
+from movingout.study.store.removal import UNDECIDED_S, decline, drop_undecided
 from movingout.study.store.store import DoneUnit, Participant, planned_done
 
 CODE_LENGTH = 10
-UNDECIDED_S = 1800.0  # how long somebody who has not consented yet may be away
 CLOCK_MS = 5000  # by which the clock of another node, or one that was corrected, may be behind without a word
 MOST_UNDECIDED = 2000  # of them are remembered after they have closed the page
 MOST_DECLINED = 1000  # whose pages still say goodbye
@@ -62,6 +62,8 @@ class Participants:
             seen_ms = record.last_seen_ms
             if seen_ms is None and not session.has_consented:
                 seen_ms = record.arrived_ms  # within the last minute, or in data of earlier versions
+            if record.step == LAST_SOLO_STEP:
+                session.refused = await tx.run(self._store.refusal, record.pid)
             if seen_ms is not None:
                 session.away_before_s = max(0.0, (self._store.now() - seen_ms) / 1e3)
         self._done_units = await tx.run(self._store.done_units)
@@ -90,7 +92,7 @@ class Participants:
 
     async def decline(self, tx: Transaction, session: ParticipantSession) -> None:
         """No consent: delete everything about them; only the number of those who declined is kept."""
-        await tx.run(self._store.decline, session.pid)
+        await tx.run(decline, self._store, session.pid)
         await tx.run(self._identities.drop, [session.pid])
         self._unscrubbed = True
         session.declined = True
@@ -98,7 +100,9 @@ class Participants:
         del self._sessions[session.pid]
 
     async def scrub_identities(self, now: float) -> None:
-        """Overwrite the ids of those who did not agree, once in a while: anybody with the link can decline often.
+        """Overwrite the ids of those who did not agree, and notes about them, once in a while.
+
+        Anybody with the link can decline often.
 
         In no transaction: it may take long, and wait for another program that reads them.
         """
@@ -106,19 +110,23 @@ class Participants:
             self._scrub_at, self._unscrubbed = now + SCRUB_S, False
             try:
                 await self._databases.run(self._identities.database.scrub)
+                await self._databases.run(self._store.database.scrub_rest)
             except StoreError:  # the experimenter was alerted, and it is tried again
                 self._unscrubbed = True
 
-    async def drop_undecided(self, tx: Transaction, now: float) -> None:
-        """Forget who opened the link and left without an answer to the consent: a row stays only with a consent."""
+    async def drop_undecided(self, tx: Transaction, now: float) -> list[str]:
+        """Forget who opened the link and left without an answer to the consent: a row stays only with a consent.
+
+        Returns their pseudonyms.
+        """
         pids = [session.pid for session in self._gone(now)[:MOST_AT_ONCE]]
         if pids:
             await tx.run(drop_undecided, self._store, pids)
-            # a code is the experimenter's, and stays good; whoever came with a link is known anew by it
-            await tx.run(self._identities.drop, [pid for pid in pids if self._sessions[pid].source != CODE])
+            await tx.run(self._identities.drop_visitors, pids)
             self._unscrubbed = True
             for pid in pids:
                 del self._sessions[pid]
+        return pids
 
     def _gone(self, now: float) -> list[ParticipantSession]:
         """Of those without a consent, who has been away too long; while they are many, whoever has no page open."""

@@ -93,6 +93,7 @@ class RunningStudy:
             units=self.units,
             rooms=self.rooms,
             deletions=self.deletions,
+            notes=self.notes,
             is_paused=self.progress.is_paused,
         )
 

@@ -96,7 +96,7 @@ class SimulatedParticipant:
 
     async def _take_step(self, view: View) -> View:
         await asyncio.sleep(self._random.uniform(*READING_S) / self._speed + self._faults.absence_s())
-        if self._faults.happens(self._faults.leaves):
+        if self._faults.happens(self._faults.leaves) and view["can_stop"]:
             return await self._leave()
         if self._faults.happens(self._faults.reloads):
             return await self._client.view()

@@ -158,10 +158,12 @@ def _purge(args: argparse.Namespace) -> int:
         folder = _keeping_promises(folder, store, args.file)
         found = purge(folder, store) if args.apply else due_now(folder, store)
     document = {"applied": args.apply, "identities": list(found.identities), "participants": list(found.trials)}
+    document["without_consent"] = list(found.undecided)
     document["may_take_part_again"] = found.may_return
     verb = "removed" if args.apply else "due"
     _say(args, document, [
         f"{verb}: {len(found.identities)} identities, {len(found.trials)} participants with everything",
+        *([f"{verb}: {counted(len(found.undecided), 'visitor')} who never consented"] if found.undecided else []),
         *_who_may_return(found.may_return, args.apply),
         *([] if args.apply else ["nothing was removed; add --apply to remove it"]),
     ])  # fmt: skip

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from movingout.recordings.annotation.search import SEARCH_NAME
@@ -17,7 +17,14 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study, period_days
 from movingout.study.errors import StudyError
 from movingout.study.store.identity import CODE
-from movingout.study.store.removal import called, episodes_of, remove_participant
+from movingout.study.store.removal import (
+    UNDECIDED_S,
+    called,
+    drop_undecided,
+    episodes_of,
+    remove_participant,
+    undecided,
+)
 from movingout.study.store.store import Participant, Store, planned_done
 from movingout.study.store.tables import consents
 
@@ -44,6 +51,7 @@ class DueForErasure:
     identities: tuple[str, ...]  # only their identity
     trials: tuple[str, ...]  # everything
     may_return: int = 0  # how many of these can take part again, as somebody new, because the study still recruits
+    undecided: tuple[str, ...] = ()  # who never consented, and left while no server was there to forget them
 
 
 def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
@@ -87,15 +95,20 @@ def _due(study: Study, store: Store, known: Mapping[str, tuple[str, str]]) -> Du
     """
     now = store.now()
     released = {row["pid"] for row in store.rows(consents) if '"release"' in row["boxes"]}
-    identities, trials = [], []
+    identities, trials, visitors = list[str](), list[str](), list[str]()
+    waiting = undecided(store)
     for one in store.everybody():
+        if one.pid in waiting:
+            visitors += [one.pid] if now - _last_heard(one) > 1e3 * UNDECIDED_S else []
+            continue
         keep = study.retention.released if one.pid in released else study.retention.trials
         if _expired(one, keep, now):
             trials.append(one.pid)
         elif one.pid in known and _expired(one, study.retention.identity, now):
             identities.append(one.pid)
     returning = [pid for pid in (*identities, *trials) if pid in known and known[pid][0] != CODE]
-    return DueForErasure(tuple(identities), tuple(trials), len(returning) if _is_recruiting(study, store) else 0)
+    may_return = len(returning) if _is_recruiting(study, store) else 0
+    return DueForErasure(tuple(identities), tuple(trials), may_return, tuple(visitors))
 
 
 def _is_recruiting(study: Study, store: Store) -> bool:
@@ -117,17 +130,23 @@ def purge(folder: StudyFolder, store: Store) -> DueForErasure:
         found = _due(folder.study, store, identities.everybody() if identities else {})
         gone = tuple(pid for pid in found.identities if identities and identities.forget(pid))
         if identities:
+            identities.drop_visitors(found.undecided)
             identities.database.scrub_rest()
+    drop_undecided(store, found.undecided)
     for pid in found.trials:
         _erase(folder, store, pid, expired=True)
     store.database.scrub_rest()
     store.audit("experimenter", "purge", identities=len(gone), participants=len(found.trials))
-    return DueForErasure(gone, found.trials, found.may_return)
+    return replace(found, identities=gone)
 
 
 def _expired(one: Participant, keep: str, now: int) -> bool:
-    since = one.finished_ms if one.finished_ms is not None else max(one.arrived_ms, one.heard_ms or 0)
+    since = one.finished_ms if one.finished_ms is not None else _last_heard(one)
     return now - since > period_days(keep) * DAY_MS
+
+
+def _last_heard(one: Participant) -> int:
+    return max(one.arrived_ms, one.heard_ms or 0)
 
 
 def remove_recordings(folder: Path, pid: str, episodes: Collection[str]) -> int:

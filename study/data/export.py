@@ -131,9 +131,10 @@ def _leave_out_unreleased(study: Study, tables: dict[str, list[Row]], released: 
         _leave_out(tables, people)
         for name in ("participants", "consents"):
             tables[name] = [row for row in tables[name] if row["pid"] in allowed]
-    without = counted(sum(row["keep"] is not False for row in people), "participant")
+    without = sum(row["keep"] is not False for row in people)
     what = "left out" if released else "--released leaves them out, before publishing"
-    return [f"{without} did not allow publishing (the box {RELEASE!r} of the consent): {what}"] if people else []
+    people_text = counted(without, "participant")
+    return [f"{people_text} did not allow publishing (the box {RELEASE!r} of the consent): {what}"] if without else []
 
 
 def _leave_out(tables: dict[str, list[Row]], people: Sequence[Row]) -> int:

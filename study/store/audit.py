@@ -24,6 +24,13 @@ def is_recorded(connection: Connection, action: str, pid: str) -> bool:
     return connection.execute(select(audit.c.id).where(same)).first() is not None
 
 
+def last_refusal(connection: Connection, pid: str) -> str:
+    """Why a participant last did not pass the input check, be it before a restart; empty where nothing did."""
+    mine = (audit.c.action == "refused") & (audit.c.subject == subject_of(connection, pid))
+    detail = connection.execute(select(audit.c.detail).where(mine).order_by(audit.c.id.desc())).scalars().first()
+    return str(json.loads(detail)["why"]) if detail else ""
+
+
 def subject_of(connection: Connection, pid: str) -> str:
     """The hash that stands for a participant in the audit and on a tombstone."""
     salt = connection.execute(select(study.c.salt)).scalar_one()

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
-from sqlalchemy import Connection, Row, func, insert, select, update
+from sqlalchemy import Connection, Row, insert, select, update
 
 from movingout.study.design.definition import ALLOCATION
 from movingout.study.errors import StudyError
 from movingout.study.store.audit import record
+from movingout.study.store.removal import remove_undecided, undecided_in
 from movingout.study.store.store import Store
 from movingout.study.store.tables import audit, participants, study, units
 
@@ -33,12 +34,15 @@ class FrozenStudy:
 
 def freeze_study(
     store: Store, id: str, file_text: str, code: Mapping[str, str], models: Mapping[str, str], simulated: bool = False
-) -> None:
-    """Store what the study is run with. It may not change once a participant has come; before, the newest counts.
+) -> set[str]:
+    """Store what the study is run with. It may not change once a participant has consented; before, the newest counts.
 
     Newer software is allowed, since a bug may have to be fixed in the middle of a study, and is audited.
     Data of `simulated` participants are never mixed with data of people. Raises StudyError where it would change.
+    Returns who was asked for their consent before a change, and has not given it: they are deleted and begin anew,
+    because their page may show what they read then.
     """
+    asked = set[str]()
     digest = sha256(file_text.encode()).hexdigest()
     row: dict[str, Any] = {
         "id": id,
@@ -54,11 +58,15 @@ def freeze_study(
         if known is None:
             connection.execute(insert(study).values(**row, salt=secrets.token_hex(16)))
         elif not _begun(connection):
+            if (known.file_sha256, known.simulated) != (digest, simulated):
+                asked = undecided_in(connection)
+                remove_undecided(store, connection, [*asked])
             connection.execute(update(study).values(**row))
         else:
             _check_same(store, connection, known, row)
-            return
+            return asked
         record(connection, store.now(), "server", "freeze", file_sha256=digest, models=dict(models), code=dict(code))
+    return asked
 
 
 def frozen_study(store: Store) -> FrozenStudy:
@@ -141,4 +149,6 @@ def _begun(connection: Connection) -> bool:
 
 
 def _anybody(connection: Connection) -> bool:
-    return bool(connection.execute(select(func.count()).select_from(participants)).scalar_one())
+    """Whether somebody has consented, or has finished without, as in data of earlier versions."""
+    everybody = set(connection.execute(select(participants.c.pid)).scalars())
+    return bool(everybody - undecided_in(connection))

@@ -103,9 +103,19 @@ class IdentityStore:
 
     def drop(self, pids: Sequence[str]) -> None:
         """Delete people who did not consent; `Database.scrub` overwrites them, which is dear, for many at once."""
+        if not pids:
+            return
         with self.database.write() as connection:
             self.database.mark_deleted(connection)
             connection.execute(delete(identities).where(identities.c.pid.in_(pids)))
+
+    def drop_visitors(self, pids: Sequence[str]) -> None:
+        """Delete people who opened a link and did not consent, whom it makes known anew.
+
+        A code is the experimenter's, and stays good.
+        """
+        known = self.everybody() if pids else {}
+        self.drop([pid for pid in pids if pid in known and known[pid][0] != CODE])
 
     def forget(self, pid: str) -> int:
         """Delete a participant; returns the number of rows."""

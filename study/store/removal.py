@@ -4,13 +4,25 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Table, delete, exists, insert, or_, select, update
+from sqlalchemy.dialects import postgresql, sqlite
 
 from movingout.study.errors import StudyError
 from movingout.study.store.audit import record, subject_of
 from movingout.study.store.store import Store
-from movingout.study.store.tables import answers, consents, notes, participants, players, rounds, tombstones, units
+from movingout.study.store.tables import (
+    answers,
+    consents,
+    counts,
+    notes,
+    participants,
+    players,
+    rounds,
+    tombstones,
+    units,
+)
 
 MOST_AT_ONCE = 5000  # participants whom one query names
+UNDECIDED_S = 1800.0  # how long somebody who has not consented yet may be away
 
 
 def episodes_of(store: Store, pid: str) -> tuple[str, ...]:
@@ -109,19 +121,44 @@ def is_erased(store: Store, pid: str) -> bool:
         return connection.execute(query).first() is not None
 
 
+def decline(store: Store, pid: str) -> None:
+    """A participant does not consent: only the count of such people is kept. Raises StudyError after a consent."""
+    with store.database.write() as connection:
+        if connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
+            raise StudyError("consent was given already; to leave, stop the study and choose whether the data are kept")
+        remove_undecided(store, connection, [pid])
+        kind = sqlite if connection.dialect.name == "sqlite" else postgresql
+        added = kind.insert(counts).values(name="declined", number=1)
+        connection.execute(added.on_conflict_do_update(index_elements=["name"], set_={"number": counts.c.number + 1}))
+
+
 def drop_undecided(store: Store, pids: Sequence[str]) -> None:
     """Delete people who opened the link and never said whether they consent; nothing of them is kept."""
     with store.database.write() as connection:
-        consented = select(consents.c.pid)
-        chosen = participants.c.pid.in_(pids) & participants.c.pid.not_in(consented)
-        connection.execute(delete(participants).where(chosen))
+        remove_undecided(store, connection, pids)
+
+
+def remove_undecided(store: Store, connection: Connection, pids: Sequence[str]) -> None:
+    """Delete those of them without a consent, and the notes about them, which `Database.scrub` overwrites."""
+    chosen = participants.c.pid.in_(pids) & participants.c.pid.not_in(select(consents.c.pid))
+    gone = connection.execute(delete(participants).where(chosen).returning(participants.c.pid)).scalars().all()
+    about = connection.execute(select(notes.c.id, notes.c.text)).all()
+    named = [row.id for row in about if any(pid in row.text for pid in gone)]
+    if named:
+        store.database.mark_deleted(connection)
+        _remove(connection, notes, notes.c.id.in_(named))
 
 
 def undecided(store: Store) -> set[str]:
     """Those who have not said whether they consent, and would be forgotten: they do not take part yet."""
-    on_their_way = select(participants.c.pid).where(participants.c.code.is_(None))
     with store.database.read() as connection:
-        return set(connection.execute(on_their_way.where(participants.c.pid.not_in(select(consents.c.pid)))).scalars())
+        return undecided_in(connection)
+
+
+def undecided_in(connection: Connection) -> set[str]:
+    """The same, in a transaction."""
+    on_their_way = select(participants.c.pid).where(participants.c.code.is_(None))
+    return set(connection.execute(on_their_way.where(participants.c.pid.not_in(select(consents.c.pid)))).scalars())
 
 
 def _rows(connection: Connection, pid: str, unit: int | None) -> int:

@@ -13,15 +13,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from sqlalchemy import BigInteger, Connection, Row, Table, bindparam, func, insert, select, update
-from sqlalchemy.dialects import postgresql, sqlite
 
 from movingout.study.design.allocation import next_slot
 from movingout.study.design.definition import Outcome
 from movingout.study.errors import StoreError, StudyError
-from movingout.study.store.audit import Actor, is_recorded, record
+from movingout.study.store.audit import Actor, is_recorded, last_refusal, record
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database
-from movingout.study.store.tables import answers, audit, consents, counts, metadata, notes, participants, study, units
+from movingout.study.store.tables import answers, audit, consents, metadata, notes, participants, study, units
 
 MOST_CHANGES = 200  # answers kept of one step with every change; then a change overwrites the one before
 
@@ -151,20 +150,6 @@ class Store:
             row = {"pid": pid, "version": version, "language": language, "sha256": digest, "given_ms": self.now()}
             connection.execute(insert(consents).values(**row, boxes=json.dumps(list(boxes))))
             record(connection, self.now(), "participant", "consent", pid, version=version, sha256=digest)
-
-    def decline(self, pid: str) -> None:
-        """A participant does not consent: only the count of such people is kept."""
-        with self.database.write() as connection:
-            if connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
-                raise StudyError(
-                    "consent was given already; to leave, stop the study and choose whether the data are kept"
-                )
-            connection.execute(participants.delete().where(participants.c.pid == pid))
-            kind = sqlite if connection.dialect.name == "sqlite" else postgresql
-            added = kind.insert(counts).values(name="declined", number=1)
-            connection.execute(
-                added.on_conflict_do_update(index_elements=["name"], set_={"number": counts.c.number + 1})
-            )
 
     def has_consented(self, pid: str, version: str) -> bool:
         with self.database.read() as connection:
@@ -314,6 +299,11 @@ class Store:
         """Add a row to the audit for something that happened elsewhere, such as an export."""
         with self.database.write() as connection:
             record(connection, self.now(), actor, action, pid, **detail)
+
+    def refusal(self, pid: str) -> str:
+        """Why a participant last did not pass the input check; empty where nothing refused them."""
+        with self.database.read() as connection:
+            return last_refusal(connection, pid)
 
     def rows(self, table: Table) -> list[dict[str, Any]]:
         """All rows of a table, ordered by key."""

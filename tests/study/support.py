@@ -51,8 +51,8 @@ def rounds_of(slot: int, of: Study | None = None) -> list[Step]:
     return [step for step in steps(chosen, assign(chosen, slot)) if step.turn]
 
 
-def agree(store: Store, pids: Sequence[str]) -> None:
+def agree(store: Store, pids: Sequence[str], boxes: Sequence[str] = ("release",)) -> None:
     """Participants arrive and consent."""
     for pid in pids:
         store.arrive(pid, "en")
-        store.consent(pid, "1", "en", "We record how you play.", ["release"])
+        store.consent(pid, "1", "en", "We record how you play.", boxes)

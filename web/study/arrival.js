@@ -25,13 +25,14 @@ const PARAMETERS = [
 ];
 
 /**
- * The parameters that a recruitment platform put into the link.
+ * The parameters that a recruitment platform put into the link, also empty ones: the server refuses these.
  * @param {string} query "?PROLIFIC_PID=…"
  * @returns {Record<string, string>}
  */
 export function recruitmentParameters(query) {
   const given = new URLSearchParams(query);
-  return Object.fromEntries(PARAMETERS.flatMap((name) => (given.get(name) ? [[name, String(given.get(name))]] : [])));
+  const names = PARAMETERS.filter((name) => given.has(name) && (name !== "code" || given.get(name))); // it is asked for
+  return Object.fromEntries(names.map((name) => [name, String(given.get(name))]));
 }
 
 /**

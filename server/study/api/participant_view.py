@@ -33,9 +33,8 @@ class ParticipantViews:
     async def view(self, session: ParticipantSession) -> View:
         """The whole view. Raises StoreError."""
         step = await self._step(session)
-        return self._frame(
-            session.record.language, step, session.steps_done(), len(session.steps), not session.finished
-        )
+        can_stop = session.has_consented and not session.finished  # before, the page can be closed
+        return self._frame(session.record.language, step, session.steps_done(), len(session.steps), can_stop)
 
     def elsewhere(self) -> View:
         """For a page that was superseded by another one: nobody's, so it has no place, and keeps its own language."""

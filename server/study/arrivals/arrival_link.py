@@ -4,6 +4,7 @@ import secrets
 import time
 from collections.abc import Mapping
 from typing import NamedTuple
+from urllib.parse import unquote
 
 from movingout.server.notices import ErrorCode
 from movingout.server.study.arrivals.signed_links import LinkSigner
@@ -18,6 +19,7 @@ PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE"  # what MTurk sends in a preview
 UNFILLED = "{{%"  # a placeholder of Prolific in a link that was copied by hand: {{%PROLIFIC_PID%}}
 MAX_LENGTH = 200  # letters of a parameter
 SIGNED_WITH = ("id", "until")  # and `sig`
+PERSONS = ("PROLIFIC_PID", "workerId")  # whom a platform sends
 KEPT = ("STUDY_ID", "SESSION_ID", "assignmentId", "hitId")  # to find the assignment when paying
 
 
@@ -53,11 +55,11 @@ def read_arrival(
     if given.get("sig") or (needs_signature and not (needs_code or given.get("code"))):
         return _signed(given, signer)
     source, external_id = _person(given, needs_code or needs_signature)
-    if source == LINK and any(given.get(name) for name in SIGNED_WITH):
+    if source == LINK and any(name in given for name in SIGNED_WITH):
         return _signed(
             given, signer
         )  # its end was lost in a message; as somebody without an id they would be paid twice
-    if source == LINK and any(given.get(name) for name in KEPT):
+    if source == LINK and any(name in given for name in (*PERSONS, *KEPT)):
         raise _incomplete()  # a platform's, without its person: nobody could pay them, nor tell that they came before
     return Arrival(source, external_id, {name: given[name] for name in KEPT if given.get(name)})
 
@@ -67,7 +69,8 @@ def _incomplete() -> ArrivalRefused:
 
 
 def _possible(value: str) -> bool:
-    return len(value) <= MAX_LENGTH and not value.startswith(UNFILLED) and NUL not in value
+    unfilled = unquote(value).startswith(UNFILLED)  # it may have been encoded twice
+    return len(value) <= MAX_LENGTH and not unfilled and NUL not in value
 
 
 def _signed(given: Mapping[str, str], signer: LinkSigner | None) -> Arrival:

@@ -351,10 +351,10 @@ def test_the_next_participant_gets_a_link_with_a_picture(solo: Served) -> None:
 
 def test_payments_name_the_assignment_that_was_taken_last(solo: Served) -> None:
     solo.visitor(workerId="WORKER", assignmentId="A1", hitId="H1")
-    visitor = solo.visitor(workerId="WORKER", assignmentId="A2", hitId="H2")
+    visitor = solo.visitor(workerId="WORKER", assignmentId="A2", hitId="H2").go_to("form")
     visitor.stop(True)
     solo.visitor(known=[visitor.token], workerId="WORKER", assignmentId="A3")
-    prolific = solo.visitor(PROLIFIC_PID="member", SESSION_ID="=S", STUDY_ID="T")
+    prolific = solo.visitor(PROLIFIC_PID="member", SESSION_ID="=S", STUDY_ID="T").go_to("form")
     prolific.stop(True)
     _, text = solo.live.call("/api/experimenter/payments.csv", token=ADMIN)
     rows = {row["id"]: row for row in csv.DictReader(io.StringIO(text.decode("utf-8-sig")))}

@@ -18,13 +18,13 @@ from movingout.server.study.arrivals.arrival_link import LINK, Arrival, ArrivalR
 from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.arrivals.signed_links import LinkSigner
 from movingout.server.study.participant_session import ParticipantSession
-from movingout.server.study.participants import UNDECIDED_S
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Outcome
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
+from movingout.study.store.removal import UNDECIDED_S
 from movingout.study.store.tables import participants
 from tests.server.live import ADMIN
 from tests.server.study.support import PAIR, SOLO, Served, Visitor, served
@@ -138,6 +138,8 @@ def test_a_signed_link_that_lost_its_end_admits_no_stranger(solo: Served) -> Non
         {"STUDY_ID": "s", "SESSION_ID": "x"},
         {"assignmentId": "A1", "hitId": "H1"},
         {"PROLIFIC_ID": "5f", "STUDY_ID": "s"},
+        {"PROLIFIC_PID": "  "},
+        {"workerId": "", "turkSubmitTo": "https://workersandbox.mturk.com"},
     ],
 )
 def test_a_platforms_link_without_its_person_admits_no_stranger(kept: dict[str, str]) -> None:

@@ -9,11 +9,11 @@ import pytest
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.server import messages as m
-from movingout.server.study.participants import UNDECIDED_S
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
 from movingout.study.design.definition import SUBSTITUTE
 from movingout.study.design.step_order import WAITING
+from movingout.study.store.removal import UNDECIDED_S
 from movingout.study.store.tables import answers, rounds
 from tests.server.cluster.processes import wait_until
 from tests.server.live import Person

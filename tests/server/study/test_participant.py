@@ -143,7 +143,7 @@ def screened_out(visitor: Visitor) -> None:
 
 EXITS: list[tuple[str, Callable[[Visitor], object]]] = [
     ("done", lambda one: one.go_to("code")),
-    ("withdrew", lambda one: one.stop(True)),
+    ("withdrew", lambda one: one.go_to("form").stop(True)),
     ("withdrew", lambda one: one.go_to("practice").stop(False)),
     ("withdrew", lambda one: one.go_to("questionnaire").stop(True)),
     ("screened-out", screened_out),
@@ -276,7 +276,7 @@ def test_who_guesses_codes_has_to_wait(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "parameters", [{"PROLIFIC_PID": "{{%PROLIFIC_PID%}}"}, {"PROLIFIC_PID": "5f3c", "STUDY_ID": "{{%STUDY_ID%}}"},
-                   {"workerId": "w" * 201}],
+                   {"PROLIFIC_PID": "%7B%7B%25PROLIFIC_PID%25%7D%7D"}, {"workerId": "w" * 201}],
 )  # fmt: skip
 def test_a_link_that_the_platform_did_not_fill_in_makes_nobody_the_same_participant(
     solo: Served, parameters: dict[str, str]

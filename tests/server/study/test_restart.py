@@ -16,7 +16,7 @@ from movingout.server.study.databases import StudyDatabases
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StoreError, StudyError
-from movingout.study.store.tables import answers, participants, rounds
+from movingout.study.store.tables import answers, audit, participants, rounds
 from tests.server.persistence.test_room_snapshot import free_port
 from tests.server.study.study_process import study_process
 from tests.server.study.support import SOLO, Served, Visitor, served
@@ -243,3 +243,17 @@ def test_a_damaged_database_says_what_helps(tmp_path: Path) -> None:
     os.truncate(database, database.stat().st_size // 2)
     with pytest.raises(StoreError, match=r"damaged.* bring back the last backup: movingout study restore"):
         StudyDatabases(study.folder, SOLO, Alerts(), simulated=False)
+
+
+def test_who_did_not_pass_the_input_check_is_screened_out_also_after_a_restart(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        slow, other = study.visitor().go_to("input-check"), study.visitor().go_to("input-check")
+        for _ in range(2):
+            assert slow.call("next", {"key": "input-check", "rtt_ms": 400.0, "device": "keyboard"})[0] == 422
+        refusals = [row["detail"] for row in study.running.databases.store.rows(audit) if row["action"] == "refused"]
+        assert refusals == ['{"why": "slow"}'], "once, however often it is tried"
+    with served(tmp_path) as study:
+        for one, outcome in ((slow, "screened-out"), (other, "withdrew")):
+            again = Visitor(study, one.token, one.view)
+            again.stop(True)
+            assert again.step["outcome"] == outcome

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from movingout.server.study.participants import UNDECIDED_S
 from movingout.study.errors import StoreError
 from movingout.study.store.database import Database
+from movingout.study.store.removal import UNDECIDED_S
 from tests.server.study.support import Served, served
 
 

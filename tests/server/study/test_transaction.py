@@ -80,6 +80,7 @@ CHANGES: dict[str, Change] = {
     "StudyRooms.check": lambda study, tx, one, unit: study.rooms.check(tx, study.units, 0.0, True),
     "StudyRooms.resume": lambda study, tx, one, unit: study.rooms.resume(tx, study.units),
     "Departures.dismiss": lambda study, tx, one, unit: study.departures.dismiss(tx, one, "withdrew"),
+    "Departures.decline": lambda study, tx, one, unit: study.departures.decline(tx, one),
     "Departures.release_partners": lambda study, tx, one, unit: study.departures.release_partners(tx, unit),
 }
 

@@ -27,7 +27,7 @@ from movingout.study.data.erasure import (
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
-from movingout.study.store.removal import remove_participant
+from movingout.study.store.removal import UNDECIDED_S, remove_participant
 from movingout.study.store.store import DoneUnit
 from tests.recordings.support import record
 from tests.study.support import TEXT, Clock, agree, open_identities, open_store, study
@@ -201,10 +201,10 @@ def test_purging_deletes_who_is_due_and_not_who_calls_themselves_so(tmp_path: Pa
     folder = StudyFolder(study(), tmp_path)
     clock = Clock()
     store, identities = open_store(folder.own, clock), open_identities(folder.own)
-    store.arrive(PID, "en")
+    agree(store, [PID], boxes=[])
     clock.ms += 20 * 365 * DAY_MS
     other, _ = identities.pid("prolific", PID)
-    store.arrive(other, "en")
+    agree(store, [other])
     assert purge(folder, store).trials == (PID,)
     assert [one.pid for one in store.everybody()] == [other]
 
@@ -313,7 +313,7 @@ def test_purging_keeps_no_data_longer_than_participants_agreed_to(
     folder = StudyFolder(parse_study(begun), tmp_path)
     if gone:
         begun += "maps_of_an_earlier_version: 1\n"  # so that the rest cannot be read
-    open_store(folder.own, text=begun).arrive(PID, "en")  # by the clock of tests, in September 2026
+    agree(open_store(folder.own, text=begun), [PID], boxes=[])  # by the clock of tests, in September 2026
     file = tmp_path / "study.yaml"
     file.write_text(now, encoding="utf-8")
     assert main(["study", "purge", str(file), "--data", str(tmp_path)]) == 0
@@ -334,3 +334,21 @@ def test_a_verdict_that_is_clicked_during_a_deletion_goes_too(tmp_path: Path, mo
     monkeypatch.setattr(Path, "unlink", unlink)
     erasure._remove(tmp_path, {file})
     assert verdicts_of(tmp_path) == []
+
+
+def test_who_never_consented_is_due_after_half_an_hour_where_no_server_forgets_them(tmp_path: Path) -> None:
+    folder = StudyFolder(study(), tmp_path)
+    clock = Clock()
+    store, identities = open_store(folder.own, clock), open_identities(folder.own)
+    agreed, gone, here = (identities.pid("prolific", id)[0] for id in ("5f3a", "5f3b", "5f3c"))
+    coded, _ = identities.pid("code", "ABCDEFGH")
+    agree(store, [agreed])
+    for pid in (gone, here, coded):
+        store.arrive(pid, "en")
+    assert due_now(folder, store).undecided == ()
+    clock.ms += round(1e3 * UNDECIDED_S)
+    store.seen({here: clock.ms}, {here})
+    assert set(due_now(folder, store).undecided) == set(purge(folder, store).undecided) == {gone, coded}
+    assert {one.pid for one in store.everybody()} == {agreed, here}
+    assert set(identities.everybody()) == {agreed, here, coded}, "a code that was given to somebody stays good"
+    assert b"5f3b" not in (folder.own / "identity.sqlite").read_bytes()

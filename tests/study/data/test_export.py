@@ -387,3 +387,12 @@ def test_a_round_that_is_still_being_recorded_has_no_file_yet(tmp_path: Path) ->
     assert [row["file"] for row in read_csv(tmp_path / "out" / "recordings.csv")] == [f"{first}.mcap"]
     assert "rounds not finished yet, whose recordings are left out: 1" in done.warnings
     assert done.missing == []
+
+
+def test_where_all_who_are_left_allow_publishing_nobody_is_warned_of(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, pids = fill(tmp_path, study, text, 1)
+    store.keep_data(pids[0], False)
+    warnings = export_study(place, store, tmp_path / "all", Options(training=False)).warnings
+    assert any("wanted their data deleted" in warning for warning in warnings)
+    assert not any("publishing (the box" in warning for warning in warnings)

@@ -22,7 +22,7 @@ from movingout.study.store.clock import now_ms
 from movingout.study.store.frozen_study import freeze_study, frozen_study
 from movingout.study.store.tables import study as study_table
 from tests.study.filled import fill
-from tests.study.support import TEXT, open_store, study
+from tests.study.support import TEXT, agree, open_store, study
 
 HEAD = """\
 format: 1
@@ -141,7 +141,7 @@ def test_a_study_that_has_begun_by_the_first_rule_is_drawn_by_it_to_its_end(plac
     assert frozen_study(store).allocation == ALLOCATION, "nobody had come"
     with store.database.write() as connection:
         connection.execute(study_table.update().values(allocation=1))
-    store.arrive("P1", "en")
+    agree(store, ["P1"])
     freeze_study(store, "agent-survey", TEXT, {}, {"scripted": ""})
     assert frozen_study(store).allocation == 1
     assert StudyFolder(study(), tmp_path).as_frozen(store, tmp_path).study.allocation == 1

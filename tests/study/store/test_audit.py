@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from movingout.study.store.removal import drop_undecided
+from movingout.study.store.removal import decline, drop_undecided
 from movingout.study.store.tables import audit
 from tests.study.support import Clock, open_store
 
@@ -14,7 +14,7 @@ def test_of_those_who_leave_without_a_consent_the_audit_knows_nothing(place: Pat
     for pid in ("P1", "P2", "P3"):
         store.arrive(pid, "en")
     arrived = store.participant("P3").arrived_ms
-    store.decline("P1")
+    decline(store, "P1")
     drop_undecided(store, ["P2"])
     assert store.rows(audit) == before
     clock.ms += 5000

@@ -10,21 +10,35 @@ from movingout.maps import load_map, map_to_json
 from movingout.study.data.versions import agent_code, model_hashes
 from movingout.study.errors import StudyError
 from movingout.study.store.frozen_study import code_by_time, freeze_study, frozen_study, has_begun
-from movingout.study.store.tables import audit, units
-from tests.study.support import TEXT, Clock, open_store, study
+from movingout.study.store.tables import audit, participants, units
+from tests.study.support import TEXT, Clock, agree, open_store, study
 
 
 def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str) -> None:
     store = open_store(place)
     open_store(place, text=TEXT + "# before anybody came\n").close()
-    store.arrive("P1", "en")
+    agree(store, ["P1"])
     with pytest.raises(
         StudyError, match="study agent-survey has begun, and its file or a text beside it has changed since"
     ):
         open_store(place, text=TEXT)
     freeze_study(store, "agent-survey", TEXT + "# before anybody came\n", {"movingout": "mended"}, {"scripted": ""})
     assert frozen_study(store).code == {"movingout": "mended"}
-    assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "code"]
+    assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "arrive", "consent", "code"]
+
+
+@pytest.mark.parametrize("simulated", [False, True])
+def test_a_study_that_nobody_has_consented_to_may_change_and_who_reads_it_begins_anew(
+    place: Path | str, simulated: bool
+) -> None:
+    """Their page may show a text for which another one would be kept as what they agreed to."""
+    store = open_store(place)
+    store.arrive("P1", "en")
+    assert freeze_study(store, "agent-survey", TEXT, {"movingout": "new"}, {"scripted": ""}) == set()
+    assert [row["pid"] for row in store.rows(participants)] == ["P1"], "nothing has changed for them"
+    text = TEXT if simulated else TEXT + "# a typo\n"
+    assert freeze_study(store, "agent-survey", text, {}, {"scripted": ""}, simulated) == {"P1"}
+    assert (store.rows(participants), frozen_study(store).file_text) == ([], text)
 
 
 def test_a_study_whose_people_were_all_purged_makes_no_place_for_another(place: Path | str) -> None:
@@ -41,7 +55,7 @@ def test_newer_software_leaves_a_note_of_what_was_there_before_and_from_when(pla
     clock = Clock()
     store = open_store(place, clock)
     freeze_study(store, "agent-survey", TEXT, {"movingout": "before anybody came"}, {"scripted": ""})
-    store.arrive("P1", "en")
+    agree(store, ["P1"])
     versions = ["before anybody came", "mended", "mended", "new"]
     played = []
     for version in versions:
@@ -58,7 +72,7 @@ def test_software_that_an_earlier_version_did_not_note_is_unknown_unless_newer_s
     store = open_store(place)
     store.audit("server", "freeze", file_sha256="", models={})  # as earlier versions did, and "code" without `before`
     assert [one["code"] for one in code_by_time(store)] == [{"movingout": "test"}]
-    store.arrive("P1", "en")
+    agree(store, ["P1"])
     freeze_study(store, "agent-survey", TEXT, {"movingout": "new"}, {"scripted": ""})
     assert [one["code"] for one in code_by_time(store)] == [{"movingout": "test"}, {"movingout": "new"}]
     store.audit("server", "freeze", file_sha256="", models={})
@@ -70,7 +84,7 @@ def test_a_study_that_has_begun_keeps_its_agents(place: Path | str) -> None:
     store = open_store(place)
     began = {"scripted": "", "dp@mine:lag=1": "ab", "onnx:path=mine.onnx": ""}
     freeze_study(store, "agent-survey", TEXT, {}, began)
-    store.arrive("P1", "en")
+    agree(store, ["P1"])
     with pytest.raises(StudyError, match="the agent dp@mine:lag=1 has changed since"):
         freeze_study(store, "agent-survey", TEXT, {}, began | {"dp@mine:lag=1": "cd"})
     # earlier versions had no hashes of files: what began then goes on
@@ -122,7 +136,7 @@ def test_what_simulated_participants_did_is_never_mixed_with_what_people_did(pla
     store = open_store(place)
     freeze_study(store, "agent-survey", TEXT, {}, {"scripted": ""}, simulated=True)
     assert frozen_study(store).simulated
-    store.arrive("P1", "en")
+    agree(store, ["P1"])
     with pytest.raises(StudyError, match=r"holds what simulated participants did, and people .*--rehearse 1"):
         freeze_study(store, "agent-survey", TEXT, {}, {"scripted": ""})
 
@@ -130,7 +144,7 @@ def test_what_simulated_participants_did_is_never_mixed_with_what_people_did(pla
 def test_a_study_that_has_begun_keeps_its_maps(place: Path | str) -> None:
     store = open_store(place)
     freeze_study(store, "agent-survey", TEXT, {}, {"scripted": "", "map:den.json": "ab"})
-    store.arrive("P1", "en")
+    agree(store, ["P1"])
     with pytest.raises(StudyError, match=r"the map den\.json has changed since"):
         freeze_study(store, "agent-survey", TEXT, {}, {"scripted": "", "map:den.json": "cd"})
     freeze_study(store, "agent-survey", TEXT, {}, {"scripted": "", "map:den.json": "ab", "map:unknown-then.json": "ef"})

@@ -21,7 +21,7 @@ from movingout.study.store import IdentityStore, Store, Unit
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database, alembic_config
 from movingout.study.store.frozen_study import frozen_study
-from movingout.study.store.removal import rounds_by_participant, with_data, withdraw_data
+from movingout.study.store.removal import decline, rounds_by_participant, with_data, withdraw_data
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import (
     answers,
@@ -105,7 +105,7 @@ def test_who_declines_is_a_number_and_nothing_else(place: Path | str) -> None:
     store = open_store(place)
     for pid in ("P1", "P2"):
         store.arrive(pid, "en")
-        store.decline(pid)
+        decline(store, pid)
     assert store.rows(participants) == []
     assert store.rows(counts) == [{"name": "declined", "number": 2}]
 

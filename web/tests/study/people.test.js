@@ -75,6 +75,12 @@ test("the seats of a round are taken in their order once all are known", () => {
 
 test("of a link only what recruitment platforms put there is taken", () => {
   const query = "?PROLIFIC_PID=5f&STUDY_ID=s1&SESSION_ID=&workerId=W&code=AB-1&lang=de&utm=x";
-  assert.deepEqual(recruitmentParameters(query), { PROLIFIC_PID: "5f", STUDY_ID: "s1", workerId: "W", code: "AB-1" });
+  assert.deepEqual(recruitmentParameters(query), {
+    PROLIFIC_PID: "5f",
+    STUDY_ID: "s1",
+    SESSION_ID: "",
+    workerId: "W",
+    code: "AB-1",
+  });
   assert.deepEqual(recruitmentParameters(""), {});
 });

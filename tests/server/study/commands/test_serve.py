@@ -26,6 +26,7 @@ from tests.study.design.small_study import SMALL
 from tests.study.design.test_allocation_rules import BLOCK, HEAD, TWICE
 from tests.study.design.test_maps_met import write_study
 from tests.study.filled import fill
+from tests.study.support import agree
 
 WITH_FILE = re.sub(r'en: "# Consent.*?"', "en: {file: consent.md}", SOLO)
 
@@ -111,7 +112,7 @@ def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_
     serve._refuse_slow(study, Settings(slow_agents=True))
     with closing(StudyFolder(study, data).open()) as store, closing(StudyFolder(study, data).open_identities()):
         freeze_study(store, "solo", complete_text(file), {}, model_hashes(study))
-        store.arrive("P1", "en")
+        agree(store, ["P1"])
     timed.clear()
     assert "must not be mixed" in refused(capsys, file, data, "--rehearse", "2")
     assert not timed
@@ -136,7 +137,7 @@ def test_agents_that_keep_a_study_from_beginning_are_a_warning_in_one_that_has_b
     folder = StudyFolder(read_study(file), data)
     with closing(folder.open()) as store, closing(folder.open_identities()):
         freeze_study(store, folder.study.id, complete_text(file), {}, model_hashes(folder.study))
-        store.arrive("P1", "en")
+        agree(store, ["P1"])
     monkeypatch.setattr(serve, "game_server", lambda *_, **__: Mock(started=True))
     assert main(["study", "serve", str(file), "--data", str(data), "--port", "0"]) == 0
     warned = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: ")]
@@ -179,7 +180,7 @@ def test_a_text_beside_the_file_of_a_study_that_has_begun_may_not_change(
     folder = StudyFolder(read_study(file), tmp_path / "data")
     with closing(folder.open()) as store, closing(folder.open_identities()):
         freeze_study(store, "solo", complete_text(file), {}, model_hashes(folder.study))
-        store.arrive("P1", "en")
+        agree(store, ["P1"])
     consent.write_text("We record who you are.", encoding="utf-8")
     assert "its file or a text beside it has changed since" in refused(capsys, file, tmp_path / "data")
 

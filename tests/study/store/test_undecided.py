@@ -1,0 +1,37 @@
+"""Nothing is kept of who has not consented, on SQLite and on PostgreSQL."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from movingout.study.store import Store
+from movingout.study.store.removal import decline, drop_undecided
+from movingout.study.store.tables import notes
+from tests.study.support import agree, open_store
+
+
+def dropped(store: Store, pid: str) -> None:
+    drop_undecided(store, [pid])
+
+
+@pytest.mark.parametrize("leave", [decline, dropped])
+def test_notes_about_who_leaves_without_a_consent_go_with_them(
+    place: Path | str, leave: Callable[[Store, str], None]
+) -> None:
+    store = open_store(place)
+    agree(store, ["P1"])
+    for text in ("P1: wears glasses", "P2: Jane called", "The light went out."):
+        store.note(text)
+    store.arrive("P2", "en")
+    leave(store, "P2")
+    assert [row["text"] for row in store.rows(notes)] == ["P1: wears glasses", "The light went out."]
+    assert store.database.is_unscrubbed(), "what was noted is overwritten at the next time"
+
+
+def test_notes_about_who_has_consented_stay(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1"])
+    store.note("P1: wears glasses")
+    drop_undecided(store, ["P1"])
+    assert len(store.rows(notes)) == 1 and not store.database.is_unscrubbed()
