@@ -108,6 +108,17 @@ def test_two_at_one_screen_are_a_pair_whoever_else_waits(pair: Served) -> None:
     stranger.stop(True)
 
 
+def test_nobody_is_added_beside_somebody_whose_partner_has_come(pair: Served) -> None:
+    (first,) = waiting(pair)
+    beside = first.token
+    other = pair.visitor().go_to("practice")
+    came = len(list(pair.running.participants))
+    status, answer = pair.arrive(beside=beside)
+    assert (status, answer["error"]["code"]) == (403, "partner_came")
+    assert len(list(pair.running.participants)) == came, "nothing is kept of them"
+    assert pair.row(first.pid)["partner_pid"] == other.pid
+
+
 @pytest.mark.slow
 def test_who_was_invited_brings_one_person_who_needs_no_link(tmp_path: Path) -> None:
     with served(tmp_path, PAIR, signed=True) as study:
@@ -120,7 +131,8 @@ def test_who_was_invited_brings_one_person_who_needs_no_link(tmp_path: Path) -> 
         first.go_to("waiting")
         second.go_to("practice")
         assert study.row(first.pid)["partner_pid"] == second.pid
-        assert study.arrive(beside=first.token)[0] == 403, "they have begun"
+        status, answer = study.arrive(beside=first.token)
+        assert (status, answer["error"]["code"]) == (403, "partner_came"), "they have begun"
 
 
 @pytest.mark.parametrize("leaves", ["declines", "stops", "goes away"])
