@@ -186,7 +186,7 @@ players = Table(
     Column("round", ForeignKey("rounds.id"), primary_key=True, doc="round"),
     Column("pid", ForeignKey("participants.pid"), primary_key=True, index=True, doc="participant"),
     Column("seat", Integer, nullable=False, doc="0 blue, 1 red"),
-    Column("device", String(16), nullable=False, doc="keyboard, gamepad or touch"),
+    Column("device", String(16), nullable=False, doc="keyboard, gamepad or touch; empty: unknown"),
     Column("rtt_ms", Float, doc="median round trip, ms"),
     Column("idle_share", Float, doc="share of ticks without any input, 0 to 1"),
     Column("hidden_s", Float, doc="seconds that the page was hidden"),
