@@ -98,7 +98,8 @@ participants = Table(
         "outcome",
         String(16),
         doc="done, partner-left, no-partner, withdrew (pressed Stop; with an empty `keep` the experimenter ended it), "
-        "dropped-out (did not come back; data of earlier versions say withdrew) or screened-out",
+        "dropped-out (did not come back; data of earlier versions say withdrew or, of the waiting room, no-partner) "
+        "or screened-out",
     ),
     Column("code", String(40), info=_INSIDE, doc="completion code; leads to who was paid"),
     Column("keep", Boolean, doc="whether the data may be kept, asked at the debrief or at Stop"),

@@ -184,10 +184,21 @@ def test_two_at_one_screen_are_a_pair_after_a_restart_too(tmp_path: Path) -> Non
 
 def test_who_waits_too_long_gets_a_code(pair: Served) -> None:
     (alone,) = waiting(pair)
-    pair.later(31)
+    pair.later(31, staying=alone)
     pair.look()
     alone.look()
     assert (alone.step["outcome"], bool(alone.step["code"])) == ("no-partner", True)
+
+
+@pytest.mark.parametrize("otherwise", ["code", "agent"])
+def test_who_has_left_the_waiting_room_when_the_wait_is_over_did_not_come_back(tmp_path: Path, otherwise: str) -> None:
+    """No partner is missing where nobody waits for one."""
+    with served(tmp_path, PAIR.replace("return_s: 5}", f"return_s: 5, otherwise: {otherwise}, agent: idle}}")) as study:
+        (gone,) = waiting(study)
+        study.later(31)
+        study.look()
+        gone.look()
+        assert (gone.step["outcome"], bool(gone.step["code"])) == ("dropped-out", True)
 
 
 def test_who_waits_too_long_may_play_with_an_agent_instead(tmp_path: Path) -> None:
