@@ -298,7 +298,7 @@ export class StudyPage {
       },
       decline: () => this.#each(people, (one) => one.decline()),
       play: () => void this.#play(this.#turn().map((person) => this.#views[person].step)),
-      addPerson: this.study.group === 2 && !two ? () => this.#askSecond() : null,
+      addPerson: this.study.one_screen && !two ? () => this.#askSecond() : null,
       pay: this.#pay,
       leaveScreen: cameByLink() ? null : () => this.#leave(""),
       nextCode: bothDone ? () => this.#otherCode() : null,

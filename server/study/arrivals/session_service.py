@@ -51,7 +51,7 @@ class SessionService:
         Addresses, as limits know them, take turns.
         """
         running = self._running
-        first = await self.of_token(beside) if beside else None
+        first = await self.of_token(beside) if beside and running.study.pairing.one_screen == "on" else None
         here = [await self.of_token(token) for token in known]
         async with self._turn(address) as tx:
             if isinstance(first, ParticipantSession) and first.record.unit is not None:
@@ -86,7 +86,7 @@ class SessionService:
         first = await self.of_token(token)
         if not isinstance(first, ParticipantSession) or first.finished or first.source not in INVITED:
             return None
-        if self._running.study.group < 2:
+        if self._running.study.group < 2 or self._running.study.pairing.one_screen == "off":
             return None
         if first.record.unit is not None:
             raise _partner_came()

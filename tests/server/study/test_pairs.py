@@ -119,6 +119,15 @@ def test_nobody_is_added_beside_somebody_whose_partner_has_come(pair: Served) ->
     assert pair.row(first.pid)["partner_pid"] == other.pid
 
 
+def test_where_the_file_says_so_nobody_is_added_at_a_screen(tmp_path: Path) -> None:
+    with served(tmp_path, PAIR.replace("return_s: 5}", "return_s: 5, one_screen: off}")) as study:
+        assert not study.live.call("/api/study")[1]["one_screen"]
+        first = study.visitor()
+        alone = study.visitor(beside=first.token)
+        screens = [study.running.participants[one.pid].record.screen for one in (first, alone)]
+    assert screens == ["", ""], "who comes all the same came by themselves"
+
+
 @pytest.mark.slow
 def test_who_was_invited_brings_one_person_who_needs_no_link(tmp_path: Path) -> None:
     with served(tmp_path, PAIR, signed=True) as study:
