@@ -33,6 +33,7 @@ ErrorCode = Literal[
     # participants of a study
     "elsewhere", "no_participant", "link", "preview", "code", "code_used", "code_unknown", "study_full", "boxes",
     "slow", "gamepad", "keep", "step", "unanswered", "too_many_arrivals", "link_expired", "other_device",
+    "partner_came",
 ]  # fmt: skip
 ReasonCode = Literal[
     "restarted", "restarted_anew", "lost", "waiting", "paused", "all_back", "not_back", "unsteady", "paused_too_long",

@@ -30,7 +30,7 @@ class ParticipantSession:
     waits_since: float = -inf  # when they came back to a partner who was gone, as was last found, on the same clock
     source: str = ""  # who recruited them, as in arrival_link.py
     rtt_ms: float = -1.0
-    device: str = ""
+    device: str = ""  # of the input check; empty after a restart
     refused: str = ""  # why the input check was not passed
     declined: bool = False
     texts_since_ms: int = 0  # their page is shown no text that was written before

@@ -63,7 +63,7 @@ class Progress:
 
         All who are there go together, and who comes later passes it: nobody waits there for a partner who is done.
         """
-        seated = [PlayerOutcome(one.pid, unit.seat_of(step, one), one.device or "keyboard") for one in unit.members]
+        seated = [PlayerOutcome(one.pid, unit.seat_of(step, one), one.device) for one in unit.members]
         await tx.run(self._databases.rounds.leave_out, unit.record, step, seated)
         unit.left_out |= {step.key}
         for session in unit.members_at(step):

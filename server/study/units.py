@@ -145,7 +145,7 @@ class Units:
         self._waiting_room.restart_waits(time.monotonic())
 
     async def match(self, tx: Transaction) -> None:
-        """Pair those who wait; after `wait_s` they play with an agent instead, or get a code."""
+        """Pair those who wait; after `wait_s` who is still here plays with an agent instead, or gets a code."""
         tx.check()
         now = time.monotonic()
         self._fill_waiting_room(now)
@@ -153,10 +153,11 @@ class Units:
             await self.form(tx, [self._participants[pid] for pid in pair])
         for pid in self._waiting_room.timed_out(now):
             session = self._participants[pid]
-            if self._study.pairing.otherwise == "agent" and session.present(now):
+            here = session.present(now)
+            if here and self._study.pairing.otherwise == "agent":
                 await self.form(tx, [session])
             else:
-                await self._participants.finish(tx, session, "no-partner")
+                await self._participants.finish(tx, session, "no-partner" if here else "dropped-out")
                 notify([session])
             self._waiting_room.leave(pid)
 

@@ -268,6 +268,7 @@ def _round_flags(study: Study, store: Store, kept: list[Row]) -> Iterable[Flag]:
             why = Phrase(f"recordings.outcome.{row['outcome']}" if row["outcome"] else "study.flag.open")
             how = {"unit": row["unit"], "outcome": why}
             yield Flag("", row["step"], Phrase("study.flag.unfinished", how))
+    yield from _one_screen_flags(store, {row["unit"] for row in kept})
     for one in store.rows(players):
         step = by_number[one["round"]]["step"] if one["round"] in by_number else None
         if step is None:
@@ -286,6 +287,13 @@ def _fault_flags(results: Results) -> Iterable[Flag]:
     for row in results.rounds:
         if row["episode"] in at_fault:
             yield Flag("", row["step"], Phrase("study.flag.fault", {"unit": row["unit"]}))
+
+
+def _one_screen_flags(store: Store, played: Container[int]) -> Iterable[Flag]:
+    """Pairs at one screen, who see and hear each other, and of whom nothing shows that they were two."""
+    pairs = Counter((row["unit"], row["screen"]) for row in store.rows(participants) if row["screen"])
+    for unit in sorted(unit for (unit, _), people in pairs.items() if people > 1 and unit in played):
+        yield Flag("", "–", Phrase("study.flag.one_screen", {"unit": unit}))
 
 
 def _unpaired_flags(results: Results, under_way: Container[int]) -> Iterable[Flag]:

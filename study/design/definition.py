@@ -245,6 +245,12 @@ class Pairing(StudyModel):
     otherwise: Literal["code", "agent"] = "code"
     agent: str = "scripted"
     return_s: Annotated[int, Field(ge=5, le=600)] = 60  # how long a partner waits for somebody who lost the connection
+    one_screen: Literal["on", "off"] = "on"  # whether a second person may be added at the screen of the first
+
+    @field_validator("one_screen", mode="before")
+    @classmethod
+    def _switch(cls, one_screen: Any) -> Any:
+        return ("off", "on")[one_screen] if isinstance(one_screen, bool) else one_screen  # as YAML 1.1 reads the words
 
 
 class Requirements(StudyModel):

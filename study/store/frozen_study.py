@@ -123,7 +123,9 @@ def _check_same(store: Store, connection: Connection, known: Row[Any], row: Mapp
     for what in _changes(known, row):
         raise StudyError(
             f"study {known.id} has begun, and {what} has changed since; "
-            "restore it, or begin a new study with another --data folder"
+            "restore it, or begin a new study with another --data folder, which knows nobody who has taken part: "
+            "exclude them where you recruit; signed links stay good if the id stays and studies/ID/link-key is "
+            "copied before the first start"
         )
     if known.code != row["code"]:
         connection.execute(update(study).values(code=row["code"]))

@@ -1,7 +1,7 @@
 """The rounds of a study: one row per recording, opened before the first tick and closed after the last."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 from sqlalchemy import ColumnElement, Connection, func, insert, select, update
 
@@ -36,7 +36,7 @@ class PlayerOutcome:
 
     pid: str
     seat: int
-    device: str  # at the end of a round empty where nothing was pressed: then it stays what it was
+    device: str  # empty at the start: that of the last round; at the end, where nothing was pressed: it stays
     rtt_ms: float | None = None  # median
     idle_share: float | None = None
     hidden_s: float | None = None
@@ -79,7 +79,8 @@ class Rounds:
         row |= {"map": step.turn.map, "variant_seed": step.turn.variant_seed, "limit_ticks": step.limit_ticks}
         row |= {"position": connection.execute(mine).scalar_one() + 1, "started_ms": self._store.now(), **values}
         number = connection.execute(insert(rounds).values(**row).returning(rounds.c.id)).scalar_one()
-        connection.execute(insert(players), [{"round": number, **asdict(one)} for one in seated])
+        known = [one if one.device else replace(one, device=_last_device(connection, one.pid)) for one in seated]
+        connection.execute(insert(players), [{"round": number, **asdict(one)} for one in known])
         return int(attempt)
 
     def leave_out(self, unit: Unit, step: Step, seated: Sequence[PlayerOutcome]) -> None:
@@ -196,3 +197,10 @@ class Rounds:
                 raise StudyError(f"there is no round with the recording {episode!r}")
             record(connection, self._store.now(), "experimenter", "mark", episode=episode, valid=valid)
             return int(unit)
+
+
+def _last_device(connection: Connection, pid: str) -> str:
+    """What somebody played with in their last round; empty where nothing is known."""
+    mine = players.c.pid == pid, players.c.device != ""
+    query = select(players.c.device).where(*mine).order_by(players.c.round.desc()).limit(1)
+    return connection.execute(query).scalar() or ""

@@ -98,7 +98,8 @@ participants = Table(
         "outcome",
         String(16),
         doc="done, partner-left, no-partner, withdrew (pressed Stop; with an empty `keep` the experimenter ended it), "
-        "dropped-out (did not come back; data of earlier versions say withdrew) or screened-out",
+        "dropped-out (did not come back; data of earlier versions say withdrew or, of the waiting room, no-partner) "
+        "or screened-out",
     ),
     Column("code", String(40), info=_INSIDE, doc="completion code; leads to who was paid"),
     Column("keep", Boolean, doc="whether the data may be kept, asked at the debrief or at Stop"),
@@ -186,7 +187,7 @@ players = Table(
     Column("round", ForeignKey("rounds.id"), primary_key=True, doc="round"),
     Column("pid", ForeignKey("participants.pid"), primary_key=True, index=True, doc="participant"),
     Column("seat", Integer, nullable=False, doc="0 blue, 1 red"),
-    Column("device", String(16), nullable=False, doc="keyboard, gamepad or touch"),
+    Column("device", String(16), nullable=False, doc="keyboard, gamepad or touch; empty: unknown"),
     Column("rtt_ms", Float, doc="median round trip, ms"),
     Column("idle_share", Float, doc="share of ticks without any input, 0 to 1"),
     Column("hidden_s", Float, doc="seconds that the page was hidden"),

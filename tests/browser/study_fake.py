@@ -177,7 +177,7 @@ class FakeStudy:
                 route.fulfill(status=status, json={"error": {"code": name, "message": message}})
         elif path == "":
             study = {"title": TITLE, "languages": self.languages, "asks_code": self.asks_code, "group": self.group}
-            study["pays"] = self.pays
+            study |= {"pays": self.pays, "one_screen": self.group == 2}
             route.fulfill(json=study)
         elif path == "/events":
             route.fulfill(body='data: {"changed": true}\n\n', content_type="text/event-stream")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
-from movingout.study.questionnaire import PAPER, Questionnaire, QuestionnaireItem
+from movingout.study.questionnaire import PAPER, TEXT_LIMIT, Questionnaire, QuestionnaireItem
 from tests.browser import study_fake as fake
 from tests.browser.conftest import OpenPage
 from tests.browser.pages import complaining_page, heading, overflow, violations
@@ -289,6 +289,21 @@ def test_a_link_with_a_wrong_code_lets_it_be_set_right(browser: Browser, server:
         page.get_by_role("button", name="Begin").click()
         heading(page, "Taking part in a research study")
         assert study.sent("/arrive")[-1]["parameters"] == {"code": "ABD"}
+
+
+def test_a_text_that_is_longer_than_what_fits_says_so(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.questions(FREE), fake.code("done"))
+    page = open_page("/healthz")
+    study.open(page)
+    expect(page.get_by_text("up to 4,000 characters")).to_be_visible()
+    page.get_by_role("textbox").focus()
+    page.keyboard.insert_text("a" * (TEXT_LIMIT - 1))
+    expect(page.get_by_text("This is as much as fits")).to_have_count(0)
+    page.keyboard.insert_text("bcd")
+    expect(page.get_by_text("This is as much as fits: 4,000 characters.")).to_be_visible()
+    expect(page.get_by_role("textbox")).to_have_value("a" * (TEXT_LIMIT - 1) + "b")
+    page.keyboard.press("Backspace")
+    expect(page.get_by_text("This is as much as fits")).to_have_count(0)
 
 
 @pytest.mark.slow

@@ -82,6 +82,17 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
     assert [person.steps[0]["kind"] for person in study.people.values()] == ["round", "code"]
 
 
+def test_the_form_for_the_second_person_closes_where_a_partner_has_come_from_elsewhere(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.waiting(), fake.play(kind="practice", map_name="Simple"), group=2, asks_code=False)
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_role("button", name="Add the second person").click()
+    heading(page, "The second person")
+    study.people["token-of-person-1"].next()
+    expect(page.get_by_role("button", name="I am ready")).to_be_visible()
+    assert study.sent("/arrive") == []
+
+
 @pytest.mark.parametrize(("width", "height"), [(375, 553), pytest.param(320, 568, marks=pytest.mark.slow)])
 def test_of_two_at_one_screen_each_one_s_controls_are_said_and_kept_as_theirs(
     open_page: OpenPage, pictures: Path, width: int, height: int

@@ -31,7 +31,8 @@ export function freeText(item, given, save) {
   });
   area.value = given?.text ?? "";
   const flush = saveWhileTyping(area, (text) => save(item, NO_ANSWER, text));
-  const usual = say(item.required ? "form.textHelpRequired" : "form.textHelp");
+  const full = fullness(area);
+  const usual = say(item.required ? "form.textHelpRequired" : "form.textHelp", { most: TEXT_LIMIT });
   const help = given?.hidden ? `${usual} ${say("form.textElsewhere")}` : usual;
   const root = el(
     "div",
@@ -39,9 +40,24 @@ export function freeText(item, given, save) {
     el("label", { for: `${id}-text` }, item.text),
     el("p", { id: `${id}-help`, class: "field-help" }, help),
     area,
+    full,
     el("p", { class: "question-missing", id: `${id}-missing` }, say("form.missingText")),
   );
   return { root, flush };
+}
+
+/**
+ * What is said once nothing more fits: the browser cuts off what is pasted, without a word.
+ * @param {HTMLTextAreaElement} area
+ */
+function fullness(area) {
+  const said = el("p", { class: "field-help", "aria-live": "polite" });
+  const look = () => {
+    said.textContent = area.value.length < TEXT_LIMIT ? "" : say("form.textFull", { most: TEXT_LIMIT });
+  };
+  area.addEventListener("input", look);
+  look();
+  return said;
 }
 
 /**

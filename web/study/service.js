@@ -63,7 +63,7 @@ import { pickLanguage } from "../text/language.js";
 /**
  * What is known before anybody is.
  * @typedef {{title: string, titles?: Record<string, string>, languages: string[], asks_code: boolean, group?: number,
- *   pays?: boolean}}
+ *   one_screen?: boolean, pays?: boolean}}
  *   Study
  */
 /** @typedef {import("../questionnaire/answer_queue.js").Answer} Answer */

@@ -28,6 +28,7 @@ import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.j
 const POLL_MS = 10_000;
 const POLL_PLAYING_MS = 2000; // somebody may be coming back from the game
 const CLOCK_MS = 1000;
+const OFFERS_SECOND = ["consent", "waiting"]; // screens that stay behind the form for the second person
 
 export class StudyPage {
   #persistence = new Persistence((problem) => this.#frame.setProblem(problem));
@@ -253,7 +254,7 @@ export class StudyPage {
     const steps = people.map((person) => this.#views[person].step);
     const [step] = steps;
     this.#frame.setPlace(this.#views[people[0]], people, this.#places.length > 1);
-    if (this.#frame.shows("arrival-2") && step.kind !== "ended-elsewhere" && this.#places.length < 2) return;
+    if (this.#frame.shows("arrival-2") && OFFERS_SECOND.includes(step.kind) && this.#places.length < 2) return;
     if (step.state === "card") this.#askedFor = step.key;
     if (step.state === "waiting" && step.key !== this.#askedFor) this.#readyFor = step.key; // said before a reload
     if (step.state === "playing" && step.key === this.#readyFor && this.#play(steps)) return;
@@ -297,7 +298,7 @@ export class StudyPage {
       },
       decline: () => this.#each(people, (one) => one.decline()),
       play: () => void this.#play(this.#turn().map((person) => this.#views[person].step)),
-      addPerson: this.study.group === 2 && !two ? () => this.#askSecond() : null,
+      addPerson: this.study.one_screen && !two ? () => this.#askSecond() : null,
       pay: this.#pay,
       leaveScreen: cameByLink() ? null : () => this.#leave(""),
       nextCode: bothDone ? () => this.#otherCode() : null,

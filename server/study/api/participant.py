@@ -67,6 +67,7 @@ class ParticipantApi:
             "languages": list(study.languages),
             "asks_code": self._running.needs_code,
             "group": study.group,
+            "one_screen": study.group == 2 and study.pairing.one_screen == "on",
             "pays": study.pay is not None,
             "simulated": self._running.simulated,
         }

@@ -52,9 +52,11 @@ class SessionService:
         Addresses, as limits know them, take turns.
         """
         running = self._running
-        first = await self.of_token(beside) if beside else None
+        first = await self.of_token(beside) if beside and running.study.pairing.one_screen == "on" else None
         here = [await self.of_token(token) for token in known]
         async with self._turn(address) as tx:
+            if isinstance(first, ParticipantSession) and first.record.unit is not None:
+                await self._refuse_new(tx, arrival)
             pid = await self._pid(tx, arrival)
             before = running.participants.get(pid)
             replaces = here.index(before) if before is not None and before in here else None
@@ -79,13 +81,16 @@ class SessionService:
     async def arrival_beside(self, token: str) -> Arrival | None:
         """The one guest of somebody who was invited and plays at one screen with them; None for whoever may have none.
 
-        A guest who asks again, because the answer was lost, is the same person.
+        A guest who asks again, because the answer was lost, is the same person. Raises ArrivalRefused where a partner
+        has come.
         """
         first = await self.of_token(token)
         if not isinstance(first, ParticipantSession) or first.finished or first.source not in INVITED:
             return None
-        if self._running.study.group < 2 or first.record.unit is not None:
+        if self._running.study.group < 2 or self._running.study.pairing.one_screen == "off":
             return None
+        if first.record.unit is not None:
+            raise _partner_came()
         id = hash_token(f"beside {first.pid}").hex()
         known = await self._running.databases.run(self._identities.known, LINK, id)
         guest = None if known is None else self._running.participants.get(known)
@@ -126,6 +131,12 @@ class SessionService:
         asked = time.monotonic()
         async with self._turns.turn(address), self._running.transaction(asked) as tx:
             yield tx
+
+    async def _refuse_new(self, tx: Transaction, arrival: Arrival) -> None:
+        """Nobody can join somebody who has a partner; who has come before is where they were."""
+        pid = await tx.run(self._identities.known, arrival.source, arrival.external_id)
+        if self._running.study.group > 1 and (pid is None or self._running.participants.get(pid) is None):
+            raise _partner_came()
 
     async def _pid(self, tx: Transaction, arrival: Arrival) -> str:
         known = await tx.run(self._identities.known, arrival.source, arrival.external_id)
@@ -195,6 +206,10 @@ class SessionService:
         session.seen(time.monotonic(), self._running.progress.is_paused(session))
         session.absence_told = False
         self._running.units.heard(session, session.last_seen_at)
+
+
+def _partner_came() -> ArrivalRefused:
+    return ArrivalRefused("partner_came", "You have a partner by now. Nobody can be added any more.")
 
 
 def _token(since_ms: int) -> str:

@@ -109,7 +109,7 @@ class StudyRooms:
         try:
             view = await self._host.ask(room_id, room_view.room_view)
             if step.turn is not None:
-                players = [PlayerOutcome(one.pid, unit.seat_of(step, one), one.device or "keyboard") for one in members]
+                players = [PlayerOutcome(one.pid, unit.seat_of(step, one), one.device) for one in members]
                 await tx.run(self._databases.rounds.begin, unit.record, step, view.episode, players)
         except MovingOutError:
             with contextlib.suppress(Away):

@@ -108,6 +108,26 @@ def test_two_at_one_screen_are_a_pair_whoever_else_waits(pair: Served) -> None:
     stranger.stop(True)
 
 
+def test_nobody_is_added_beside_somebody_whose_partner_has_come(pair: Served) -> None:
+    (first,) = waiting(pair)
+    beside = first.token
+    other = pair.visitor().go_to("practice")
+    came = len(list(pair.running.participants))
+    status, answer = pair.arrive(beside=beside)
+    assert (status, answer["error"]["code"]) == (403, "partner_came")
+    assert len(list(pair.running.participants)) == came, "nothing is kept of them"
+    assert pair.row(first.pid)["partner_pid"] == other.pid
+
+
+def test_where_the_file_says_so_nobody_is_added_at_a_screen(tmp_path: Path) -> None:
+    with served(tmp_path, PAIR.replace("return_s: 5}", "return_s: 5, one_screen: off}")) as study:
+        assert not study.live.call("/api/study")[1]["one_screen"]
+        first = study.visitor()
+        alone = study.visitor(beside=first.token)
+        screens = [study.running.participants[one.pid].record.screen for one in (first, alone)]
+    assert screens == ["", ""], "who comes all the same came by themselves"
+
+
 @pytest.mark.slow
 def test_who_was_invited_brings_one_person_who_needs_no_link(tmp_path: Path) -> None:
     with served(tmp_path, PAIR, signed=True) as study:
@@ -120,7 +140,8 @@ def test_who_was_invited_brings_one_person_who_needs_no_link(tmp_path: Path) -> 
         first.go_to("waiting")
         second.go_to("practice")
         assert study.row(first.pid)["partner_pid"] == second.pid
-        assert study.arrive(beside=first.token)[0] == 403, "they have begun"
+        status, answer = study.arrive(beside=first.token)
+        assert (status, answer["error"]["code"]) == (403, "partner_came"), "they have begun"
 
 
 @pytest.mark.parametrize("leaves", ["declines", "stops", "goes away"])
@@ -172,10 +193,21 @@ def test_two_at_one_screen_are_a_pair_after_a_restart_too(tmp_path: Path) -> Non
 
 def test_who_waits_too_long_gets_a_code(pair: Served) -> None:
     (alone,) = waiting(pair)
-    pair.later(31)
+    pair.later(31, staying=alone)
     pair.look()
     alone.look()
     assert (alone.step["outcome"], bool(alone.step["code"])) == ("no-partner", True)
+
+
+@pytest.mark.parametrize("otherwise", ["code", "agent"])
+def test_who_has_left_the_waiting_room_when_the_wait_is_over_did_not_come_back(tmp_path: Path, otherwise: str) -> None:
+    """No partner is missing where nobody waits for one."""
+    with served(tmp_path, PAIR.replace("return_s: 5}", f"return_s: 5, otherwise: {otherwise}, agent: idle}}")) as study:
+        (gone,) = waiting(study)
+        study.later(31)
+        study.look()
+        gone.look()
+        assert (gone.step["outcome"], bool(gone.step["code"])) == ("dropped-out", True)
 
 
 def test_who_waits_too_long_may_play_with_an_agent_instead(tmp_path: Path) -> None:

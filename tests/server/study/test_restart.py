@@ -16,7 +16,7 @@ from movingout.server.study.databases import StudyDatabases
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StoreError, StudyError
-from movingout.study.store.tables import answers, audit, participants, rounds
+from movingout.study.store.tables import answers, audit, participants, players, rounds
 from tests.server.persistence.test_room_snapshot import free_port
 from tests.server.study.study_process import study_process
 from tests.server.study.support import SOLO, Served, Visitor, served
@@ -132,11 +132,14 @@ def test_a_round_whose_end_was_not_written_down_is_taken_from_its_recording(tmp_
 def test_a_round_that_never_had_a_tick_is_played_again(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         visitor = study.visitor().go_to("round")
+        study.running.participants[visitor.pid].device = "gamepad"
         visitor.next()
         room = visitor.step["room"]["id"]
     with served(tmp_path) as study:
         visitor = Visitor(study, visitor.token, visitor.view)
         assert (visitor.look()["step"]["state"], room in study.live.host.registry.rooms) == ("card", False)
+        visitor.next()
+        assert [row["device"] for row in study.running.databases.store.rows(players)] == ["gamepad", "gamepad"]
         visitor.play()
         assert visitor.kind == "questionnaire"
         assert [(row["attempt"], row["outcome"]) for row in study.running.databases.store.rows(rounds)] == [

@@ -1,9 +1,11 @@
-"""What the two of a pair say of each other is one value where partners are compared."""
+"""What two of a pair say of each other is one value where partners are compared; pairs at one screen are flagged."""
 
-from movingout.study.analysis.results import Results
-from movingout.study.analysis.tables import rating_comparisons
+from pathlib import Path
+
+from movingout.study.analysis.results import Results, collect
+from movingout.study.analysis.tables import flags, rating_comparisons
 from movingout.study.design.definition import SUBSTITUTE
-from tests.study.filled import template
+from tests.study.filled import fill, template
 
 FORM = "movingout-paper-nine"
 
@@ -24,3 +26,12 @@ def test_ratings_of_pairs_are_compared_by_pair() -> None:
     assert (compared.first, compared.second) == ({"1": 1.0, "2": 7.0}, {"3": 4.0})
     (row,) = rating_comparisons(found, lambda partner: partner or "a person").rows
     assert row[:4] == ("fixed-maps", "Teamwork", f"{SUBSTITUTE} – a person", "+0.000"), "by person it would be +1"
+
+
+def test_a_pair_at_one_screen_is_flagged(tmp_path: Path) -> None:
+    pairs, text = template("collect")
+    _, store, pids = fill(tmp_path, pairs, text, 4)
+    assert not any("one screen" in row[2] for row in flags(collect(pairs, store, tmp_path)).rows)
+    store.sit_together(pids[2:], "s1")
+    found = [row[2] for row in flags(collect(pairs, store, tmp_path)).rows if "one screen" in row[2]]
+    assert found == ["unit 2: both at one screen; nothing shows that they were two people"]
