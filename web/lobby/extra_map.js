@@ -42,14 +42,15 @@ export function queryFor(chosen) {
 }
 
 /**
- * @param {readonly GameMap[]} offered
+ * @param {import("../wire/played_map.js").Offered} offered
  * @returns {Promise<ExtraMap | null>} null where it asks for none of these; ApiError where there is no such map
  */
 export async function extraMap(offered) {
   const name = wantedName();
   if (name === "") return null;
   const played = keptPlayed(name);
-  if (played ? isOffered(played, offered) : offered.some((map) => map.name === name)) return null;
+  const isListed = [...offered.shipped, ...offered.own].some((map) => map.name === name);
+  if (played ? isOffered(played, offered) : isListed) return null;
   const isNamed = Boolean(played?.variant) && name.includes(":"); // the server has it as designed
   if (played && !isNamed) return { map: played, key: "lobby.played" };
   return { map: await requestJson(`/api/maps/${encodeURIComponent(name)}`), key: "lobby.linked" };

@@ -140,7 +140,7 @@ function everyMap() {
 async function findExtra() {
   const before = choice().map;
   try {
-    extra = await extraMap([...maps, ...own.maps, ...(practiceMap ? [practiceMap] : [])]);
+    extra = await extraMap({ shipped: [...maps, ...(practiceMap ? [practiceMap] : [])], own: own.maps });
   } catch (error) {
     byId("first-problem", HTMLElement).replaceChildren(notice("attention", sayError(error)));
   }
@@ -270,7 +270,8 @@ async function play(names) {
   }
   remember(chosen);
   const request = roomRequest(chosen, names, false, partner);
-  const drawn = extra && names[0] === extra.map.name ? wantedMap(extra.map, extra.map.name, []) : null;
+  const drawn =
+    extra && names[0] === extra.map.name ? wantedMap(extra.map, extra.map.name, { shipped: [], own: [] }) : null;
   await enter({ ...request, ...(drawn?.map && drawn) }, chosen.seats, problemBox);
 }
 

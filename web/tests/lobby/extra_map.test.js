@@ -13,7 +13,7 @@ const mapOf = (name, variant) => ({
   ...(variant && { variant }),
 });
 const ANNAS = { ...mapOf("MyMap"), goals: [{ x0: 0, y0: 0, x1: 1, y1: 1 }] };
-const OFFERED = [mapOf("HandOff"), ANNAS];
+const OFFERED = { shipped: [mapOf("HandOff")], own: [ANNAS] };
 
 /** The page at /?map=NAME, after a round on `played`. @param {string} name @param {GameMap | null} played */
 function arrive(name, played) {
@@ -37,6 +37,12 @@ test("a listed map needs no place of its own, played or not, its items shuffled 
 test("the map just played is offered where none of its name is listed, or one that is another drawing", async () => {
   for (const played of [mapOf("Other"), mapOf("MyMap")])
     assert.deepEqual(await arrive(played.name, played), { map: played, key: "lobby.played" });
+});
+
+test("a shipped name is the shipped map, whatever was played: an earlier drawing, or a start that was rounded", async () => {
+  const robots = { ...mapOf("HandOff").robots, red: { x: 1.001, y: 0, angle: 0 } };
+  assert.equal(await arrive("HandOff", { ...mapOf("HandOff"), robots }), null);
+  assert.equal(await arrive("HandOff", { ...mapOf("HandOff", "imported"), walls: ANNAS.goals }), null);
 });
 
 test("any other map the server knows by its name", async () => {
