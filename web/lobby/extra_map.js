@@ -18,6 +18,14 @@ export function wantedName() {
 }
 
 /**
+ * What its card is called among the others: one of the operator's maps may have the name of the one just played.
+ * @param {ExtraMap} extra
+ */
+export function cardOf({ map, key }) {
+  return key === "lobby.played" ? `played:${map.name}` : map.name;
+}
+
+/**
  * The number for shuffled items that the address asks for; null where it asks for none, or for a drawn map whose items
  * are shuffled already.
  * @param {ExtraMap | null} extra
@@ -29,7 +37,7 @@ export function wantedSeed(extra) {
 
 /**
  * The address's query for another language: it goes on asking for the map and the number chosen, and leaves out ?lang=.
- * @param {Pick<import("./choice.js").Choice, "map" | "seed"> | null} chosen null: nothing can be chosen yet
+ * @param {Pick<import("./choice.js").Choice, "map" | "seed"> | null} chosen its map by name; null: nothing yet
  */
 export function queryFor(chosen) {
   const query = new URLSearchParams(location.search);

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { extraMap } from "../../lobby/extra_map.js";
+import { cardOf, extraMap } from "../../lobby/extra_map.js";
 
 /** @typedef {import("../../view/render.js").GameMap} GameMap */
 
@@ -37,6 +37,14 @@ test("a listed map needs no place of its own, played or not, its items shuffled 
 test("the map just played is offered where none of its name is listed, or one that is another drawing", async () => {
   for (const played of [mapOf("Other"), mapOf("MyMap")])
     assert.deepEqual(await arrive(played.name, played), { map: played, key: "lobby.played" });
+});
+
+test("the map just played has a card beside one of the operator's with its name", () => {
+  const map = mapOf("MyMap");
+  assert.deepEqual(
+    [cardOf({ map, key: "lobby.played" }), cardOf({ map, key: "lobby.linked" })],
+    ["played:MyMap", "MyMap"],
+  );
 });
 
 test("a shipped name is the shipped map, whatever was played: an earlier drawing, or a start that was rounded", async () => {
