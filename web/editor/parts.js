@@ -48,8 +48,8 @@ export function emptyMap(title) {
 }
 
 /**
- * The name that a title makes: "Die große Garage" -> "DieGrosseGarage". Of a title with letters or pictures that no name has,
- * "Карта Маши", the name ends in a sign of the title: other titles make other names.
+ * The name that a title makes: "Die große Garage" -> "DieGrosseGarage". Of a title with letters or pictures that no
+ * name has, "Карта Маши", the name ends in a sign of the title: other titles make other names.
  * @param {string} title
  */
 export function nameOf(title) {

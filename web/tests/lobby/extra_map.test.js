@@ -47,7 +47,7 @@ test("the map just played has a card beside one of the operator's with its name"
   );
 });
 
-test("a shipped name is the shipped map, whatever was played: an earlier drawing, or a start that was rounded", async () => {
+test("a shipped name is the shipped map, whatever was played: an earlier drawing, or a rounded start", async () => {
   const robots = { ...mapOf("HandOff").robots, red: { x: 1.001, y: 0, angle: 0 } };
   assert.equal(await arrive("HandOff", { ...mapOf("HandOff"), robots }), null);
   assert.equal(await arrive("HandOff", { ...mapOf("HandOff", "imported"), walls: ANNAS.goals }), null);
