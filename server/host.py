@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any, Concatenate
 
 from movingout.recordings.episode import Outcome
+from movingout.server.agent_workers.agent_use import AgentUse, agent_use
 from movingout.server.notices import Notice
 from movingout.server.overload import ProcessHealth
-from movingout.server.public_host import AgentUse, Found, Given, PublicHost, agent_use
+from movingout.server.public_host import Found, Given, PublicHost
 from movingout.server.room_host import RoomHost, warm_up
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.prepared_maps import PreparedMaps

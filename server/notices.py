@@ -14,8 +14,8 @@ ErrorCode = Literal[
     "fault", "bad_request", "too_large", "not_found", "origin", "locked", "too_many_requests", "no_token",
     "wrong_token", "full",
     # rooms
-    "no_room", "too_many_rooms", "rooms_unjoined", "rooms_open", "study", "unknown_map", "maps", "seats", "seat_kind",
-    "limit_ticks", "challenge2_seed",
+    "no_room", "too_many_rooms", "rooms_unjoined", "rooms_open", "recorded_today", "study", "unknown_map", "maps",
+    "seats", "seat_kind", "limit_ticks", "challenge2_seed",
     "unknown_agent", "damaged_agent", "agent_map", "agent_options", "no_agent", "ghost", "blinded", "tutorial",
     "agents_only", "too_many_agents",
     # maps of one's own

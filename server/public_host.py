@@ -7,7 +7,7 @@ import logging
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator
-from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from prometheus_client.core import Metric
 
@@ -15,7 +15,7 @@ from movingout.maps import MapSpec, MovingOutError
 from movingout.recordings.episode import Outcome
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
-from movingout.server.agent_workers.pool import AgentPool
+from movingout.server.agent_workers.agent_use import AgentUse
 from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl, address_group
 from movingout.server.connection.other_nodes import RoomCount
@@ -31,7 +31,14 @@ from movingout.server.persistence.room_store import episodes_of_other_studies
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.prepared_maps import PreparedMaps, Variant
 from movingout.server.rooms.room import Room
-from movingout.server.rooms.room_notices import NOBODY_HERE, TOO_MANY_ROOMS, OpeningRefused, rooms_open, rooms_unjoined
+from movingout.server.rooms.room_notices import (
+    NOBODY_HERE,
+    RECORDED_TODAY,
+    TOO_MANY_ROOMS,
+    OpeningRefused,
+    rooms_open,
+    rooms_unjoined,
+)
 from movingout.server.rooms.room_view import LeftState, PlayedRound, RoomView, end_if_left, left_state, longest_left
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
@@ -54,25 +61,6 @@ class Away(MovingOutError):
     """The process that is asked is being replaced; a moment later it can be reached again."""
 
     code: ErrorCode = "restarting"
-
-
-class AgentUse(NamedTuple):
-    """Shares of a core: of some agents that are wanted, of some that play, of all that play, and of all there is."""
-
-    wanted: float
-    taken: float
-    used: float
-    capacity: float
-
-
-def agent_use(agents: AgentPool, wanted: Collection[str], taken: Collection[str]) -> AgentUse:
-    """The same for one pool."""
-    return AgentUse(
-        wanted=sum(agents.costs.of(agent) for agent in wanted),
-        taken=sum(agents.costs.of(agent) for agent in taken),
-        used=sum(row["load"] for row in agents.report()),
-        capacity=agents.capacity,
-    )
 
 
 class PublicHost(ABC):
@@ -257,9 +245,14 @@ class PublicHost(ABC):
 
         After None, tell `admission.opening_ended` when it was opened, or could not be.
         """
-        if not self.admission.may_record(address) or not self.admission.may_open_room(address):
+        owner, other_nodes = self.admission.owner(address), self.admission.other_nodes
+        if not self.admission.may_record(address):
+            return RECORDED_TODAY
+        if not self.admission.may_open_room(address):
             return TOO_MANY_ROOMS  # first, because asking each of the open rooms may be a call to another process
-        elsewhere = await self.admission.other_nodes.may_open_room(self.admission.owner(address))
+        if not await other_nodes.may_record(owner):
+            return RECORDED_TODAY
+        elsewhere = await other_nodes.may_open_room(owner)
         if elsewhere is None:
             return TOO_MANY_ROOMS
         allowed = False

@@ -47,12 +47,15 @@ def waiting_rooms(view: ClusterView, lease_s: float) -> Iterator[str]:
 
 
 def unserved_study(view: ClusterView) -> str:
-    """A sentence where nobody serves a study that has begun; empty after all of its nodes have ended in order."""
+    """A sentence where nobody serves a study that has begun; empty after who had it last has ended in order."""
     lease = view.lease(STUDY)
     if lease is None or lease.fence == 0 or any(has_lease(node, lease) and not node.problem for node in view.nodes):
         return ""
     if all(node.state == "ended" or lease.format not in (None, node.format) for node in view.nodes):
         return ""
+    holder = view.node(lease.node)
+    if holder is not None and holder.state == "ended" and not any(node.alive for node in view.nodes):
+        return ""  # others that were killed before had given it up
     return "nobody serves the study" + (f": node {lease.node} had it last" if lease.node else "")
 
 

@@ -55,17 +55,17 @@ class SharedLimits(OtherNodes):
 
     # ---- questions ------------------------------------------------------------------------------------------
 
+    async def may_record(self, owner: str) -> bool:
+        return await self._ask(self._store.has(RECORDED, self._name(owner), self._bytes, ROUND_BYTES), True)
+
     async def may_open_room(self, owner: str) -> RoomCount | None:
         return await self._ask(self._may_open_room(owner), NO_ROOMS)
 
     async def _may_open_room(self, owner: str) -> RoomCount | None:
-        address = self._name(owner)
-        if not await self._store.has(RECORDED, address, self._bytes, ROUND_BYTES):
-            return None
         self._unsure.add(owner)
         here = self._rooms().get(owner, NO_ROOMS)
         here = RoomCount(here.open + 1, here.unjoined + 1)
-        return await self._store.open_room(self._run, address, here, self._openings)
+        return await self._store.open_room(self._run, self._name(owner), here, self._openings)
 
     async def may_guess(self, group: str, secret: str) -> bool:
         return await self._ask(self._store.take(f"wrong {secret}", self._name(group), self._guesses), True)

@@ -16,6 +16,10 @@ class OtherNodes:
     Rooms belong to owners (`admission.owner`), wrong tokens to groups of addresses (`admission.address_group`).
     """
 
+    async def may_record(self, owner: str) -> bool:
+        """Whether rooms of the address may fill the disks of all nodes further today."""
+        return True
+
     async def may_open_room(self, owner: str) -> RoomCount | None:
         """How many rooms the address has at other nodes; None when it has opened too many of late."""
         return RoomCount()

@@ -1,5 +1,6 @@
 """How much may still be written: to the data folder, and to the recordings, which may have a disk of their own."""
 
+import contextlib
 import shutil
 from pathlib import Path
 from typing import Final
@@ -8,12 +9,15 @@ LEAST_FREE: Final = 50e6  # bytes, below which nothing new is begun
 
 
 def disk_free(data: Path, recordings: Path) -> int:
-    """Bytes on the disk of the data folder, or of the recordings where theirs has less; 0 when one is gone.
+    """Bytes on the disk of the data folder, or of the recordings where theirs has less; 0 when one is gone or broken.
 
-    Asking whether a folder is there raises where its disk answers with an error.
+    A folder of recordings that is not made yet decides nothing.
     """
     try:
-        folders = [data, *([recordings] if recordings.exists() else [])]
-        return min(shutil.disk_usage(folder).free for folder in folders)
+        free = shutil.disk_usage(data).free
+        with contextlib.suppress(FileNotFoundError):
+            recordings.stat()  # the size of a disk may be known that no longer answers
+            free = min(free, shutil.disk_usage(recordings).free)
     except OSError:
         return 0
+    return free

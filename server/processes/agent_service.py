@@ -31,6 +31,7 @@ from movingout.agents.worker.messages import (
     read_to_worker,
 )
 from movingout.server.agent_workers.agent_seat import admitted
+from movingout.server.agent_workers.agent_use import AgentUse, agent_use
 from movingout.server.agent_workers.capacity import COSTS_S, AgentCosts, cost_name
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.agent_workers.process import Worker
@@ -38,7 +39,6 @@ from movingout.server.background import BackgroundWork
 from movingout.server.logs import log_to
 from movingout.server.processes.agent_messages import Free, Lost
 from movingout.server.processes.channel import Channel, first_message
-from movingout.server.public_host import AgentUse, agent_use
 from movingout.server.status import process_report
 
 log = logging.getLogger(__name__)

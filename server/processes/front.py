@@ -13,6 +13,7 @@ from movingout.agents.errors import AgentsBusyError
 from movingout.maps import MapSpec
 from movingout.recordings.episode import Outcome
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server.agent_workers.agent_use import AgentUse
 from movingout.server.agent_workers.capacity import COSTS
 from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl
@@ -29,7 +30,7 @@ from movingout.server.processes.homes import home_of
 from movingout.server.processes.room_link import RoomLink
 from movingout.server.processes.room_process import Start
 from movingout.server.processes.template import TemplateProcess
-from movingout.server.public_host import ROOMS_AT_ONCE, AgentUse, Found, Given, PublicHost
+from movingout.server.public_host import ROOMS_AT_ONCE, Found, Given, PublicHost
 from movingout.server.room_host import warm_up
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.prepared_maps import PreparedMaps, Variant

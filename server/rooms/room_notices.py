@@ -32,6 +32,9 @@ class OpeningRefused(NamedTuple):
 
 
 TOO_MANY_ROOMS = OpeningRefused("too_many_rooms", "Too many rooms were opened from your address; wait a minute.", {})
+RECORDED_TODAY = OpeningRefused(
+    "recorded_today", "Games from your address have recorded as much as they may in a day; try again later.", {}
+)
 
 
 def rooms_unjoined(most: int) -> OpeningRefused:

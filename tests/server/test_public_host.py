@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from movingout.maps import MapSpec
+from movingout.server.connection.admission import ROUND_BYTES
 from movingout.server.host import Host
 from movingout.server.notices import Notice
 from movingout.server.own_maps.workers import Busy
@@ -91,6 +92,20 @@ def test_a_refusal_says_what_the_rooms_wait_for_and_how_long(tmp_path: Path) -> 
     )
     host.admission = Host(host.settings).admission
     assert asyncio.run(host.openings(3)) == ["", "", "too_many_rooms"]
+
+
+def test_a_day_full_of_recordings_is_no_minute_full_of_rooms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def no(owner: str) -> bool:
+        return False
+
+    host = FarHost(tmp_path, {}, recorded_per_address_per_day=ROUND_BYTES)
+    assert asyncio.run(host.openings(1)) == [""]
+    host.admission.opened_room(host.admission.owner(ADDRESS), "room")
+    host.admission.recorded("room", 1)
+    assert asyncio.run(host.openings(1)) == ["recorded_today"]
+    host = FarHost(tmp_path, {})
+    monkeypatch.setattr(host.admission.other_nodes, "may_record", no)
+    assert asyncio.run(host.openings(1)) == ["recorded_today"], "at the other nodes of a cluster"
 
 
 def test_where_all_rooms_are_in_use_the_one_left_longest_gives_way(tmp_path: Path) -> None:
@@ -200,6 +215,7 @@ def test_a_broken_disk_of_recordings_lets_no_room_open_and_is_no_error(
         return stat(path, **options)
 
     monkeypatch.setattr(Path, "stat", broken)
+    monkeypatch.setattr(Path, "exists", lambda path: False)  # as Python 3.14 answers about a broken disk
     assert host.disk_free() == 0 and host.refusal().code == "disk_full"
     assert host.refusal().message in host.why_not_ready() and host.cannot_record().code == "disk_full"
 

@@ -169,7 +169,7 @@ def test_10_rounds_are_charged_to_the_address_that_opened_the_room(tmp_path: Pat
         person.say(type="ready", seat=0)
         person.wait_for("result")
         status, answer = live.call("/api/rooms", SEATS)
-        assert (status, answer["error"]["code"]) == (429, "too_many_rooms")
+        assert (status, answer["error"]["code"]) == (429, "recorded_today")
 
 
 @pytest.mark.slow

@@ -25,7 +25,7 @@ import { partnerLine, partnerName } from "./partners.js";
 /** @typedef {{kind: "here" | "link" | "agent" | "partner" | "remote", agent?: string}} SeatRequest */
 /**
  * @typedef {object} Choice
- * @property {string} map the map's name
+ * @property {string} map its card: the name, or what extra_map.js calls the map just played
  * @property {[string, string]} seats values of the seat options: "here", "link", "remote" or "agent:<id>"
  * @property {number} limitTicks
  * @property {number | null} seed Challenge 2, null for the maps as they are

@@ -18,6 +18,14 @@ export function wantedName() {
 }
 
 /**
+ * What its card is called among the others: one of the operator's maps may have the name of the one just played.
+ * @param {ExtraMap} extra
+ */
+export function cardOf({ map, key }) {
+  return key === "lobby.played" ? `played:${map.name}` : map.name;
+}
+
+/**
  * The number for shuffled items that the address asks for; null where it asks for none, or for a drawn map whose items
  * are shuffled already.
  * @param {ExtraMap | null} extra
@@ -29,7 +37,7 @@ export function wantedSeed(extra) {
 
 /**
  * The address's query for another language: it goes on asking for the map and the number chosen, and leaves out ?lang=.
- * @param {Pick<import("./choice.js").Choice, "map" | "seed"> | null} chosen null: nothing can be chosen yet
+ * @param {Pick<import("./choice.js").Choice, "map" | "seed"> | null} chosen its map by name; null: nothing yet
  */
 export function queryFor(chosen) {
   const query = new URLSearchParams(location.search);
@@ -42,14 +50,15 @@ export function queryFor(chosen) {
 }
 
 /**
- * @param {readonly GameMap[]} offered
+ * @param {import("../wire/played_map.js").Offered} offered
  * @returns {Promise<ExtraMap | null>} null where it asks for none of these; ApiError where there is no such map
  */
 export async function extraMap(offered) {
   const name = wantedName();
   if (name === "") return null;
   const played = keptPlayed(name);
-  if (played ? isOffered(played, offered) : offered.some((map) => map.name === name)) return null;
+  const isListed = [...offered.shipped, ...offered.own].some((map) => map.name === name);
+  if (played ? isOffered(played, offered) : isListed) return null;
   const isNamed = Boolean(played?.variant) && name.includes(":"); // the server has it as designed
   if (played && !isNamed) return { map: played, key: "lobby.played" };
   return { map: await requestJson(`/api/maps/${encodeURIComponent(name)}`), key: "lobby.linked" };

@@ -15,7 +15,7 @@ import { namedBadge } from "../components/named_badge.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { LIMITS, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
-import { extraMap, queryFor, wantedName, wantedSeed } from "./extra_map.js";
+import { cardOf, extraMap, queryFor, wantedName, wantedSeed } from "./extra_map.js";
 import { mapGroups } from "./map_cards.js";
 import { drawFirstPictures, firstChoice, firstRequest, showFirstGame } from "./newcomer.js";
 import { researchLine } from "./partners.js";
@@ -131,30 +131,29 @@ function offerSeed() {
   refresh();
 }
 
-/** The maps of the paper, the operator's own and the one that the address asks for. */
-function everyMap() {
-  return [...maps, ...own.maps, ...(extra ? [extra.map] : [])];
+/** The map of a card, where there is one. @param {string | undefined} card */
+function mapAt(card) {
+  if (extra && cardOf(extra) === card) return extra.map;
+  return [...maps, ...own.maps].find(({ name }) => name === card);
 }
 
 /** The map that the address asks for; where there is none of that name, it is said, and the others are offered. */
 async function findExtra() {
   const before = choice().map;
   try {
-    extra = await extraMap([...maps, ...own.maps, ...(practiceMap ? [practiceMap] : [])]);
+    extra = await extraMap({ shipped: [...maps, ...(practiceMap ? [practiceMap] : [])], own: own.maps });
   } catch (error) {
     byId("first-problem", HTMLElement).replaceChildren(notice("attention", sayError(error)));
   }
   if (!extra) return;
-  const { name } = extra.map; // of the operator's maps, one of this name is another drawing
-  own = { ...own, maps: own.maps.filter((map) => map.name !== name) };
   const now = choice();
-  showChoices({ ...now, map: now.map === before ? name : now.map }); // unless another was chosen meanwhile
+  showChoices({ ...now, map: now.map === before ? cardOf(extra) : now.map }); // unless another was chosen meanwhile
 }
 
 function drawPictures() {
   drawFirstPictures(maps, practiceMap);
   for (const canvas of mapsBox.querySelectorAll("canvas")) {
-    const map = everyMap().find(({ name }) => name === canvas.dataset.map);
+    const map = mapAt(canvas.dataset.map);
     if (map) mapPicture(canvas, map);
   }
 }
@@ -192,8 +191,8 @@ function choice() {
 
 /** Brings every text that follows from the choice up to date. */
 function refresh() {
-  const { map: name, seats } = choice();
-  const map = everyMap().find((candidate) => candidate.name === name) ?? maps[0];
+  const { map: card, seats } = choice();
+  const map = mapAt(card) ?? maps[0];
   chosenBox.replaceChildren(
     el(
       "div",
@@ -232,7 +231,7 @@ function showResearch(seats) {
 function remembered() {
   const wanted = wantedName();
   const kept = lastChoice(firstChoice(maps, partner));
-  return everyMap().some(({ name }) => name === wanted) ? { ...kept, map: wanted } : kept;
+  return mapAt(wanted) ? { ...kept, map: wanted } : kept;
 }
 
 /** @param {Choice} first @returns {Choice} */
@@ -241,7 +240,7 @@ function lastChoice(first) {
     const kept = JSON.parse(localStorage.getItem(MEMORY) ?? "{}");
     return {
       ...first,
-      ...(everyMap().some(({ name }) => name === kept.map) && { map: kept.map }),
+      ...(mapAt(kept.map) && { map: kept.map }),
       ...(Array.isArray(kept.seats) && kept.seats.length === 2 && { seats: kept.seats }),
       ...(LIMITS.some((ticks) => ticks === kept.limitTicks) && { limitTicks: kept.limitTicks }),
     };
@@ -259,8 +258,8 @@ function remember({ map, seats, limitTicks }) {
   }
 }
 
-/** @param {string[]} names the rounds */
-async function play(names) {
+/** @param {string[]} cards of the rounds, or names of generated maps */
+async function play(cards) {
   problemBox.replaceChildren(); // here and not on a change: the button must not move under the finger
   const chosen = choice();
   if (randomisedBox.checked && chosen.seed === null) {
@@ -269,8 +268,10 @@ async function play(names) {
     return seedInput.focus();
   }
   remember(chosen);
+  const names = cards.map((card) => mapAt(card)?.name ?? card);
   const request = roomRequest(chosen, names, false, partner);
-  const drawn = extra && names[0] === extra.map.name ? wantedMap(extra.map, extra.map.name, []) : null;
+  const drawn =
+    extra && cards[0] === cardOf(extra) ? wantedMap(extra.map, extra.map.name, { shipped: [], own: [] }) : null;
   await enter({ ...request, ...(drawn?.map && drawn) }, chosen.seats, problemBox);
 }
 
@@ -332,7 +333,7 @@ function showLanguages() {
     keepLanguage(select.value);
     const chosen = maps.length > 0 ? choice() : null;
     if (chosen) remember(chosen);
-    location.assign(location.pathname + queryFor(chosen));
+    location.assign(location.pathname + queryFor(chosen && { ...chosen, map: mapAt(chosen.map)?.name ?? chosen.map }));
   });
 }
 

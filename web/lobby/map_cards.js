@@ -8,6 +8,7 @@ import { say } from "../text/catalogue.js";
 import { mapDescription, mapTitle } from "../text/names.js";
 import { MODES, modeKey } from "./choice.js";
 import { difficulty } from "./difficulty.js";
+import { cardOf } from "./extra_map.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 
@@ -15,7 +16,7 @@ import { difficulty } from "./difficulty.js";
 
 /**
  * The map that the address asks for, where no list has it, the operator's own maps, where there are any, then the
- * others by mode; one of them is chosen.
+ * others by mode; the card `selected` is chosen.
  * @param {readonly GameMap[]} maps @param {OwnMaps} own @param {import("./extra_map.js").ExtraMap | null} extra
  * @param {string} selected
  */
@@ -27,7 +28,7 @@ export function mapGroups(maps, own, extra, selected) {
       selected,
     ),
   );
-  const first = extra ? [mapGroup(extra.key, [extra.map], selected)] : [];
+  const first = extra ? [mapGroup(extra.key, [extra.map], selected, cardOf(extra))] : [];
   if (own.maps.length + own.leftOut === 0) return [...first, ...modes];
   const yours = mapGroup("lobby.own", own.maps, selected);
   if (own.leftOut > 0)
@@ -35,9 +36,12 @@ export function mapGroups(maps, own, extra, selected) {
   return [...first, yours, ...modes];
 }
 
-/** @param {string} key of its heading @param {readonly GameMap[]} maps @param {string} selected */
-function mapGroup(key, maps, selected) {
-  const cards = maps.map((map) => mapCard(map, map.name === selected));
+/**
+ * @param {string} key of its heading @param {readonly GameMap[]} maps @param {string} selected
+ * @param {string} [only] the card of its only map
+ */
+function mapGroup(key, maps, selected, only) {
+  const cards = maps.map((map) => mapCard(map, only ?? map.name, selected));
   return el(
     "fieldset",
     { class: "map-group" },
@@ -46,22 +50,22 @@ function mapGroup(key, maps, selected) {
   );
 }
 
-/** @param {GameMap} map @param {boolean} selected */
-function mapCard(map, selected) {
+/** @param {GameMap} map @param {string} card @param {string} selected */
+function mapCard(map, card, selected) {
   return el(
     "label",
     { class: "map" },
     el("input", {
       type: "radio",
       name: "map",
-      value: map.name,
-      checked: selected,
-      "aria-describedby": `about-${map.name}`,
+      value: card,
+      checked: card === selected,
+      "aria-describedby": `about-${card}`,
     }),
-    el("canvas", { "aria-hidden": "true", "data-map": map.name }),
+    el("canvas", { "aria-hidden": "true", "data-map": card }),
     el("span", { class: "map-title" }, mapTitle(map)),
     dots(difficulty(map)),
-    el("span", { class: "sr-only", id: `about-${map.name}` }, mapDescription(map)),
+    el("span", { class: "sr-only", id: `about-${card}` }, mapDescription(map)),
   );
 }
 

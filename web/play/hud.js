@@ -136,7 +136,9 @@ export class Hud {
       const mine = own.includes(index);
       const device = has(`play.device.${seat.device}`) ? say(`play.device.${seat.device}`) : "";
       const name = own.length > 1 && mine && !seat.name ? colourName(index) : seatName(seat, mine, own.length === 0);
-      const words = running ? playingWords(seat, index, round.map, scene.view, own) : waitingWords(seat, room.phase);
+      const words = running
+        ? playingWords(seat, index, round.map, scene.view, own)
+        : waitingWords(seat, room.phase, mine);
       const urgent = URGENT.some((state) => words === say(`play.state.${state}`));
       this.#text(this.#seatRows[index].name, mine && device ? `${name} · ${device}` : name);
       this.#text(this.#seatRows[index].words, words);

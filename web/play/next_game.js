@@ -50,9 +50,10 @@ export async function goOn(game, which) {
   const seats = sameSeats(game.room?.seats ?? [], game.own);
   if (seats === null || game.round === null) return;
   const { map, limit_ticks } = game.round;
-  const { maps: offered, own = [], practice } = await requestJson("/api/maps");
-  const name = which === "same" ? map.name : nextMap(offered.map(nameOf), map.name);
-  const room = await openRoom({ ...wantedMap(map, name, [...offered, ...own, practice]), seats, limit_ticks });
+  const { maps, own = [], practice } = await requestJson("/api/maps");
+  const name = which === "same" ? map.name : nextMap(maps.map(nameOf), map.name);
+  const offered = { shipped: [...maps, practice], own };
+  const room = await openRoom({ ...wantedMap(map, name, offered), seats, limit_ticks });
   if (which === "same" && isDrawnIn(game.welcome?.room ?? "")) keepDrawnIn(room.room);
   location.assign(room.join_path);
 }

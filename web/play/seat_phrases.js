@@ -53,14 +53,14 @@ export function isOver(phase) {
 
 /**
  * What a seat is doing before and between rounds; after the last one, who has left or would play again.
- * @param {SeatState} seat @param {Phase} phase
+ * @param {SeatState} seat @param {Phase} phase @param {boolean} [own] of this page: whoever reads it is not away
  */
-export function waitingWords(seat, phase) {
+export function waitingWords(seat, phase, own = false) {
   if (phase === "series_over" && (!isPerson(seat) || (seat.present && !seat.ready))) return "";
   if (seat.open || (!seat.present && seat.kind !== "idle"))
     return say(isOver(phase) ? "play.state.left" : "play.state.notHere");
   if (seat.kind === "idle") return say("play.state.idle");
-  const away = seat.visible === false; // a node of an earlier version does not say it
+  const away = seat.visible === false && !own; // a node of an earlier version does not say it
   if (seat.ready) return say(away ? "play.state.readyAway" : "play.state.ready");
   return say(away ? "play.state.away" : "play.state.notReady");
 }
@@ -101,7 +101,7 @@ export function companyText(room, own) {
  */
 export function playingWords(seat, index, map, view, own) {
   if (!seat.present && seat.kind !== "idle") return say("play.state.gone");
-  if (seat.visible === false) return say("play.state.away");
+  if (seat.visible === false && !own.includes(index)) return say("play.state.away");
   const held = view.held[index];
   if (held < 0) return seat.kind === "idle" ? say("play.state.idle") : say("play.state.free");
   const item = map.items[held];

@@ -5,6 +5,7 @@
  */
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
+/** @typedef {{shipped: readonly GameMap[], own: readonly GameMap[]}} Offered own: of the operator's folder */
 
 const MEMORY = "movingout.played";
 const DRAWN = "movingout.drawn"; // the room in which the editor's map was last played
@@ -53,14 +54,16 @@ export function seedOf({ variant = "" }) {
 }
 
 /**
- * Whether the map played is among those offered: one of its name may be another drawing. Shuffled items are of the map
- * with its walls and goals.
- * @param {GameMap} played @param {readonly GameMap[]} offered
+ * Whether the map played is among those offered: one of the operator's may be another drawing of its name. Shuffled
+ * items are of the map with its walls and goals. A shipped name is nobody else's: the server takes no drawing of it,
+ * though a recording may have an earlier one.
+ * @param {GameMap} played @param {Offered} offered
  */
-export function isOffered(played, offered) {
+export function isOffered(played, { shipped, own }) {
   const drawing = (/** @type {GameMap} */ { walls, goals, robots, items }) =>
     JSON.stringify(played.variant ? [walls, goals] : [walls, goals, robots, items]);
-  return offered.some((map) => map.name === played.name && drawing(map) === drawing(played));
+  const isShipped = shipped.some(({ name }) => name === played.name);
+  return isShipped || own.some((map) => map.name === played.name && drawing(map) === drawing(played));
 }
 
 /**
@@ -68,7 +71,7 @@ export function isOffered(played, offered) {
  * does not keep it. Varied and generated ones, "HandOff:mirror", have a name; shuffled ones have that of the designed
  * map, and a number.
  * @param {GameMap} played @param {string} name the map to play now, with shuffled items where `played` has them
- * @param {readonly GameMap[]} offered
+ * @param {Offered} offered
  */
 export function wantedMap(played, name, offered) {
   const drawn = name === played.name && !name.includes(":") && !isOffered(played, offered);

@@ -10,7 +10,8 @@ import pytest
 from movingout.server.cli import main
 from movingout.server.cluster.commands import cluster
 from movingout.server.cluster.errors import ClusterError
-from movingout.server.cluster.lease_store import ClusterView, LeaseRow
+from movingout.server.cluster.lease_store import ClusterView, LeaseRow, NodeRow
+from movingout.server.cluster.report import unserved_study
 from movingout.server.cluster.shards import STUDY
 from movingout.server.cluster.study.host import StudyNodeHost
 from movingout.server.cluster.study.room_works import NodeStatus
@@ -220,6 +221,19 @@ def test_status_says_that_nobody_serves_the_study_whose_nodes_were_killed_not_en
     assert status() == 1 and "nobody serves the study: node a had it last" in capsys.readouterr().out
     together(lambda: serve(ended=True))
     assert status() == 0 and "nobody" not in capsys.readouterr().out
+
+
+def test_a_node_that_was_killed_before_does_not_matter_where_the_holder_of_the_study_has_ended_in_order() -> None:
+    def node(name: str, state: str, alive: bool = False) -> NodeRow:
+        return NodeRow(name, "folder", "0.1", "format", "", state, 0, f"run of {name}", alive)
+
+    def said(*nodes: NodeRow) -> str:
+        return unserved_study(ClusterView((lease(STUDY, "a", expired_s=5.0),), nodes))
+
+    nobody = "nobody serves the study: node a had it last"
+    assert said(node("a", "ended"), node("b", "serving")) == ""
+    assert said(node("a", "ended"), node("b", "serving", alive=True)) == nobody, "b could take it"
+    assert said(node("a", "serving"), node("b", "ended")) == nobody
 
 
 def test_a_node_that_cannot_record_takes_no_room_itself_and_stops_no_round_at_the_others(

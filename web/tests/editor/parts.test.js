@@ -26,6 +26,14 @@ test("a title makes a name that a map may have", () => {
   assert.equal(parts.nameOf("a".repeat(60)).length, 40);
 });
 
+test("a sign that is no letter, digit or picture is left out of the name and adds nothing to it", () => {
+  assert.equal(parts.nameOf("20° turn"), "Map20Turn");
+  assert.equal(parts.nameOf("A → B"), "AB");
+  assert.equal(parts.nameOf("½ way"), "Map12Way");
+  assert.equal(parts.nameOf("a\u200db"), "AB");
+  assert.notEqual(parts.nameOf("🇫🇷"), parts.nameOf("🇩🇪"));
+});
+
 test("titles that differ in letters which no name has make different names", () => {
   const titles = ["地図", "Карта Маши", "Карта Миши", "Χάρτης", "خريطة", "🐱", "🐶", "Map", "Łódź", "Odz", "Комната 2"];
   titles.push("длинное название ".repeat(5), `${"длинное название ".repeat(5)}два`);

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { extraMap } from "../../lobby/extra_map.js";
+import { cardOf, extraMap } from "../../lobby/extra_map.js";
 
 /** @typedef {import("../../view/render.js").GameMap} GameMap */
 
@@ -13,7 +13,7 @@ const mapOf = (name, variant) => ({
   ...(variant && { variant }),
 });
 const ANNAS = { ...mapOf("MyMap"), goals: [{ x0: 0, y0: 0, x1: 1, y1: 1 }] };
-const OFFERED = [mapOf("HandOff"), ANNAS];
+const OFFERED = { shipped: [mapOf("HandOff")], own: [ANNAS] };
 
 /** The page at /?map=NAME, after a round on `played`. @param {string} name @param {GameMap | null} played */
 function arrive(name, played) {
@@ -37,6 +37,20 @@ test("a listed map needs no place of its own, played or not, its items shuffled 
 test("the map just played is offered where none of its name is listed, or one that is another drawing", async () => {
   for (const played of [mapOf("Other"), mapOf("MyMap")])
     assert.deepEqual(await arrive(played.name, played), { map: played, key: "lobby.played" });
+});
+
+test("the map just played has a card beside one of the operator's with its name", () => {
+  const map = mapOf("MyMap");
+  assert.deepEqual(
+    [cardOf({ map, key: "lobby.played" }), cardOf({ map, key: "lobby.linked" })],
+    ["played:MyMap", "MyMap"],
+  );
+});
+
+test("a shipped name is the shipped map, whatever was played: an earlier drawing, or a rounded start", async () => {
+  const robots = { ...mapOf("HandOff").robots, red: { x: 1.001, y: 0, angle: 0 } };
+  assert.equal(await arrive("HandOff", { ...mapOf("HandOff"), robots }), null);
+  assert.equal(await arrive("HandOff", { ...mapOf("HandOff", "imported"), walls: ANNAS.goals }), null);
 });
 
 test("any other map the server knows by its name", async () => {

@@ -87,6 +87,13 @@ test("what a seat does is said in words", () => {
   assert.equal(playingWords(seat({ visible: false }), 1, items, view([-1, 0]), [0]), "away from the game");
 });
 
+test("whoever reads the page is not away from it, though the server has not told yet that they are back", () => {
+  const back = seat({ visible: false });
+  assert.equal(playingWords(back, 1, map(), view([-1, -1]), [1]), "carrying nothing");
+  assert.equal(waitingWords(back, "lobby", true), "getting ready");
+  assert.equal(waitingWords({ ...back, ready: true }, "lobby", true), "ready");
+});
+
 test("a seat before the round", () => {
   assert.equal(waitingWords(seat({ open: true, present: false }), "lobby"), "not here yet");
   assert.equal(waitingWords(seat(), "round_over"), "getting ready");

@@ -32,7 +32,7 @@ function useStorage(storage) {
 
 /** @param {string} name @param {Partial<GameMap>} [parts] @returns {GameMap} */
 const mapOf = (name, parts = {}) => ({ ...DRAWN, name, ...parts });
-const OFFERED = [mapOf("a"), mapOf("b")];
+const OFFERED = { shipped: [mapOf("b")], own: [mapOf("a")] };
 const WALL = { x0: 0, y0: 0, x1: 1, y1: 1 };
 
 test("a drawn map, which the server does not keep, is sent along; any other goes by its name", () => {
@@ -44,7 +44,7 @@ test("a drawn map, which the server does not keep, is sent along; any other goes
   assert.deepEqual(wantedMap(mapOf("a:mirror"), "a:mirror", OFFERED), { maps: ["a:mirror"], ...seed });
 });
 
-test("a drawn map of an offered one's name is sent along as well, unless it is the same drawing", () => {
+test("a drawn map of the name of one of the operator's is sent along as well, unless it is the same drawing", () => {
   for (const other of [{ walls: [WALL] }, { goals: [WALL] }, { items: [] }, { robots: TURNED }]) {
     const drawn = mapOf("a", other);
     assert.deepEqual(wantedMap(drawn, "a", OFFERED), { maps: [], map: drawn });
@@ -52,12 +52,17 @@ test("a drawn map of an offered one's name is sent along as well, unless it is t
   assert.deepEqual(wantedMap(mapOf("a", { title: "Mine" }), "a", OFFERED), { maps: ["a"], challenge2_seed: null });
 });
 
+test("a shipped name is sent as a name, whatever was played: the server takes no drawing of it", () => {
+  for (const played of [mapOf("b", { robots: TURNED }), mapOf("b", { variant: "imported", walls: [WALL] })])
+    assert.deepEqual(wantedMap(played, "b", OFFERED), { maps: ["b"], challenge2_seed: null });
+});
+
 test("shuffled items stay shuffled by the same number, on this map and on the next", () => {
   const shuffled = mapOf("a", { variant: "challenge2-train-77", items: [], robots: TURNED });
   assert.deepEqual(wantedMap(shuffled, "a", OFFERED), { maps: ["a"], challenge2_seed: 77 });
   assert.deepEqual(wantedMap(shuffled, "b", OFFERED), { maps: ["b"], challenge2_seed: 77 });
   const drawn = { ...shuffled, walls: [WALL] };
-  for (const offered of [[mapOf("b")], OFFERED])
+  for (const offered of [{ ...OFFERED, own: [] }, OFFERED])
     assert.deepEqual(wantedMap(drawn, "a", offered), { maps: [], map: drawn }, "a drawn one is as it is");
   assert.deepEqual([seedOf({}), seedOf({ variant: "challenge2-evaluation-7" })], [null, null]);
 });
