@@ -27,6 +27,7 @@ COLUMNS = frozenset(
         *(
             "complete",
             "condition",
+            "counts",
             "cpu_s",
             "delivered",
             "distinct",
