@@ -16,7 +16,7 @@ from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
 from movingout.agents.llm.answers import ALONE, INSTRUCTIONS, ModelAnswer, Skill, UselessAnswerError, read_answer
 from movingout.agents.llm.chat import Chat, ChatEndpoint, Message
-from movingout.agents.llm.model_id import KEY, endpoint_key, model_id
+from movingout.agents.llm.model_id import COUNTED, KEY, endpoint_key, model_id
 from movingout.agents.llm.questions import ChatOutcome, Questions
 from movingout.agents.llm.skill_choice import SkillSelector
 from movingout.agents.scripted.agent import ScriptedAgent
@@ -80,8 +80,8 @@ class LlmAgent(ScriptedAgent):
 
     @property
     def episode_counts(self) -> dict[str, int]:
-        """Questions, useful answers and faults of the episode."""
-        return dict(self._counts)
+        """Questions with an outcome, useful answers and faults of the episode."""
+        return {COUNTED + name: count for name, count in self._counts.items()}
 
     @property
     def plan(self) -> str:
@@ -120,7 +120,6 @@ class LlmAgent(ScriptedAgent):
         return self._told
 
     def _messages(self, observation: Observation) -> list[Message]:
-        self._counts["questions"] += 1
         lines = [str(observation.describe())]
         lines += [f"Your partner asks for help {_where(ping.item)}." for ping in self._their_pings(observation)]
         if self._plan:
@@ -137,6 +136,7 @@ class LlmAgent(ScriptedAgent):
     def _take(self, outcome: ChatOutcome, observation: Observation) -> None:
         """Do what the answer says; without one, go on with what is being done."""
         note = outcome.problem
+        self._counts["questions"] += 1  # not when it is asked: the last one of an episode may stay open
         self._counts[outcome.fault or "answers"] += 1
         if outcome.fault is None:
             try:

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from movingout.agents.base import Agent, EpisodeInfo, Wrapper
 from movingout.agents.llm.agent import LlmAgent
+from movingout.agents.llm.model_id import USEFUL
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map
 from movingout.recordings.terminal import printable
@@ -27,7 +28,7 @@ def first_answer(agent: Agent, map_name: str) -> FirstAnswer | None:
     spec = load_map(map_name)
     agent.reset(EpisodeInfo(spec, 0, 0, LIMIT_TICKS))
     told = agent.ask_and_wait(observe(spec, start_state(spec), 0))
-    useful = agent.episode_counts.get("useful", 0)
+    useful = agent.episode_counts.get(USEFUL, 0)
     return FirstAnswer(
         float(str(told["latency_s"])), printable(agent.plan), "" if useful else printable(str(told["note"]))
     )

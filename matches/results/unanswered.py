@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from movingout.agents.llm.model_id import QUESTIONS, USEFUL
+from movingout.maps.spec import SEAT_COLOURS
 from movingout.matches.match import MatchResult
 
 UNANSWERED = (
@@ -31,8 +33,7 @@ def unanswered(results: Iterable[MatchResult]) -> Unanswered | None:
 
 def _asked(result: MatchResult) -> tuple[int, int]:
     """(questions without a usable answer, all questions) of both seats."""
-    questions, useful = (sum(n for name, n in result.counts.items() if name.endswith(end)) for end in _ENDS)
+    questions, useful = (
+        sum(result.counts.get(f"{colour}_{name}", 0) for colour in SEAT_COLOURS) for name in (QUESTIONS, USEFUL)
+    )
     return questions - useful, questions
-
-
-_ENDS = ("_questions", "_useful")  # of what `agents.llm` counts, behind the seat

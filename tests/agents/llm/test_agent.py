@@ -2,6 +2,7 @@
 
 import json
 import re
+import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -148,11 +149,29 @@ def test_a_match_without_one_useful_answer_fails_and_others_count_the_questions(
         (result,) = Lockstep(load=players.__getitem__).play([Match("HandOff", "idle", "silent", 0, ticks=40)])
     assert result.failure.startswith(failure) and (result.ending == "failed") == (useful == 0)
     if useful:
-        counts = {"red_questions": len(asked), "red_useful": 1, "red_answers": 1, "red_left_out": 0}
-        assert result.counts == counts | {"red_http": len(asked) - 1}
+        counts = {"red_llm_questions": len(asked), "red_llm_useful": 1, "red_llm_answers": 1, "red_llm_left_out": 0}
+        assert result.counts == counts | {"red_llm_http": len(asked) - 1}
         assert unanswered([result, result]) == (len(asked) - 1, len(asked), 1, 1)
     else:
         assert "(HTTP 500: oops), so only its fallback played" in result.failure and not result.counts
+
+
+def test_a_question_that_is_open_at_the_end_is_none_without_an_answer() -> None:
+    """Each match of a model that is not waited for ends with one."""
+    held, end = threading.Event(), threading.Event()
+
+    def chat(_: list[Message]) -> str:
+        return answer(fetch(0)) if not held.is_set() else str(end.wait(10.0))
+
+    agent = LlmAgent(lambda messages: chat(list(messages)), 1.0, 0.5)
+    for _ in rollout(load_map("HandOff"), (agent, load_agent("idle")), seed=0, ticks=60):
+        if agent.episode_counts:
+            held.set()
+        elif open_question := agent._questions._open:
+            open_question.over.wait(10.0)
+    assert not agent._questions.ready, "one is open"
+    assert agent.episode_counts == {"llm_questions": 1, "llm_useful": 1, "llm_answers": 1, "llm_left_out": 0}
+    end.set()
 
 
 @pytest.mark.parametrize("skill", SKILLS)

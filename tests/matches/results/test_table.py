@@ -45,12 +45,14 @@ def test_results_of_earlier_versions_and_those_without_the_measure() -> None:
 
 
 def test_a_table_says_where_language_models_did_not_answer() -> None:
-    counts = [{"red_questions": 9, "red_useful": 9}, {"blue_questions": 5, "blue_useful": 2}, {}]
+    counts = [{"red_llm_questions": 9, "red_llm_useful": 9}, {"blue_llm_questions": 5, "blue_llm_useful": 2}, {}]
     results = [replace(_result(seed, 0.5, f"h{seed}"), counts=one) for seed, one in enumerate(counts)]
     row = ResultRow("all", 1, "a", "b", "HandOff", tuple(results))
     said = "Language models gave no usable answer to 3 of 14 questions, in 1 of 2 matches; meanwhile"
     assert said in markdown([row, row]) and "Language models" not in markdown([replace(row, results=(results[0],))])
     assert unanswered([results[0], results[2]]) is None
+    own = {"red_questions": 4, "blue_open_questions": 3, "blue_open_llm_questions": 3}  # of agents that ask no model
+    assert unanswered([replace(results[1], counts=own)]) is None
 
 
 def test_the_error_in_a_table_is_the_one_that_its_p_value_takes() -> None:
