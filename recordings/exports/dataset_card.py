@@ -57,8 +57,8 @@ def dataset_card(name: str, plan: ExportPlan) -> str:
         f"| made by | `movingout recordings export --to {name}`, version {version('moving-out-live')} |",
         "",
         *_same_names(plan),
-        "**People.** Participants appear under pseudonyms only. Publish what they agreed to have published. A name",
-        f"`{ROOM_PSEUDONYM}…` is of one room outside a study: one person may have several, and be in both parts.",
+        "**People.** Participants appear under pseudonyms only. Publish what they agreed to have published.",
+        *_of_one_room(plan),
         "",
         "**Licence.** None is stated. Add `license:` at the head of this file before you publish it.",
     ]

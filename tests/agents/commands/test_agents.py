@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from movingout.agents.catalogue import UNSEEN_NFD, UNSEEN_TCR, agent_cards
+from movingout.agents.catalogue import UNSEEN_NFD, UNSEEN_TCR, agent_cards, load_agent
 from movingout.agents.checkpoint.checkpoint import SHIPPED
 from movingout.agents.commands import agents
 from movingout.agents.conformance import ConformanceError
+from movingout.agents.llm.first_answer import first_answer
 from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
 from tests.agents.llm.stand_in import Reply, said, stand_in
@@ -226,14 +227,14 @@ def test_a_check_asks_again_and_checks_the_rules_all_the_same(
     good = said(json.dumps({"plan": "I wait here.", "skills": [{"skill": "wait"}]}))
     replies = [Reply("loading", 503), good]
     with stand_in(lambda _: replies.pop(0) if len(replies) > 1 else replies[0]) as server:
-        check = ["agents", "check", f"llm:model=m,url={server.url}", "--map", "HandOff", "--ticks", "2"]
-        assert main(check) == 0 and "I wait here." in capsys.readouterr().out
+        answered = first_answer(load_agent(agent_id := f"llm:model=m,url={server.url}"), "HandOff")
+        assert answered is not None and (answered.plan, answered.problem) == ("I wait here.", "")
         replies[:] = [Reply("gone", 503)]
 
         def broken(*_: object) -> None:
             raise ConformanceError("act() returned NaN")
 
         monkeypatch.setattr(agents, "check_agent", broken)
-        assert main(check) == 1
-        said_last = capsys.readouterr().out
-        assert "no usable answer to 3 questions (HTTP 503: gone); act() returned NaN" in said_last
+        assert main(["agents", "check", agent_id]) == 1
+        problem = "no usable answer to 3 questions (HTTP 503: gone); act() returned NaN"
+        assert problem in capsys.readouterr().out
