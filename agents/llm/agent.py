@@ -65,7 +65,7 @@ class LlmAgent(ScriptedAgent):
         self._asked_at = -self._every
         self._prompt = self._plan = self._note = ""
         self._remarks: list[str] = []  # for the next question: what was wrong with the last answer
-        self._counts: Counter[str] = Counter()
+        self._counts = Counter({"questions": 0})  # what has none is of an earlier version
         self._told: dict[str, object] = {}
         self._told_until = -1
 

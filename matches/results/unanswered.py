@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from movingout.agents.llm.model_id import QUESTIONS, USEFUL
+from movingout.agents.around_others import acting_id
+from movingout.agents.llm.model_id import LLM, QUESTIONS, USEFUL
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.matches.match import MatchResult
 
@@ -28,6 +29,15 @@ def unanswered(results: Iterable[MatchResult]) -> Unanswered | None:
     lacking = [without for without, _ in asked.values() if without]
     return (
         Unanswered(sum(lacking), sum(all for _, all in asked.values()), len(lacking), len(asked)) if lacking else None
+    )
+
+
+def has_uncounted_questions(result: MatchResult) -> bool:
+    """Whether a language model sat in a seat that an earlier version played: it did not count what was answered."""
+    ids = dict(zip(SEAT_COLOURS, (result.match.blue, result.match.red), strict=True))
+    return any(
+        acting_id(agent_id).partition(":")[0] == LLM and f"{colour}_{QUESTIONS}" not in result.counts
+        for colour, agent_id in ids.items()
     )
 
 

@@ -20,7 +20,7 @@ from movingout.agents.errors import AgentError
 from movingout.agents.llm.agent import LlmAgent
 from movingout.agents.llm.answers import SKILLS
 from movingout.agents.llm.chat import ChatError, Message
-from movingout.agents.llm.model_id import KEY, endpoint_key
+from movingout.agents.llm.model_id import KEY, QUESTIONS, endpoint_key
 from movingout.agents.observation.seat_observation import observe
 from movingout.agents.recording_metadata import seat_info
 from movingout.maps import load_map
@@ -165,7 +165,7 @@ def test_a_question_that_is_open_at_the_end_is_none_without_an_answer() -> None:
 
     agent = LlmAgent(lambda messages: chat(list(messages)), 1.0, 0.5)
     for _ in rollout(load_map("HandOff"), (agent, load_agent("idle")), seed=0, ticks=60):
-        if agent.episode_counts:
+        if agent.episode_counts[QUESTIONS]:
             held.set()
         elif open_question := agent._questions._open:
             open_question.over.wait(10.0)

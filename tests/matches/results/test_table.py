@@ -55,6 +55,22 @@ def test_a_table_says_where_language_models_did_not_answer() -> None:
     assert unanswered([replace(results[1], counts=own)]) is None
 
 
+@pytest.mark.parametrize("agent_id", ["llm:model=m,url=http://localhost,wait=yes", "late:agent=llm:model=m;wait=yes"])
+def test_a_table_says_that_before_nobody_counted_what_language_models_answered(agent_id: str) -> None:
+    """Where no server answered, the scores of the fallback counted as the model's."""
+    before = _result(0, 0.5, "h")
+    before = replace(before, match=replace(before.match, red=agent_id))
+    row = ResultRow("all", 1, "a", "b", "HandOff", (before,))
+    said = "whether language models that played in them answered is not known"
+    assert said in markdown([row])
+    for now in (
+        replace(before, counts={"red_llm_questions": 0}),
+        replace(before, ending="failed"),
+        _result(0, 0.5, "h"),
+    ):
+        assert "earlier version" not in markdown([replace(row, results=(now,))])
+
+
 def test_the_error_in_a_table_is_the_one_that_its_p_value_takes() -> None:
     copies = tuple(_result(seed, float(seed % 2), f"h{seed % 2}") for seed in range(8))
     shown = ResultRow("all", 1, "a", "b", "HandOff", copies).estimate(TCR)
