@@ -29,6 +29,7 @@ FALLBACKS = ("help", "wait", ALONE)
 MAX_RECORDED = 4000  # characters of a prompt or an answer in the decision trace
 TOLD_FOR = 2  # ticks for which the trace has an exchange: a decision that comes late is not recorded
 SILENT = 3  # questions of an episode without one useful answer, after which a warning says so
+VAIN = 10  # questions of an episode without one useful answer, after which a match that waits for them ends
 SOON = 5  # ticks between two questions when nothing of the last answer is left to do
 LONGEST_WAIT_S = 9.5  # a match gives a decision 20 s, and the server may ask for a pause of the same length
 
@@ -110,9 +111,15 @@ class LlmAgent(ScriptedAgent):
             return
         self._asked_at = observation.tick
         if self.waits:
+            self._check_answers()
             self.ask_and_wait(observation)
         else:
             self._questions.ask(self._messages(observation))
+
+    def _check_answers(self) -> None:
+        """Raises AgentError where no answer is to be expected: each costs as much time as an agent may take."""
+        if self._counts["questions"] >= VAIN and (why := self.not_played):
+            raise AgentError(why)
 
     def ask_and_wait(self, observation: Observation) -> Mapping[str, object]:
         """Ask now, whatever `waits` says, and take over the answer; returns what the trace has of it."""

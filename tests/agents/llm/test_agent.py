@@ -17,7 +17,8 @@ from movingout.agents.catalogue import agent_card, agent_cards, load_agent, open
 from movingout.agents.data.rollout import rollout
 from movingout.agents.decision_trace import decision_trace
 from movingout.agents.errors import AgentError
-from movingout.agents.llm.agent import LlmAgent
+from movingout.agents.llm import agent
+from movingout.agents.llm.agent import VAIN, LlmAgent
 from movingout.agents.llm.answers import SKILLS
 from movingout.agents.llm.chat import ChatError, Message
 from movingout.agents.llm.model_id import KEY, QUESTIONS, endpoint_key
@@ -120,7 +121,11 @@ def test_after_rubbish_the_last_skill_goes_on_and_the_model_is_told(text: str, n
 
 
 @pytest.mark.parametrize("fault", ["busy", "timeout", "unreachable", "http"])
-def test_without_answers_the_fallback_is_done_and_faults_are_counted(fault: Any) -> None:
+def test_without_answers_the_fallback_is_done_and_faults_are_counted(
+    fault: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(agent, "VAIN", 99)
+
     def chat(_: list[Message]) -> str:
         raise ChatError(fault, "no luck")
 
@@ -154,6 +159,21 @@ def test_a_match_without_one_useful_answer_fails_and_others_count_the_questions(
         assert unanswered([result, result]) == (len(asked) - 1, len(asked), 1, 1)
     else:
         assert "(HTTP 500: oops), so only its fallback played" in result.failure and not result.counts
+
+
+def test_a_match_that_waits_ends_when_no_answer_is_to_be_expected() -> None:
+    """A server that has died took a time-out for each question of the match, which failed all the same."""
+    asked: list[int] = []
+
+    def chat(_: list[Message]) -> str:
+        asked.append(1)
+        raise ChatError("timeout", "no answer within 8 s")
+
+    players = {"silent": DelayedAgent(waiting(chat), 1), "idle": load_agent("idle")}
+    with warnings.catch_warnings(action="ignore"):
+        (result,) = Lockstep(load=players.__getitem__).play([Match("HandOff", "idle", "silent", 0, ticks=200)])
+    assert len(asked) == VAIN == 10 and result.ending == "failed" and result.ticks < 200
+    assert "not one usable answer to 10 questions (no answer within 8 s), so only its fallback played" in result.failure
 
 
 def test_a_question_that_is_open_at_the_end_is_none_without_an_answer() -> None:
