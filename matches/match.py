@@ -101,7 +101,7 @@ class MatchResult:
     )  # as the official code counts; None where nothing was carried together, of a failed match, in files of before
     counts: Mapping[str, int] = field(
         default_factory=dict, compare=False
-    )  # by agents, such as `red_questions` to a language model; empty of a failed match, in files of before
+    )  # by agents, such as `red_llm_questions` to a language model; empty of a failed match, in files of before
 
     def to_json(self) -> dict[str, Any]:
         """A flat JSON object; `result_from_json` reads it back."""

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.padding import Padding
 from rich.table import Table
 
-from movingout.agents.base import THREADS, Agent
+from movingout.agents.base import THREADS
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.baseline.timed_agent import TimedAgent
 from movingout.agents.built_in import AgentCard
@@ -32,10 +32,12 @@ from movingout.agents.conformance import MAPS, TICKS, ConformanceError, check_ag
 from movingout.agents.data.rollout import check_undelivered, rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
+from movingout.agents.llm.agent import SILENT
 from movingout.agents.llm.first_answer import FirstAnswer, first_answer
 from movingout.maps import load_map
 from movingout.maps.commands.parser import add_out
 from movingout.maps.extras import needs_extra
+from movingout.maps.suggestion import counted
 from movingout.world.constants import LIMIT_TICKS, TICK_MS, TICKS_PER_SECOND
 
 
@@ -159,14 +161,12 @@ def _check(arguments: argparse.Namespace) -> int:
     maps = arguments.map.split(",")
     try:
         with redirect_stdout(sys.stderr):  # what the agent prints
-            answered = _first_answer(agent, maps[0])
+            answered = first_answer(agent, maps[0])
             found = check_agent(lambda: load_agent(arguments.agent), maps, arguments.ticks)
     except ConformanceError as error:
-        if arguments.json:
-            print(json.dumps({"id": arguments.agent, "conforms": False, "problem": str(error)}))
-        else:
-            print(f"{arguments.agent}: {error}")
-        return 1
+        return _say_problem(arguments, "; ".join([*_no_answer(answered), str(error)]))
+    if problems := _no_answer(answered):
+        return _say_problem(arguments, *problems)
     if arguments.json:
         decision_ms = {"p50": found.p50_ms, "p99": found.p99_ms, "n": len(found.decisions_ms)}
         document = {"id": arguments.agent, "conforms": True, "ticks": found.ticks, "decision_ms": decision_ms}
@@ -182,12 +182,19 @@ def _check(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _first_answer(agent: Agent, map_name: str) -> FirstAnswer | None:
-    """The answer of an agent's language model; None for others. Raises ConformanceError for one of no use."""
-    answered = first_answer(agent, map_name)
-    if answered and answered.problem:
-        raise ConformanceError(f"its model gave no usable answer to a question ({answered.problem})")
-    return answered
+def _say_problem(arguments: argparse.Namespace, problem: str) -> int:
+    if arguments.json:
+        print(json.dumps({"id": arguments.agent, "conforms": False, "problem": problem}))
+    else:
+        print(f"{arguments.agent}: {problem}")
+    return 1
+
+
+def _no_answer(answered: FirstAnswer | None) -> list[str]:
+    """A sentence where an agent's language model gave no answer of use."""
+    if answered is None or not answered.problem:
+        return []
+    return [f"its model gave no usable answer to {counted(SILENT, 'question')} ({answered.problem})"]
 
 
 def _probe(arguments: argparse.Namespace) -> int:

@@ -29,8 +29,7 @@ from movingout.world.state import Floats, Ints
 Singles = npt.NDArray[np.float32]
 Indices = npt.NDArray[np.int64]
 
-NAMELESS = "nameless:"  # before the id of an episode: its people without a name, who count as somebody of their own
-NAMELESS_AGENTS = f"{NAMELESS}agent:"  # likewise its agents
+NAMELESS = "nameless:"  # before the id of an episode: those in it without a name, who count as somebody of their own
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,12 +127,8 @@ def trajectory_of(episode: Episode) -> Trajectory:
 
 
 def _participants(header: EpisodeHeader) -> tuple[str, str]:
-    blue, red = (seat.name or f"{_nameless(seat.kind)}{header.episode_id}" for seat in header.seats)
+    blue, red = (seat.name or f"{NAMELESS}{header.episode_id}" for seat in header.seats)
     return blue, red
-
-
-def _nameless(kind: SeatKind) -> str:
-    return NAMELESS if is_person(kind) else NAMELESS_AGENTS
 
 
 def _agent_ids(header: EpisodeHeader) -> frozenset[str]:

@@ -17,7 +17,7 @@ from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import writable
 from movingout.agents.llm.answers import ALONE, INSTRUCTIONS, ModelAnswer, Skill, UselessAnswerError, read_answer
 from movingout.agents.llm.chat import Chat, ChatEndpoint, Message
-from movingout.agents.llm.model_id import KEY, endpoint_key, model_id
+from movingout.agents.llm.model_id import COUNTED, KEY, endpoint_key, model_id
 from movingout.agents.llm.questions import ChatOutcome, Questions
 from movingout.agents.llm.skill_choice import SkillSelector
 from movingout.agents.scripted.agent import ScriptedAgent
@@ -30,6 +30,7 @@ FALLBACKS = ("help", "wait", ALONE)
 MAX_RECORDED = 4000  # characters of a prompt or an answer in the decision trace
 TOLD_FOR = 2  # ticks for which the trace has an exchange: a decision that comes late is not recorded
 SILENT = 3  # questions of an episode without one useful answer, after which a warning says so
+VAIN = 10  # questions of an episode without one useful answer, after which a match that waits for them ends
 SOON = 5  # ticks between two questions when nothing of the last answer is left to do
 LONGEST_WAIT_S = 9.5  # a match gives a decision 20 s, and the server may ask for a pause of the same length
 
@@ -66,7 +67,7 @@ class LlmAgent(ScriptedAgent):
         self._asked_at = -self._every
         self._prompt = self._plan = self._note = ""
         self._remarks: list[str] = []  # for the next question: what was wrong with the last answer
-        self._counts: Counter[str] = Counter()
+        self._counts = Counter({"questions": 0})  # what has none is of an earlier version
         self._told: dict[str, object] = {}
         self._told_until = -1
 
@@ -81,8 +82,8 @@ class LlmAgent(ScriptedAgent):
 
     @property
     def episode_counts(self) -> dict[str, int]:
-        """Questions, useful answers and faults of the episode."""
-        return dict(self._counts)
+        """Questions with an outcome, useful answers and faults of the episode."""
+        return {COUNTED + name: count for name, count in self._counts.items()}
 
     @property
     def plan(self) -> str:
@@ -111,9 +112,15 @@ class LlmAgent(ScriptedAgent):
             return
         self._asked_at = observation.tick
         if self.waits:
+            self._check_answers()
             self.ask_and_wait(observation)
         else:
             self._questions.ask(self._messages(observation))
+
+    def _check_answers(self) -> None:
+        """Raises AgentError where no answer is to be expected: each costs as much time as an agent may take."""
+        if self._counts["questions"] >= VAIN and (why := self.not_played):
+            raise AgentError(why)
 
     def ask_and_wait(self, observation: Observation) -> Mapping[str, object]:
         """Ask now, whatever `waits` says, and take over the answer; returns what the trace has of it."""
@@ -121,7 +128,6 @@ class LlmAgent(ScriptedAgent):
         return self._told
 
     def _messages(self, observation: Observation) -> list[Message]:
-        self._counts["questions"] += 1
         lines = [str(observation.describe())]
         lines += [f"Your partner asks for help {_where(ping.item)}." for ping in self._their_pings(observation)]
         if self._plan:
@@ -138,6 +144,7 @@ class LlmAgent(ScriptedAgent):
     def _take(self, outcome: ChatOutcome, observation: Observation) -> None:
         """Do what the answer says; without one, go on with what is being done."""
         note = outcome.problem
+        self._counts["questions"] += 1  # not when it is asked: the last one of an episode may stay open
         self._counts[outcome.fault or "answers"] += 1
         if outcome.fault is None:
             try:

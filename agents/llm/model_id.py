@@ -8,6 +8,8 @@ from movingout.agents.around_others import acting_id
 from movingout.agents.errors import AgentError
 
 LLM = "llm"
+COUNTED = "llm_"  # before what an agent counts in an episode
+QUESTIONS, USEFUL = f"{COUNTED}questions", f"{COUNTED}useful"  # those with an outcome, and with a usable answer
 KEY = "MOVINGOUT_LLM_KEY"
 """The environment variable with the endpoint's key. It is never recorded or logged."""
 EXAMPLE = "llm:model=NAME,url=http://127.0.0.1:8080/v1"

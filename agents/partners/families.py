@@ -131,6 +131,11 @@ def are_for_tests(names: Iterable[str]) -> bool:
     return not {one.name for one in population("C")}.isdisjoint(map(person_behind, names))
 
 
+def is_scripted_person(name: str) -> bool:
+    """Whether somebody of that name is one of populations A, B and C, with whatever hands."""
+    return person_behind(name) in {one.name for letter in POPULATIONS for one in population(letter)}
+
+
 def member(name: str, number: int) -> str:
     """The agent id that a name stands for in episode `number`: another member for each, or the id itself."""
     partners = group(name)

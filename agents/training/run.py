@@ -190,8 +190,8 @@ class TrainingRun(Generic[ConfigT]):
         if not is_other:
             return
         why = (
-            f"{self.agent_id} was begun when an agent beside a person counted as one more participant, or people "
-            "without a name as one: it has learned from people who"
+            f"{self.agent_id} was begun when an agent beside a person counted as one more participant, people without "
+            "a name as one, or a replay as a person: it has learned from people who"
         )
         if not self.options.go_on:
             raise DataError(

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
@@ -19,7 +20,6 @@ from movingout.agents.data.corrections import (
 )
 from movingout.agents.data.dataset import (
     NAMELESS,
-    NAMELESS_AGENTS,
     SeatChoice,
     SeatSamples,
     Trajectory,
@@ -32,12 +32,16 @@ from movingout.agents.data.dataset import (
 )
 from movingout.agents.errors import DataError
 from movingout.agents.observation.features import FeatureSet
-from movingout.agents.partners.families import are_for_tests, group, name_of
+from movingout.agents.partners.families import are_for_tests, group, is_scripted_person, name_of
 from movingout.agents.partners.identity import person_behind
 from movingout.maps.suggestion import counted
+from movingout.recordings.recorded_seat import is_ghost
 from movingout.recordings.storage.copies import without_copies
 from movingout.recordings.storage.study_rounds import counted_recordings
 from movingout.world.observation import LAYOUTS
+
+NAMED, AGENT, REPLAY = "participant", "agent", "replay"  # what those who are learned from count as in a card
+NAMELESS_PEOPLE, NAMELESS_AGENTS = "nameless people", "nameless agents"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,22 +85,21 @@ class TrainingData:
         return hashlib.sha256(json.dumps(pairs).encode()).hexdigest()
 
     def population(self, people: Collection[str]) -> str:
-        """How many these are; trained agents, and programs that took part in a rehearsal, are not to pass for people.
+        """How many these are; agents, and programs that took part in a rehearsal, are not to pass for people.
 
-        Of those without a name nobody knows how many they are: their episodes are counted.
+        Scripted people count as participants. Of those without a name nobody knows how many they are: their episodes
+        are counted.
         """
         simulated = {trajectory.simulated for trajectory in self.episodes}
-        programs = sum(name.startswith(NAMELESS_AGENTS) for name in people)
-        nameless = sum(name.startswith(NAMELESS) for name in people) - programs
-        seats = {seat for one in self.episodes for seat in zip(one.participants, one.kinds, strict=True)}
-        at_controls = {name for name, kind in seats if kind == "human"}
-        agents = len({name for name in people if "@" in name} - at_controls)
-        named = len(people) - nameless - programs - agents
+        known = {one.whose(seat) for one in self.episodes for seat in (0, 1) if one.is_known_person(seat)}
+        sorts = Counter(_sort(name, name in known) for name in people)
+        participant = "simulated participant" if simulated == {True} else "participant"
         words = [
-            counted(named, "simulated participant" if simulated == {True} else "participant") if named else "",
-            counted(agents, "agent") if agents else "",
-            f"people without a name ({counted(nameless, 'episode')})" if nameless else "",
-            f"agents without a name ({counted(programs, 'episode')})" if programs else "",
+            counted(n, participant) if (n := sorts[NAMED]) else "",
+            counted(n, "agent") if (n := sorts[AGENT]) else "",
+            counted(n, "replay") if (n := sorts[REPLAY]) else "",
+            f"people without a name ({counted(n, 'episode')})" if (n := sorts[NAMELESS_PEOPLE]) else "",
+            f"agents without a name ({counted(n, 'episode')})" if (n := sorts[NAMELESS_AGENTS]) else "",
         ]
         said = " and ".join(filter(None, words)) or "agents alone"
         return said + (", some of them simulated" if simulated == {True, False} else "")
@@ -203,6 +206,15 @@ def _read(file: Path, kept: TrainingData, avoided: Mapping[str, set[str]]) -> li
     elif found:
         kept.trajectories.append(found)
     return []
+
+
+def _sort(name: str, is_known: bool) -> str:
+    """What somebody counts as in a card; `is_known` is whether a person is at their seat."""
+    if name.startswith(NAMELESS):
+        return NAMELESS_PEOPLE if is_known else NAMELESS_AGENTS
+    if is_known or is_scripted_person(name.removeprefix("expert:")):
+        return NAMED
+    return REPLAY if is_ghost(name) else AGENT
 
 
 def _people_before(trajectory: Trajectory) -> frozenset[str]:

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import sys
 import time
 from contextlib import redirect_stdout
@@ -9,6 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from movingout.agents.base import Agent
+from movingout.agents.catalogue import load_agent
 from movingout.maps.commands.parser import add_out
 from movingout.maps.suggestion import counted
 from movingout.matches.commands.progress import bar
@@ -32,9 +35,7 @@ from movingout.world.exactness import inexact_engine
 
 _PROBES = 4  # matches played for an estimate
 _PROBE_TICKS = 100
-_WAITING = (
-    3.0  # times its processor time that a match may take before its agents are said to wait; less is a busy machine
-)
+_DEVICE = "MOVINGOUT_DEVICE"  # as in `agents.inference.device`, which loads onnxruntime
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -161,12 +162,21 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
 def _seconds_per_match(grid: Grid) -> float:
     """Seconds of a match of full length for one worker, estimated from a few short ones spread over the grid.
 
-    They are seconds of the processor, which other programs on the machine do not change, but for agents that wait for a
-    server or a GPU.
+    They are seconds of the processor, which other programs on the machine do not change; by the clock where an agent
+    `waits`, as for a server, or networks run on a GPU.
     """
     matches = matches_of(planned_matches(grid))
     step = max(len(matches) // _PROBES, 1)
-    lockstep, spent, passed = Lockstep(batch_size=1), 0.0, 0.0
+    waits = os.environ.get(_DEVICE, "cpu") not in ("", "cpu")
+    spent = passed = 0.0
+
+    def load(agent_id: str) -> Agent:
+        nonlocal waits
+        agent = load_agent(agent_id)
+        waits = waits or bool(getattr(agent, "waits", False))
+        return agent
+
+    lockstep = Lockstep(batch_size=1, load=load)
     probes = matches[::step][:_PROBES]
     for match in probes:
         ticks = min(match.ticks, _PROBE_TICKS)
@@ -175,7 +185,7 @@ def _seconds_per_match(grid: Grid) -> float:
             list(lockstep.play([replace(match, ticks=ticks)]))
         spent += (time.process_time() - begun) * match.ticks / ticks
         passed += (time.monotonic() - at) * match.ticks / ticks
-    return (passed if passed > _WAITING * spent else spent) / len(probes)
+    return (passed if waits else spent) / len(probes)
 
 
 def _span(seconds: float) -> str:

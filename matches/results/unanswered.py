@@ -3,6 +3,9 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from movingout.agents.around_others import acting_id
+from movingout.agents.llm.model_id import LLM, QUESTIONS, USEFUL
+from movingout.maps.spec import SEAT_COLOURS
 from movingout.matches.match import MatchResult
 
 UNANSWERED = (
@@ -29,10 +32,18 @@ def unanswered(results: Iterable[MatchResult]) -> Unanswered | None:
     )
 
 
+def has_uncounted_questions(result: MatchResult) -> bool:
+    """Whether a language model sat in a seat that an earlier version played: it did not count what was answered."""
+    ids = dict(zip(SEAT_COLOURS, (result.match.blue, result.match.red), strict=True))
+    return any(
+        acting_id(agent_id).partition(":")[0] == LLM and f"{colour}_{QUESTIONS}" not in result.counts
+        for colour, agent_id in ids.items()
+    )
+
+
 def _asked(result: MatchResult) -> tuple[int, int]:
     """(questions without a usable answer, all questions) of both seats."""
-    questions, useful = (sum(n for name, n in result.counts.items() if name.endswith(end)) for end in _ENDS)
+    questions, useful = (
+        sum(result.counts.get(f"{colour}_{name}", 0) for colour in SEAT_COLOURS) for name in (QUESTIONS, USEFUL)
+    )
     return questions - useful, questions
-
-
-_ENDS = ("_questions", "_useful")  # of what `agents.llm` counts, behind the seat

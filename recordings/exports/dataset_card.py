@@ -6,9 +6,9 @@ from importlib.metadata import version
 
 import yaml
 
-from movingout.recordings.episode import ROOM_PSEUDONYM, SeatInfo
+from movingout.recordings.episode import SeatInfo
 from movingout.recordings.exports.plan import ExportPlan
-from movingout.recordings.exports.split import TRAIN
+from movingout.recordings.exports.split import TRAIN, caution
 from movingout.recordings.storage.listing import Players
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.observation import LAYOUTS
@@ -57,8 +57,8 @@ def dataset_card(name: str, plan: ExportPlan) -> str:
         f"| made by | `movingout recordings export --to {name}`, version {version('moving-out-live')} |",
         "",
         *_same_names(plan),
-        "**People.** Participants appear under pseudonyms only. Publish what they agreed to have published. A name",
-        f"`{ROOM_PSEUDONYM}…` is of one room outside a study: one person may have several, and be in both parts.",
+        "**People.** Participants appear under pseudonyms only. Publish what they agreed to have published.",
+        *_room_names(plan),
         "",
         "**Licence.** None is stated. Add `license:` at the head of this file before you publish it.",
     ]
@@ -83,6 +83,12 @@ def _episodes(name: str, plan: ExportPlan) -> list[str]:
 
 def _same_names(plan: ExportPlan) -> list[str]:
     return [f"**Maps.** {' '.join(plan.one_name_sentences)}", ""] if plan.one_name_sentences else []
+
+
+def _room_names(plan: ExportPlan) -> list[str]:
+    """Where a split was asked for: one without a test part keeps nobody apart."""
+    sentence = caution(plan.players, plan.split_by) if plan.test_share else ""
+    return [f"{sentence}."] if sentence else []
 
 
 def _vectors(name: str, plan: ExportPlan) -> list[str]:

@@ -15,7 +15,16 @@ import numpy as np
 
 from movingout.maps import MapSpec
 from movingout.maps.spec import ARENA_HALF
-from movingout.recordings.episode import EpisodeHeader, Event, EventKind, Outcome, SeatInfo, SeatKind, TickRecord
+from movingout.recordings.episode import (
+    ROOM_PSEUDONYM,
+    EpisodeHeader,
+    Event,
+    EventKind,
+    Outcome,
+    SeatInfo,
+    SeatKind,
+    TickRecord,
+)
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX, remove_left
 from movingout.recordings.file_format.writer import EpisodeWriter
@@ -99,9 +108,13 @@ def names_people(source: TrajectoryFile, kind: str = "") -> bool:
 
 
 def pseudonym(name: str, salt: str) -> str:
-    """A pseudonym, the same for the same name; it leads back to the name only for those who know the salt."""
+    """A pseudonym, the same for the same name; it leads back to the name only for those who know the salt.
+
+    That of a name of one room says so, too.
+    """
     digest = hashlib.sha256("\n".join((salt, name)).encode()).hexdigest()
-    return f"P-{digest[:8]}" if name else ""
+    prefix = ROOM_PSEUDONYM if name.startswith(ROOM_PSEUDONYM) else "P-"
+    return f"{prefix}{digest[:8]}" if name else ""
 
 
 def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) -> ImportReport:

@@ -52,10 +52,18 @@ def counted_recordings(files: Sequence[Path]) -> list[Path]:
     about = {file: _about(file) for file in files}
     left_out = {file for file, (episode, _) in about.items() if episode in uncounted}
     if imports := [file for file, (_, source) in about.items() if source == "import"]:
-        names = [f"{episode}{SUFFIX}" for episode in sorted(uncounted)]
-        beside = [folder / "recordings" / name for folder in sorted(_data_folders(files)) for name in names]
-        left_out |= imports_of([*left_out, *(file for file in beside if file.is_file())], imports)
+        beside = [file for folder in sorted(_data_folders(files)) for file in _recordings_of(uncounted, folder)]
+        left_out |= imports_of([*left_out, *beside], imports)
     return [file for file in files if file not in left_out]
+
+
+def _recordings_of(episodes: frozenset[str], data: Path) -> list[Path]:
+    """Of these episodes beside their study; where one has no file of its name, those of other names are read for it."""
+    files = {file.name.removesuffix(SUFFIX): file for file in sorted((data / "recordings").glob(f"*{SUFFIX}"))}
+    found = [file for name, file in files.items() if name in episodes]
+    if not episodes <= files.keys():
+        found += [file for name, file in files.items() if name not in episodes and _about(file)[0] in episodes]
+    return found
 
 
 def _data_folders(files: Iterable[Path]) -> set[Path]:

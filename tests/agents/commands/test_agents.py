@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from movingout.agents.catalogue import UNSEEN_NFD, UNSEEN_TCR, agent_cards
+from movingout.agents.catalogue import UNSEEN_NFD, UNSEEN_TCR, agent_cards, load_agent
 from movingout.agents.checkpoint.checkpoint import SHIPPED
+from movingout.agents.commands import agents
+from movingout.agents.conformance import ConformanceError
+from movingout.agents.llm.first_answer import first_answer
 from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
 from tests.agents.llm.stand_in import Reply, said, stand_in
@@ -214,4 +217,24 @@ def test_a_check_asks_a_language_model_one_real_question(around: str, capsys: py
         ):
             replies.append(reply)
             assert main(check) == 1
-            assert f"{agent}: its model gave no usable answer to a question ({problem}" in capsys.readouterr().out
+            assert f"{agent}: its model gave no usable answer to 3 questions ({problem}" in capsys.readouterr().out
+
+
+def test_a_check_asks_again_and_checks_the_rules_all_the_same(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A server that loads its model at the first question is too late for that one alone."""
+    good = said(json.dumps({"plan": "I wait here.", "skills": [{"skill": "wait"}]}))
+    replies = [Reply("loading", 503), good]
+    with stand_in(lambda _: replies.pop(0) if len(replies) > 1 else replies[0]) as server:
+        answered = first_answer(load_agent(agent_id := f"llm:model=m,url={server.url}"), "HandOff")
+        assert answered is not None and (answered.plan, answered.problem) == ("I wait here.", "")
+        replies[:] = [Reply("gone", 503)]
+
+        def broken(*_: object) -> None:
+            raise ConformanceError("act() returned NaN")
+
+        monkeypatch.setattr(agents, "check_agent", broken)
+        assert main(["agents", "check", agent_id]) == 1
+        problem = "no usable answer to 3 questions (HTTP 503: gone); act() returned NaN"
+        assert problem in capsys.readouterr().out

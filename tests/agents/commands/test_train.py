@@ -82,13 +82,13 @@ def test_an_id_with_the_name_of_another_kind_is_refused_before_anything_is_read(
 
 
 def test_a_card_says_that_participants_were_simulated(tmp_path: Path) -> None:
-    recorded(tmp_path, "programs", ticks=30, simulated=True)
+    recorded(tmp_path, "programs", ticks=30, simulated=True, kinds=("human", "human"))
     few = ["--id", "mlp@few", "--data", str(tmp_path), *TINY]
     assert main(["train", "mlp", str(tmp_path / "programs.mcap"), *few]) == 0
     card = find_checkpoint("mlp@few", tmp_path / "models").card
     assert card.training.population == "2 simulated participants"
     assert card.description == "MLP trained on 1 episode of 2 simulated participants."
-    recorded(tmp_path, "people", ticks=30, people=("c", "d"))
+    recorded(tmp_path, "people", ticks=30, people=("c", "d"), kinds=("human", "human"))
     both = [str(tmp_path / f"{name}.mcap") for name in ("people", "programs")]
     assert main(["train", "mlp", *both, *few, "--id", "mlp@both"]) == 0
     both_card = find_checkpoint("mlp@both", tmp_path / "models").card

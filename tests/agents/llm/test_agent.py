@@ -2,6 +2,7 @@
 
 import json
 import re
+import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -16,10 +17,11 @@ from movingout.agents.catalogue import agent_card, agent_cards, load_agent, open
 from movingout.agents.data.rollout import rollout
 from movingout.agents.decision_trace import decision_trace
 from movingout.agents.errors import AgentError
-from movingout.agents.llm.agent import LlmAgent
+from movingout.agents.llm import agent
+from movingout.agents.llm.agent import VAIN, LlmAgent
 from movingout.agents.llm.answers import SKILLS
 from movingout.agents.llm.chat import ChatError, Message
-from movingout.agents.llm.model_id import KEY, endpoint_key
+from movingout.agents.llm.model_id import KEY, QUESTIONS, endpoint_key
 from movingout.agents.observation.seat_observation import observe
 from movingout.agents.recording_metadata import seat_info
 from movingout.maps import load_map
@@ -125,7 +127,11 @@ def test_an_answer_that_ends_within_an_emoji_is_recorded() -> None:
 
 
 @pytest.mark.parametrize("fault", ["busy", "timeout", "unreachable", "http"])
-def test_without_answers_the_fallback_is_done_and_faults_are_counted(fault: Any) -> None:
+def test_without_answers_the_fallback_is_done_and_faults_are_counted(
+    fault: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(agent, "VAIN", 99)
+
     def chat(_: list[Message]) -> str:
         raise ChatError(fault, "no luck")
 
@@ -154,11 +160,44 @@ def test_a_match_without_one_useful_answer_fails_and_others_count_the_questions(
         (result,) = Lockstep(load=players.__getitem__).play([Match("HandOff", "idle", "silent", 0, ticks=40)])
     assert result.failure.startswith(failure) and (result.ending == "failed") == (useful == 0)
     if useful:
-        counts = {"red_questions": len(asked), "red_useful": 1, "red_answers": 1, "red_left_out": 0}
-        assert result.counts == counts | {"red_http": len(asked) - 1}
+        counts = {"red_llm_questions": len(asked), "red_llm_useful": 1, "red_llm_answers": 1, "red_llm_left_out": 0}
+        assert result.counts == counts | {"red_llm_http": len(asked) - 1}
         assert unanswered([result, result]) == (len(asked) - 1, len(asked), 1, 1)
     else:
         assert "(HTTP 500: oops), so only its fallback played" in result.failure and not result.counts
+
+
+def test_a_match_that_waits_ends_when_no_answer_is_to_be_expected() -> None:
+    """A server that has died took a time-out for each question of the match, which failed all the same."""
+    asked: list[int] = []
+
+    def chat(_: list[Message]) -> str:
+        asked.append(1)
+        raise ChatError("timeout", "no answer within 8 s")
+
+    players = {"silent": DelayedAgent(waiting(chat), 1), "idle": load_agent("idle")}
+    with warnings.catch_warnings(action="ignore"):
+        (result,) = Lockstep(load=players.__getitem__).play([Match("HandOff", "idle", "silent", 0, ticks=200)])
+    assert len(asked) == VAIN == 10 and result.ending == "failed" and result.ticks < 200
+    assert "not one usable answer to 10 questions (no answer within 8 s), so only its fallback played" in result.failure
+
+
+def test_a_question_that_is_open_at_the_end_is_none_without_an_answer() -> None:
+    """Each match of a model that is not waited for ends with one."""
+    held, end = threading.Event(), threading.Event()
+
+    def chat(_: list[Message]) -> str:
+        return answer(fetch(0)) if not held.is_set() else str(end.wait(10.0))
+
+    agent = LlmAgent(lambda messages: chat(list(messages)), 1.0, 0.5)
+    for _ in rollout(load_map("HandOff"), (agent, load_agent("idle")), seed=0, ticks=60):
+        if agent.episode_counts[QUESTIONS]:
+            held.set()
+        elif open_question := agent._questions._open:
+            open_question.over.wait(10.0)
+    assert not agent._questions.ready, "one is open"
+    assert agent.episode_counts == {"llm_questions": 1, "llm_useful": 1, "llm_answers": 1, "llm_left_out": 0}
+    end.set()
 
 
 @pytest.mark.parametrize("skill", SKILLS)

@@ -1,5 +1,6 @@
 """Who is left out of the training data, whatever they are called there."""
 
+import hashlib
 import re
 import shutil
 from dataclasses import replace
@@ -176,6 +177,9 @@ def test_who_counts_as_somebody_else_than_for_earlier_versions(
         (("bass@all", "ghost:e#red"), ("agent", "ghost"), "1 agent"),
         (("P@1", "dp@all"), ("human", "agent"), "1 participant"),
         (("A01", "dp@all"), ("agent", "agent"), "1 participant and 1 agent"),
+        (("late:agent=person:name=A04", "greedy:patience=3"), ("agent", "agent"), "1 participant and 1 agent"),
+        (("lab:Driver", "late:agent=dp@all"), ("agent", "agent"), "2 agents"),
+        (("greedy", "dp@all"), ("human", "agent"), "1 participant"),
     ],
 )
 def test_agents_do_not_pass_for_people_in_a_card(
@@ -186,3 +190,15 @@ def test_agents_do_not_pass_for_people_in_a_card(
     data = read_training_data([tmp_path])
     names = {one.whose(seat) for one in data.trajectories for seat in learned_seats(one, "acting")}
     assert data.population(names) == population
+
+
+def test_replays_that_are_learned_from_are_no_participants(tmp_path: Path) -> None:
+    recorded(tmp_path, "one", ticks=4, people=("bass@all", "ghost:e#red"), kinds=("agent", "ghost"))
+    assert read_training_data([tmp_path]).population({"bass@all", "ghost:e#red"}) == "1 agent and 1 replay"
+
+
+def test_a_run_goes_on_that_was_begun_when_agents_without_a_name_were_called_as_people(tmp_path: Path) -> None:
+    """What they are called is in the hash that begun runs keep."""
+    recorded(tmp_path, "one", ticks=4, people=("", ""), kinds=("agent", "agent"))
+    pairs = b'[["nameless:one", "nameless:one"]]'
+    assert read_training_data([tmp_path]).people_sha256 == hashlib.sha256(pairs).hexdigest()

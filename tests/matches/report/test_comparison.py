@@ -188,7 +188,7 @@ def test_the_sentences_of_tables_are_the_same_everywhere() -> None:
 def test_page_and_report_say_where_language_models_did_not_answer() -> None:
     run = _run(small_grid(), [0.5])
     result = next(iter(run.results.values()))
-    run.results[result.match] = replace(result, counts={"red_questions": 14, "red_useful": 11})
+    run.results[result.match] = replace(result, counts={"red_llm_questions": 14, "red_llm_useful": 11})
     assert "no usable answer to 3 of 14 questions, in 1 of 1 matches" in page(run)
     assert "auf 3 von 14 Fragen keine brauchbare Antwort, in 1 von 1 Spielen" in markdown_report([run], "de")
     assert run.to_json()["unanswered"] == {"questions": 3, "asked": 14, "matches": 1, "played": 1}

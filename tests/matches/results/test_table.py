@@ -45,12 +45,30 @@ def test_results_of_earlier_versions_and_those_without_the_measure() -> None:
 
 
 def test_a_table_says_where_language_models_did_not_answer() -> None:
-    counts = [{"red_questions": 9, "red_useful": 9}, {"blue_questions": 5, "blue_useful": 2}, {}]
+    counts = [{"red_llm_questions": 9, "red_llm_useful": 9}, {"blue_llm_questions": 5, "blue_llm_useful": 2}, {}]
     results = [replace(_result(seed, 0.5, f"h{seed}"), counts=one) for seed, one in enumerate(counts)]
     row = ResultRow("all", 1, "a", "b", "HandOff", tuple(results))
     said = "Language models gave no usable answer to 3 of 14 questions, in 1 of 2 matches; meanwhile"
     assert said in markdown([row, row]) and "Language models" not in markdown([replace(row, results=(results[0],))])
     assert unanswered([results[0], results[2]]) is None
+    own = {"red_questions": 4, "blue_open_questions": 3, "blue_open_llm_questions": 3}  # of agents that ask no model
+    assert unanswered([replace(results[1], counts=own)]) is None
+
+
+@pytest.mark.parametrize("agent_id", ["llm:model=m,url=http://localhost,wait=yes", "late:agent=llm:model=m;wait=yes"])
+def test_a_table_says_that_before_nobody_counted_what_language_models_answered(agent_id: str) -> None:
+    """Where no server answered, the scores of the fallback counted as the model's."""
+    before = _result(0, 0.5, "h")
+    before = replace(before, match=replace(before.match, red=agent_id))
+    row = ResultRow("all", 1, "a", "b", "HandOff", (before,))
+    said = "whether language models that played in them answered is not known"
+    assert said in markdown([row])
+    for now in (
+        replace(before, counts={"red_llm_questions": 0}),
+        replace(before, ending="failed"),
+        _result(0, 0.5, "h"),
+    ):
+        assert "earlier version" not in markdown([replace(row, results=(now,))])
 
 
 def test_the_error_in_a_table_is_the_one_that_its_p_value_takes() -> None:

@@ -7,6 +7,8 @@ from movingout.recordings import SeatInfo, finalise
 from movingout.recordings.exports import export
 from movingout.recordings.exports.dataset_card import FILES
 from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.exports.split import SplitBy
+from movingout.recordings.imports.convert import pseudonym
 from tests.recordings.support import record
 
 
@@ -37,6 +39,20 @@ def test_the_card_counts_what_was_exported_and_names_files_that_exist(
     assert "| seats | agents (2), people (2) |" in text
     assert ("layout `official-v1`" in text) == (name in ("parquet", "lerobot"))
     assert "P-1" not in text
+
+
+@pytest.mark.parametrize(
+    ("name", "by", "cautions"),
+    [("person-tyncpf", "participant", 1), ("person-tyncpf", "map", 0), ("P-1", "participant", 0)],
+)
+def test_the_card_says_that_names_of_one_room_may_be_in_both_parts(
+    name: str, by: SplitBy, cautions: int, recordings: list[Path], tmp_path: Path
+) -> None:
+    """Of a study, whose names keep people apart, it is not true."""
+    seats = SeatInfo("human", pseudonym(name, "salt")), SeatInfo("agent", "scripted")  # as imports call them
+    live = finalise(record(tmp_path, ticks=4, episode_id="live", seed=2, seats=seats)[0])
+    export("csv", ExportPlan([*recordings, live], tmp_path / "data", test_share=0.5, split_by=by))
+    assert (tmp_path / "data" / "README.md").read_text(encoding="utf-8").count("may be in both parts") == cautions
 
 
 def test_the_card_of_a_joint_view_counts_its_episodes(recordings: list[Path], tmp_path: Path) -> None:

@@ -74,13 +74,16 @@ def test_an_import_beside_its_recordings_is_a_copy(tmp_path: Path, recordings: l
 
 
 @pytest.mark.parametrize("folders", [["recordings", "imported", "again"], ["imported", "again"]])
+@pytest.mark.parametrize("renamed", [False, True])
 def test_an_import_of_an_episode_that_its_study_does_not_count_is_not_counted(
-    tmp_path: Path, recordings: list[Path], folders: list[str]
+    tmp_path: Path, recordings: list[Path], folders: list[str], renamed: bool
 ) -> None:
-    """Nor is one that was imported twice, or is named without its recording."""
+    """Nor is one that was imported twice, or is named without its recording, whatever the name of that."""
     for folder in ("imported", "again"):
         imported(recordings, tmp_path / "both" / folder, decimals=3, salt=folder)
     not_counted(tmp_path / "both", "e1")
+    if renamed:
+        recordings[1].rename(recordings[1].with_name("zz.mcap"))
     named = [tmp_path / "both" / folder for folder in folders]
     files = [file for folder in named for file in sorted(folder.iterdir())]
     assert len(counted_recordings(files)) == 2 * len(folders) < len(files)
