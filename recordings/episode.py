@@ -40,6 +40,12 @@ class SeatInfo:
 
 ROOM_PSEUDONYM = "person-"
 """How the name of a person without a study begins; it holds for one room, so one person may have several."""
+_ROOM_PSEUDONYM = re.compile(rf"{ROOM_PSEUDONYM}(?:[a-km-np-z2-9]{{6}}|[0-9a-f]{{8}})")  # of a room; of its import
+
+
+def is_room_pseudonym(name: str) -> bool:
+    """Whether a room, or the import of its recording, made this name: elsewhere a person may be called `person-1`."""
+    return _ROOM_PSEUDONYM.fullmatch(name) is not None
 
 
 def is_person(kind: str) -> bool:

@@ -6,9 +6,9 @@ from importlib.metadata import version
 
 import yaml
 
-from movingout.recordings.episode import SeatInfo
+from movingout.recordings.episode import ROOM_PSEUDONYM, SeatInfo
 from movingout.recordings.exports.plan import ExportPlan
-from movingout.recordings.exports.split import TRAIN, caution
+from movingout.recordings.exports.split import TRAIN, caution, has_room_names
 from movingout.recordings.storage.listing import Players
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.observation import LAYOUTS
@@ -86,9 +86,11 @@ def _same_names(plan: ExportPlan) -> list[str]:
 
 
 def _room_names(plan: ExportPlan) -> list[str]:
-    """Where a split was asked for: one without a test part keeps nobody apart."""
-    sentence = caution(plan.players, plan.split_by) if plan.test_share else ""
-    return [f"{sentence}."] if sentence else []
+    """What somebody who splits the data needs to know, too; of two parts where a split was asked for."""
+    if plan.test_share and (sentence := caution(plan.players, plan.split_by)):
+        return [f"{sentence}."]
+    always = f"A name `{ROOM_PSEUDONYM}…` is of one room: one person may have several."
+    return [always] if has_room_names(plan.players) else []
 
 
 def _vectors(name: str, plan: ExportPlan) -> list[str]:

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, get_args
 
 from movingout.maps.spec import SEAT_COLOURS
@@ -64,10 +64,14 @@ def obtained(parts: Sequence[str], wanted: float, by: SplitBy) -> str:
     return f"{sentence}. What belongs together is never divided: ask for a larger share, or use another --split-by"
 
 
+def has_room_names(episodes: Iterable[Players]) -> bool:
+    """Whether a person is known by a name that holds for one room alone."""
+    return any(name.startswith(ROOM_PSEUDONYM) for players in episodes for name in participants(players))
+
+
 def caution(episodes: Sequence[Players], by: SplitBy) -> str:
     """A sentence where a split by participant may have a person on both sides; empty where it has not."""
-    named = {name for players in episodes for name in participants(players) if name.startswith(ROOM_PSEUDONYM)}
-    if by != "participant" or not named:
+    if by != "participant" or not has_room_names(episodes):
         return ""
     return (
         f"Names {ROOM_PSEUDONYM}… hold for one room each: somebody who played in several may be in both parts; "

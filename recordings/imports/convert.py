@@ -24,6 +24,7 @@ from movingout.recordings.episode import (
     SeatInfo,
     SeatKind,
     TickRecord,
+    is_room_pseudonym,
 )
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX, remove_left
@@ -40,6 +41,7 @@ from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
 
 AGREE = 1e-9  # arena units or rad: what re-simulation may differ by and still count as the same
+OTHER_PSEUDONYM = "P-"  # how names begin that hold for more than a room, as far as is known
 PlayerKind = Literal["human", "agent"]  # what `--kind` may say
 SOFTWARE = {"movingout": "imported", "pymunk": "of the official environment, version unknown"}
 
@@ -113,7 +115,7 @@ def pseudonym(name: str, salt: str) -> str:
     That of a name of one room says so, too.
     """
     digest = hashlib.sha256("\n".join((salt, name)).encode()).hexdigest()
-    prefix = ROOM_PSEUDONYM if name.startswith(ROOM_PSEUDONYM) else "P-"
+    prefix = ROOM_PSEUDONYM if is_room_pseudonym(name) else OTHER_PSEUDONYM
     return f"{prefix}{digest[:8]}" if name else ""
 
 
@@ -244,9 +246,14 @@ def _known(path: Path, header: EpisodeHeader, own: Path) -> str:
     if any(new.name and not old.name for old, new in zip(kept, seats, strict=True)):
         return f"{said}, without names; nothing changed. To name its participants, import it into a new folder"
     given = [(old.name, new.name) for old, new in zip(kept, seats, strict=True) if new.name]
-    if path == own and any(old != new for old, new in given):
+    if path == own and any(old not in (new, _called_before(new)) for old, new in given):
         return f"{said}, with other names (or another --salt); nothing changed. {otherwise}"
     return f"{said}; nothing changed"
+
+
+def _called_before(name: str) -> str:
+    """As earlier versions imported a name of one room: as any other."""
+    return OTHER_PSEUDONYM + name.removeprefix(ROOM_PSEUDONYM) if is_room_pseudonym(name) else name
 
 
 def _written(

@@ -55,6 +55,15 @@ def test_the_card_says_that_names_of_one_room_may_be_in_both_parts(
     assert (tmp_path / "data" / "README.md").read_text(encoding="utf-8").count("may be in both parts") == cautions
 
 
+@pytest.mark.parametrize(("name", "sentences"), [("person-tyncpf", 1), ("person-1", 0), ("P7KXM2Q", 0)])
+def test_the_card_says_without_a_split_that_names_are_of_one_room(name: str, sentences: int, tmp_path: Path) -> None:
+    """Whoever splits the data by `participant` themselves needs to know."""
+    seats = SeatInfo("human", pseudonym(name, "salt")), SeatInfo("agent", "scripted")
+    export("csv", ExportPlan([finalise(record(tmp_path, ticks=4, seats=seats)[0])], tmp_path / "data"))
+    card = (tmp_path / "data" / "README.md").read_text(encoding="utf-8")
+    assert card.count("A name `person-…` is of one room: one person may have several.") == sentences
+
+
 def test_the_card_of_a_joint_view_counts_its_episodes(recordings: list[Path], tmp_path: Path) -> None:
     export("lerobot", ExportPlan(recordings, tmp_path / "data", view="joint"))
     text = (tmp_path / "data" / "README.md").read_text(encoding="utf-8")

@@ -6,12 +6,16 @@ from pathlib import Path
 import pytest
 
 from movingout.recordings import finalise, read_episode
+from movingout.recordings.episode import ROOM_PSEUDONYM, is_room_pseudonym
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import grouped
+from movingout.recordings.imports import convert
+from movingout.recordings.imports.convert import pseudonym
 from movingout.recordings.imports.participants import read_participants, with_participants
 from movingout.recordings.imports.sources import read
 from movingout.recordings.official_format import dataset_row
 from movingout.server.cli import main
+from movingout.server.security.tokens import new_id
 from tests.recordings.support import record
 
 
@@ -77,6 +81,33 @@ def test_names_that_come_too_late_are_not_said_to_be_known(
     (one,) = json.loads(capsys.readouterr().out)["trajectories"]
     assert "with other names (or another --salt); nothing changed. To import" in one["unchanged"]
     assert one["participants_known"]
+
+
+def test_people_of_one_room_who_were_imported_as_any_others_are_the_same(
+    rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It said "with other names (or another --salt)", and that the recording is to be moved away."""
+    who = tmp_path / "who.csv"
+    who.write_text("trajectory_id,blue,red\nt0,person-tyncpf,person-2\n", encoding="utf-8")
+    command = ["recordings", "import", str(rows), "--workers", "1", "-o", str(tmp_path / "in")]
+    command += ["--participants", str(who), "--salt"]
+    with monkeypatch.context() as before:
+        before.setattr(convert, "is_room_pseudonym", lambda _: False)
+        assert main([*command, "k3"]) == 0
+    capsys.readouterr()
+    assert main([*command, "k3"]) == 0
+    said = capsys.readouterr().out
+    assert said.count("imported before; nothing changed\n") == 3 and "other names" not in said
+    assert main([*command, "k4"]) == 0
+    assert "with other names (or another --salt)" in capsys.readouterr().out
+
+
+def test_only_names_that_a_room_makes_are_imported_as_such() -> None:
+    """People of other data sets are called `person-1`, too, and were said to be another one in each room."""
+    of_room = pseudonym(f"{ROOM_PSEUDONYM}{new_id(6)}", "k3")
+    assert is_room_pseudonym(of_room) and is_room_pseudonym(pseudonym(of_room, "k4"))
+    for name in ("person-1", "person-Ada", "person-alice2", "Ada"):
+        assert pseudonym(name, "k3").startswith("P-")
 
 
 def test_a_list_that_a_german_spreadsheet_saved_is_read(tmp_path: Path) -> None:
