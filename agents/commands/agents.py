@@ -28,7 +28,7 @@ from movingout.agents.catalogue import (
 from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.agents.checkpoint.onnx_interface import Shapes
 from movingout.agents.commands import weakness
-from movingout.agents.conformance import MAPS, TICKS, ConformanceError, check_agent
+from movingout.agents.conformance import MAPS, TICKS, Conformance, ConformanceError, check_agent
 from movingout.agents.data.rollout import check_undelivered, rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
@@ -159,14 +159,25 @@ def _check(arguments: argparse.Namespace) -> int:
         raise AgentError(f"an episode has at least 1 tick, not {arguments.ticks}")
     agent = load_agent(arguments.agent)  # an id that names nothing is a wrong command, not a fault of the agent
     maps = arguments.map.split(",")
+    with redirect_stdout(sys.stderr):  # what the agent prints
+        answered = first_answer(agent, maps[0])
+    problems = _no_answer(answered)
+    if problems and getattr(agent, "waits", False):  # it would wait as long for each question of the check
+        return _say_problem(arguments, *problems)
     try:
-        with redirect_stdout(sys.stderr):  # what the agent prints
-            answered = first_answer(agent, maps[0])
+        with redirect_stdout(sys.stderr):
             found = check_agent(lambda: load_agent(arguments.agent), maps, arguments.ticks)
     except ConformanceError as error:
-        return _say_problem(arguments, "; ".join([*_no_answer(answered), str(error)]))
-    if problems := _no_answer(answered):
+        return _say_problem(arguments, "; ".join([*problems, str(error)]))
+    if problems:
         return _say_problem(arguments, *problems)
+    _say_found(arguments, maps, answered, found)
+    return 0
+
+
+def _say_found(
+    arguments: argparse.Namespace, maps: Sequence[str], answered: FirstAnswer | None, found: Conformance
+) -> None:
     if arguments.json:
         decision_ms = {"p50": found.p50_ms, "p99": found.p99_ms, "n": len(found.decisions_ms)}
         document = {"id": arguments.agent, "conforms": True, "ticks": found.ticks, "decision_ms": decision_ms}
@@ -179,7 +190,6 @@ def _check(arguments: argparse.Namespace) -> int:
         print(f"{arguments.agent} meets the rules: {seen}, p50 {found.p50_ms:.1f} ms, p99 {found.p99_ms:.1f} ms")
         if not found.deterministic:
             print("Its answers were not compared: it is not deterministic.")
-    return 0
 
 
 def _say_problem(arguments: argparse.Namespace, problem: str) -> int:

@@ -238,3 +238,11 @@ def test_a_check_asks_again_and_checks_the_rules_all_the_same(
         assert main(["agents", "check", agent_id]) == 1
         problem = "no usable answer to 3 questions (HTTP 503: gone); act() returned NaN"
         assert problem in capsys.readouterr().out
+
+
+def test_a_check_does_not_wait_for_a_model_that_gave_no_answer(capsys: pytest.CaptureFixture[str]) -> None:
+    """It waited for each of a hundred questions, and called the model's silence a broken rule besides."""
+    with stand_in(lambda _: said("I would rather talk.")) as server:
+        agent = f"llm:model=m,url={server.url},wait=yes"
+        assert main(["agents", "check", agent, "--map", "HandOff"]) == 1
+        assert len(server.requests) == 3 and "act raised" not in capsys.readouterr().out

@@ -167,19 +167,38 @@ def test_a_match_without_one_useful_answer_fails_and_others_count_the_questions(
         assert "(HTTP 500: oops), so only its fallback played" in result.failure and not result.counts
 
 
-def test_a_match_that_waits_ends_when_no_answer_is_to_be_expected() -> None:
-    """A server that has died took a time-out for each question of the match, which failed all the same."""
+@pytest.mark.parametrize(
+    ("useful", "why"),
+    [
+        (0, "not one usable answer to 10 questions (no answer within 8 s), so only its fallback played"),
+        (2, "no answer to 10 questions in a row (no answer within 8 s)"),
+    ],
+)
+def test_a_match_that_waits_ends_when_no_answer_is_to_be_expected(useful: int, why: str) -> None:
+    """A server that has died took a time-out for each question of the match, which failed or counted as the model's."""
     asked: list[int] = []
 
     def chat(_: list[Message]) -> str:
         asked.append(1)
+        if len(asked) <= useful:
+            return answer(fetch(0))
         raise ChatError("timeout", "no answer within 8 s")
 
     players = {"silent": DelayedAgent(waiting(chat), 1), "idle": load_agent("idle")}
     with warnings.catch_warnings(action="ignore"):
         (result,) = Lockstep(load=players.__getitem__).play([Match("HandOff", "idle", "silent", 0, ticks=200)])
-    assert len(asked) == VAIN == 10 and result.ending == "failed" and result.ticks < 200
-    assert "not one usable answer to 10 questions (no answer within 8 s), so only its fallback played" in result.failure
+    assert len(asked) - useful == VAIN == 10 and result.ending == "failed" and result.ticks < 200
+    assert why in result.failure
+
+
+def test_answers_that_cannot_be_used_are_the_models_play() -> None:
+    asked: list[int] = []
+
+    def chat(_: list[Message]) -> str:
+        asked.append(1)
+        return answer(fetch(0)) if len(asked) == 1 else "I would rather talk."
+
+    assert len(played(waiting(chat, every_s=0.2), ticks=40)) == 40 and len(asked) > VAIN + 1
 
 
 def test_a_question_that_is_open_at_the_end_is_none_without_an_answer() -> None:
