@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from tests.browser.pages import complaining_page, overflow, violations
@@ -79,6 +80,28 @@ def test_another_language_keeps_the_map_of_the_address_and_the_number(open_page:
     expect(page.locator("#chosen h2")).to_have_text("Übergabe, gespiegelt")
     expect(page.locator("#seed")).to_have_value("7")
     expect(page.locator("#randomised")).to_be_checked()
+
+
+@pytest.mark.slow
+def test_another_language_keeps_the_chosen_one_of_two_drawings_of_a_name(open_page: OpenPage) -> None:
+    """It went from the operator's map, which may be mended, to the drawing that was just played."""
+    page = ready(open_page("/"))
+    lists = page.evaluate("fetch('/api/maps').then((answer) => answer.json())")
+    mended = lists["maps"][0] | {"name": "Garage", "title": "Garage, mended"}
+    played = json.dumps(mended | {"title": "Garage, played", "walls": []})
+    page.evaluate("map => sessionStorage.setItem('movingout.played', map)", played)
+    page.route("**/api/maps", lambda route: route.fulfill(json=lists | {"own": [mended]}))
+    page.goto("/?map=Garage")
+    title = page.locator("#chosen h2")
+    expect(title).to_have_text("Garage, played")
+    for language, chosen in [("de", "Garage, mended"), ("en", "Garage, played")]:
+        page.get_by_role("radio", name=chosen).check(force=True)
+        with page.expect_navigation():
+            page.locator("#language").select_option(language)
+        expect(page.locator(".map-group").first.get_by_role("radio")).to_have_count(1)
+        expect(title).to_have_text(chosen)
+    page.goto("/")
+    expect(title).to_have_text("Garage, mended")
 
 
 def test_who_comes_back_from_the_tutorial_s_address_is_on_the_start_page(open_page: OpenPage) -> None:

@@ -12,6 +12,8 @@ import { parseSeed } from "./choice.js";
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {{map: GameMap, key: "lobby.played" | "lobby.linked"}} ExtraMap key: of its heading */
 
+const LISTED = "listed"; // in the address
+
 /** The name of the map that the address asks for. */
 export function wantedName() {
   return new URLSearchParams(location.search).get("map") ?? "";
@@ -23,6 +25,14 @@ export function wantedName() {
  */
 export function cardOf({ map, key }) {
   return key === "lobby.played" ? `played:${map.name}` : map.name;
+}
+
+/**
+ * Whether the address asks for the listed map of its name, though another drawing of that name was just played: it was
+ * chosen, and then another language.
+ */
+export function prefersListed() {
+  return new URLSearchParams(location.search).has(LISTED);
 }
 
 /**
@@ -38,11 +48,14 @@ export function wantedSeed(extra) {
 /**
  * The address's query for another language: it goes on asking for the map and the number chosen, and leaves out ?lang=.
  * @param {Pick<import("./choice.js").Choice, "map" | "seed"> | null} chosen its map by name; null: nothing yet
+ * @param {boolean} [listed] whether that is the listed map of two of its name
  */
-export function queryFor(chosen) {
+export function queryFor(chosen, listed = prefersListed()) {
   const query = new URLSearchParams(location.search);
   query.delete("lang");
+  query.delete(LISTED);
   if (chosen && query.has("map")) query.set("map", chosen.map);
+  if (listed) query.set(LISTED, "yes");
   if (chosen) query.delete("seed");
   if (chosen && chosen.seed !== null) query.set("seed", String(chosen.seed));
   const asked = String(query);

@@ -15,7 +15,7 @@ import { namedBadge } from "../components/named_badge.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { LIMITS, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
-import { cardOf, extraMap, queryFor, wantedName, wantedSeed } from "./extra_map.js";
+import { cardOf, extraMap, prefersListed, queryFor, wantedName, wantedSeed } from "./extra_map.js";
 import { mapGroups } from "./map_cards.js";
 import { drawFirstPictures, firstChoice, firstRequest, showFirstGame } from "./newcomer.js";
 import { researchLine } from "./partners.js";
@@ -147,7 +147,8 @@ async function findExtra() {
   }
   if (!extra) return;
   const now = choice();
-  showChoices({ ...now, map: now.map === before ? cardOf(extra) : now.map }); // unless another was chosen meanwhile
+  const isChosen = now.map !== before || (prefersListed() && before === extra.map.name);
+  showChoices({ ...now, map: isChosen ? now.map : cardOf(extra) });
 }
 
 function drawPictures() {
@@ -187,6 +188,11 @@ function choice() {
     limitTicks: Number(limitSelect.value),
     seed: randomisedBox.checked ? parseSeed(seedInput.value) : null,
   };
+}
+
+/** @param {Choice} chosen @returns {Choice} with the name of its map, not the card */
+function byName(chosen) {
+  return { ...chosen, map: mapAt(chosen.map)?.name ?? chosen.map };
 }
 
 /** Brings every text that follows from the choice up to date. */
@@ -249,7 +255,7 @@ function lastChoice(first) {
   }
 }
 
-/** @param {Choice} chosen */
+/** @param {Choice} chosen its map by name: the next visit may not have its card */
 function remember({ map, seats, limitTicks }) {
   try {
     localStorage.setItem(MEMORY, JSON.stringify({ map, seats, limitTicks }));
@@ -267,7 +273,7 @@ async function play(cards) {
     byId("more", HTMLDetailsElement).open = true;
     return seedInput.focus();
   }
-  remember(chosen);
+  remember(byName(chosen));
   const names = cards.map((card) => mapAt(card)?.name ?? card);
   const request = roomRequest(chosen, names, false, partner);
   const drawn =
@@ -331,9 +337,11 @@ function showLanguages() {
   select.value = document.documentElement.lang;
   select.addEventListener("change", () => {
     keepLanguage(select.value);
-    const chosen = maps.length > 0 ? choice() : null;
-    if (chosen) remember(chosen);
-    location.assign(location.pathname + queryFor(chosen && { ...chosen, map: mapAt(chosen.map)?.name ?? chosen.map }));
+    if (maps.length === 0) return location.assign(location.pathname + queryFor(null));
+    const chosen = byName(choice());
+    remember(chosen);
+    const isOther = extra !== null && chosen.map === extra.map.name && choice().map !== cardOf(extra);
+    location.assign(location.pathname + queryFor(chosen, isOther));
   });
 }
 

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { cardOf, extraMap } from "../../lobby/extra_map.js";
+import { cardOf, extraMap, prefersListed, queryFor } from "../../lobby/extra_map.js";
 
 /** @typedef {import("../../view/render.js").GameMap} GameMap */
 
@@ -44,6 +44,15 @@ test("the map just played has a card beside one of the operator's with its name"
   assert.deepEqual(
     [cardOf({ map, key: "lobby.played" }), cardOf({ map, key: "lobby.linked" })],
     ["played:MyMap", "MyMap"],
+  );
+});
+
+test("the address for another language says which one of two drawings of a name was chosen", () => {
+  const chosen = { map: "MyMap", seed: null };
+  void arrive("MyMap&lang=de&listed=yes", null);
+  assert.deepEqual(
+    [prefersListed(), queryFor(chosen, true), queryFor(chosen, false), queryFor(null)],
+    [true, "?map=MyMap&listed=yes", "?map=MyMap", "?map=MyMap&listed=yes"],
   );
 });
 
