@@ -12,7 +12,7 @@ from collections.abc import Awaitable, Callable, Iterator
 from typing import Protocol
 
 from movingout.maps import MovingOutError
-from movingout.server.cluster.errors import DatabaseAway, NodeRefused
+from movingout.server.cluster.errors import DatabaseAway, NodeEnds, NodeRefused
 from movingout.server.cluster.held_leases import HeldLeases
 from movingout.server.cluster.joining import refuse_unfit
 from movingout.server.cluster.lease_store import (
@@ -330,6 +330,8 @@ class ClusterNode:
     async def _open_now(self, shard: str, fence: int) -> None:
         try:
             await self._rooms.open_shard(shard, fence)
+        except NodeEnds:
+            return
         except MovingOutError as error:
             problem = str(error)
             log.error("%s cannot be opened: %s", _named(shard), error)

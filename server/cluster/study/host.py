@@ -14,7 +14,7 @@ from typing import Any, Concatenate, Protocol
 from movingout.agents.errors import AgentsBusyError
 from movingout.maps import map_to_json
 from movingout.recordings.episode import Outcome
-from movingout.server.cluster.errors import ClusterError
+from movingout.server.cluster.errors import ClusterError, NodeEnds
 from movingout.server.cluster.host import FORMAT, ClusterHost
 from movingout.server.cluster.lease_store import LeaseStore, NodeIdentity, NodeRow
 from movingout.server.cluster.node import ClusterNode
@@ -120,16 +120,16 @@ class StudyNodeHost(ClusterHost):
     async def _all_there(self) -> None:
         """Wait until every room that there is can be asked: one that comes later would be played twice.
 
-        Raises ClusterError where this node ends meanwhile: it no longer takes what the others have left.
+        Raises NodeEnds where this node ends meanwhile: it no longer takes what the others have left, nor ends a study.
         """
         deadline = self.node.now() + ALL_THERE_S
-        while missing := await self._missing():
-            if self.stopping:
-                raise ClusterError("this node ends")
+        while (missing := await self._missing()) and not self.stopping:
             if self.node.now() > deadline:
                 log.error("the rooms of the shards %s are nowhere; the study goes on without them", ", ".join(missing))
-                return
+                break
             await asyncio.sleep(LOOK_S)
+        if self.stopping:
+            raise NodeEnds("this node ends")
 
     async def _missing(self) -> list[str]:
         """Shards whose rooms cannot be asked yet: nobody has them, or this node has not read from the database who."""

@@ -9,7 +9,7 @@ import pytest
 
 from movingout.server.cli import main
 from movingout.server.cluster.commands import cluster
-from movingout.server.cluster.errors import ClusterError
+from movingout.server.cluster.errors import NodeEnds
 from movingout.server.cluster.lease_store import ClusterView, LeaseRow, NodeRow
 from movingout.server.cluster.report import unserved_study
 from movingout.server.cluster.shards import STUDY
@@ -64,8 +64,28 @@ def test_it_waits_until_it_knows_who_has_each_room(
 def test_a_node_that_ends_does_not_wait_for_the_rooms_of_others_to_begin_the_study() -> None:
     host = Host([lease("a", "a")])
     host.stopping = True
-    with pytest.raises(ClusterError, match="this node ends"):
+    with pytest.raises(NodeEnds):
         asyncio.run(asyncio.wait_for(host._all_there(), 0.5))
+
+
+def test_a_node_that_ends_while_the_last_rooms_are_found_does_not_begin_the_study(
+    clock: TestClock, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Nobody would have ended it. Nor is it a fault of the node that it does not."""
+
+    class Ending(Host):
+        async def _missing(self) -> list[str]:
+            self.stopping = True
+            return []
+
+    async def story() -> None:
+        node = (await Node(clock, "a", study=True).start()).node
+        node._rooms = Ending([])
+        await node._open_now(STUDY, 1)
+        assert STUDY not in node.open and node.study_tries.problem == ""
+
+    together(story)
+    assert not caplog.records
 
 
 class NoStudy(FakeRooms):
