@@ -132,8 +132,10 @@ def are_for_tests(names: Iterable[str]) -> bool:
 
 
 def is_scripted_person(name: str) -> bool:
-    """Whether somebody of that name is one of populations A, B and C, with whatever hands."""
-    return person_behind(name) in {one.name for letter in POPULATIONS for one in population(letter)}
+    """Whether somebody of that name is one of populations A, B and C, or `person:delay=3`, with whatever hands."""
+    behind = person_behind(name)
+    is_built_alike = behind.partition(":")[0] == "person"
+    return is_built_alike or behind in {one.name for letter in POPULATIONS for one in population(letter)}
 
 
 def member(name: str, number: int) -> str:

@@ -178,6 +178,7 @@ def test_who_counts_as_somebody_else_than_for_earlier_versions(
         (("P@1", "dp@all"), ("human", "agent"), "1 participant"),
         (("A01", "dp@all"), ("agent", "agent"), "1 participant and 1 agent"),
         (("late:agent=person:name=A04", "greedy:patience=3"), ("agent", "agent"), "1 participant and 1 agent"),
+        (("person:delay=3", "late:agent=person:delay=4"), ("agent", "agent"), "2 participants"),
         (("lab:Driver", "late:agent=dp@all"), ("agent", "agent"), "2 agents"),
         (("greedy", "dp@all"), ("human", "agent"), "1 participant"),
     ],
