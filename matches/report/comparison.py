@@ -20,7 +20,7 @@ from movingout.matches.results.table import (
     estimate_of,
     markdown_line,
 )
-from movingout.matches.results.unanswered import unanswered
+from movingout.matches.results.unanswered import have_uncounted_questions, unanswered
 from movingout.matches.run import GridRun
 from movingout.recordings.report.words import DEFAULT, Words
 from movingout.world.estimates import Estimate
@@ -141,6 +141,8 @@ def _notes(run: GridRun, words: Words) -> str:
         notes.append(words.say("grid.copies"))
     if found := unanswered(run.results.values()):
         notes.append(words.say("grid.unanswered", **found._asdict()))
+    if have_uncounted_questions(run.results.values()):
+        notes.append(words.say("grid.uncounted"))
     if are_of_before(run.results.values()):
         notes.append(words.say("grid.earlier"))
     if run.mixed_code:

@@ -12,7 +12,7 @@ from movingout.matches.report.words import count_words, map_name, measure_title,
 from movingout.matches.results.results_folder import write_whole
 from movingout.matches.results.significance import stars
 from movingout.matches.results.table import MEASURES, copies_note, earlier_note
-from movingout.matches.results.unanswered import unanswered
+from movingout.matches.results.unanswered import have_uncounted_questions, unanswered
 from movingout.matches.run import GridRun
 from movingout.recordings.html_page import SERVER, templates
 from movingout.recordings.report.words import DEFAULT, Words
@@ -77,6 +77,8 @@ def _notes(run: GridRun, words: Words) -> list[str]:
     copies = [words.say("grid.copies") for _ in copies_note(run.rows)]
     if found := unanswered(run.results.values()):
         copies.append(words.say("grid.unanswered", **found._asdict()))
+    if have_uncounted_questions(run.results.values()):
+        copies.append(words.say("grid.uncounted"))
     return [*mixed, *copies, *(words.say("grid.earlier") for _ in earlier_note(run.rows))]
 
 

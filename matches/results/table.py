@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from movingout.matches.experiment.plan import PlannedMatch
 from movingout.matches.match import Match, MatchResult
-from movingout.matches.results.unanswered import UNANSWERED, has_uncounted_questions, unanswered
+from movingout.matches.results.unanswered import UNANSWERED, UNCOUNTED, have_uncounted_questions, unanswered
 from movingout.world.estimates import Estimate, estimate_of_copies, estimate_text
 from movingout.world.metrics import METRICS
 from movingout.world.own_metrics import own_metrics
@@ -20,8 +20,7 @@ COPIES = (
 )
 EARLIER = (
     "Some matches were played by an earlier version, which noted less: a measure that they lack is of the others "
-    "alone, where copies among them cannot be told, ± may be too small, and whether language models that played in "
-    "them answered is not known."
+    "alone, and where copies among them cannot be told, ± may be too small."
 )
 
 
@@ -146,19 +145,21 @@ def copies_note(rows: Iterable[ResultRow]) -> list[str]:
 
 
 def unanswered_note(rows: Iterable[ResultRow]) -> list[str]:
-    """A sentence when a row counts matches in which a language model did not answer, else nothing."""
-    found = unanswered(result for row in rows for result in row.results)
-    return [UNANSWERED.format(**found._asdict())] if found else []
+    """Sentences when a row counts matches in which a language model did not answer, or may not have; else nothing."""
+    results = [result for row in rows for result in row.results]
+    found = unanswered(results)
+    counted = [UNANSWERED.format(**found._asdict())] if found else []
+    return [*counted, UNCOUNTED] if have_uncounted_questions(results) else counted
 
 
 def are_of_before(results: Iterable[MatchResult]) -> bool:
-    """Whether an earlier version wrote some, without what tells copies, AC of the code, or questions to a model."""
+    """Whether an earlier version wrote some, without what tells copies, or AC of the code."""
     return any(one.ending != "failed" and _is_of_before(one) for one in results)
 
 
 def _is_of_before(result: MatchResult) -> bool:
     lacks_ac = result.metrics.ac is not None and result.official_ac is None
-    return not result.play_hash or lacks_ac or has_uncounted_questions(result)
+    return not result.play_hash or lacks_ac
 
 
 def earlier_note(rows: Iterable[ResultRow]) -> list[str]:

@@ -13,6 +13,11 @@ UNANSWERED = (
     "meanwhile what they said last or their fallback was played."
 )
 
+UNCOUNTED = (
+    "Some matches of language models were played by an earlier version: whether the models answered in them is not "
+    "known."
+)
+
 
 class Unanswered(NamedTuple):
     """Questions without a usable answer, all questions, the matches with such, and all with questions."""
@@ -32,8 +37,12 @@ def unanswered(results: Iterable[MatchResult]) -> Unanswered | None:
     )
 
 
-def has_uncounted_questions(result: MatchResult) -> bool:
+def have_uncounted_questions(results: Iterable[MatchResult]) -> bool:
     """Whether a language model sat in a seat that an earlier version played: it did not count what was answered."""
+    return any(one.ending != "failed" and _has_uncounted(one) for one in results)
+
+
+def _has_uncounted(result: MatchResult) -> bool:
     ids = dict(zip(SEAT_COLOURS, (result.match.blue, result.match.red), strict=True))
     return any(
         acting_id(agent_id).partition(":")[0] == LLM and f"{colour}_{QUESTIONS}" not in result.counts

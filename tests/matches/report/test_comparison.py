@@ -20,8 +20,8 @@ from movingout.matches.report.crossplay import matrix, worst_matches
 from movingout.matches.report.html_page import page
 from movingout.matches.report.words import LANGUAGE_FILES, report_words
 from movingout.matches.results.significance import holm, stars, welch
-from movingout.matches.results.table import ALL_MAPS, COPIES, MEASURES, markdown, rows_of
-from movingout.matches.results.unanswered import UNANSWERED
+from movingout.matches.results.table import ALL_MAPS, COPIES, EARLIER, MEASURES, markdown, rows_of
+from movingout.matches.results.unanswered import UNANSWERED, UNCOUNTED
 from movingout.world.estimates import estimate
 from movingout.world.metrics import Metrics
 from tests.matches.support import small_grid
@@ -183,6 +183,7 @@ def test_the_sentences_of_tables_are_the_same_everywhere() -> None:
     assert report_words().say("grid.copies") == COPIES
     counts = {"questions": 3, "asked": 14, "matches": 1, "played": 2}
     assert report_words().say("grid.unanswered", **counts) == UNANSWERED.format(**counts)
+    assert [report_words().say(f"grid.{name}") for name in ("uncounted", "earlier")] == [UNCOUNTED, EARLIER]
 
 
 def test_page_and_report_say_where_language_models_did_not_answer() -> None:
@@ -192,6 +193,10 @@ def test_page_and_report_say_where_language_models_did_not_answer() -> None:
     assert "no usable answer to 3 of 14 questions, in 1 of 1 matches" in page(run)
     assert "auf 3 von 14 Fragen keine brauchbare Antwort, in 1 von 1 Spielen" in markdown_report([run], "de")
     assert run.to_json()["unanswered"] == {"questions": 3, "asked": 14, "matches": 1, "played": 1}
+    assert UNCOUNTED not in page(run) + markdown_report([run])
+    before = replace(result.match, red="llm:model=m")
+    run.results[result.match] = replace(result, match=before, ending="delivered")
+    assert UNCOUNTED in page(run) and UNCOUNTED in markdown_report([run])
 
 
 def test_the_report_lays_ours_beside_the_papers_and_says_what_they_are_not() -> None:

@@ -6,8 +6,8 @@ import pytest
 
 from movingout.matches.match import Match, MatchResult
 from movingout.matches.results.significance import evidence
-from movingout.matches.results.table import MEASURES, ResultRow, markdown, of_matches
-from movingout.matches.results.unanswered import unanswered
+from movingout.matches.results.table import EARLIER, MEASURES, ResultRow, markdown, of_matches
+from movingout.matches.results.unanswered import UNCOUNTED, unanswered
 from movingout.world.estimates import Estimate, estimate
 from movingout.world.metrics import Metrics
 
@@ -61,8 +61,9 @@ def test_a_table_says_that_before_nobody_counted_what_language_models_answered(a
     before = _result(0, 0.5, "h")
     before = replace(before, match=replace(before.match, red=agent_id))
     row = ResultRow("all", 1, "a", "b", "HandOff", (before,))
-    said = "whether language models that played in them answered is not known"
-    assert said in markdown([row])
+    said = markdown([row])
+    assert UNCOUNTED in said and EARLIER not in said, "it lacks nothing else"
+    assert EARLIER in (said := markdown([replace(row, results=(_result(0, 0.5),))])) and UNCOUNTED not in said
     for now in (
         replace(before, counts={"red_llm_questions": 0}),
         replace(before, ending="failed"),
