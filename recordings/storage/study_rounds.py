@@ -9,6 +9,7 @@ What was exported of such an episode, and imported, does not count either: it eq
 """
 
 import os
+import re
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
@@ -20,6 +21,7 @@ from movingout.recordings.storage.copies import imports_of
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import read_summary
 
+_EPISODE_ID = re.compile("[a-km-np-z2-9]{20}")  # as rooms make them (`server/security/tokens.py`)
 _QUERY = """
     SELECT episode FROM rounds WHERE NOT valid OR outcome IS NULL OR outcome NOT IN ('delivered', 'time')
         OR unit IN (SELECT unit FROM participants WHERE keep = 0)
@@ -58,11 +60,15 @@ def counted_recordings(files: Sequence[Path]) -> list[Path]:
 
 
 def _recordings_of(episodes: frozenset[str], data: Path) -> list[Path]:
-    """Of these episodes beside their study; where one has no file of its name, those of other names are read for it."""
+    """Of these episodes beside their study; where one has no file of its name, files that were renamed are read for it.
+
+    Most often it has none at all: it was purged, or never began.
+    """
     files = {file.name.removesuffix(SUFFIX): file for file in sorted((data / "recordings").glob(f"*{SUFFIX}"))}
     found = [file for name, file in files.items() if name in episodes]
     if not episodes <= files.keys():
-        found += [file for name, file in files.items() if name not in episodes and _about(file)[0] in episodes]
+        renamed = [file for name, file in files.items() if name not in episodes and not _EPISODE_ID.fullmatch(name)]
+        found += [file for file in renamed if _about(file)[0] in episodes]
     return found
 
 

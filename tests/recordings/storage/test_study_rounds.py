@@ -6,10 +6,14 @@ import pytest
 
 from movingout.agents.errors import DataError
 from movingout.agents.training.training_data import read_training_data
+from movingout.recordings import finalise
 from movingout.recordings.diversity.episodes import read_paths
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.groups import grouped
+from movingout.recordings.storage import study_rounds
+from movingout.recordings.storage.listing import Summary, read_summary
 from movingout.recordings.storage.study_rounds import counted_recordings, uncounted_episodes
+from movingout.server.security.tokens import new_id
 from movingout.study.data.backup import back_up
 from movingout.study.store import Unit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
@@ -54,6 +58,24 @@ def test_a_backup_counts_what_its_study_counted_when_it_was_made(tmp_path: Path)
     Rounds(store).mark(invalid, valid=False)
     back_up(place, tmp_path / "backup", 1_800_000_000.0)
     assert uncounted_episodes((tmp_path / "backup" / "recordings").iterdir()) == {invalid}
+
+
+def test_recordings_that_have_their_own_names_are_not_read_for_a_round_without_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 20,000 recordings all were, for each training with an import: a round that never began has none."""
+    folder = tmp_path / "recordings"
+    own = finalise(record(folder, 2, episode_id=new_id(20))[0])
+    renamed = finalise(record(folder, 2, episode_id="gone")[0]).rename(folder / "mine.mcap")
+    read: list[Path] = []
+
+    def reading(file: Path) -> Summary:
+        read.append(file)
+        return read_summary(file)
+
+    monkeypatch.setattr(study_rounds, "read_summary", reading)
+    assert study_rounds._recordings_of(frozenset({"gone"}), tmp_path) == read == [renamed]
+    assert study_rounds._recordings_of(frozenset({own.stem}), tmp_path) == [own]
 
 
 def test_a_database_that_cannot_be_read_is_named(tmp_path: Path) -> None:
