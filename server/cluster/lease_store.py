@@ -63,6 +63,7 @@ class NodeRow:
     run: str
     alive: bool  # it has told the database so during the last lease
     problem: str = ""  # why it has the lease of the study, or had it, and does not serve it
+    seen_s: float = 0.0  # ago
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,8 +150,8 @@ class LeaseStore(ClusterDatabase):
         cursor = await connection.execute(
             "SELECT name, folder, version, format, address, state, rooms, run, "
             f"state <> 'ended' AND seen > {self._now} - make_interval(secs => %s), "
-            "coalesce(to_jsonb(n) ->> 'problem', '') "  # tables of nodes of before have no such column
-            "FROM movingout_cluster.node AS n ORDER BY name",
+            "coalesce(to_jsonb(n) ->> 'problem', ''), "  # tables of nodes of before have no such column
+            f"extract(epoch FROM {self._now} - seen)::float FROM movingout_cluster.node AS n ORDER BY name",
             (self.lease_s,),
         )
         return ClusterView(leases, tuple(NodeRow(*row) for row in await cursor.fetchall()))

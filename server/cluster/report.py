@@ -46,17 +46,26 @@ def waiting_rooms(view: ClusterView, lease_s: float) -> Iterator[str]:
         yield f"node {node} has been away for {away_s:.0f} s: {rooms} for it (ids beginning with {beginnings})"
 
 
-def unserved_study(view: ClusterView) -> str:
-    """A sentence where nobody serves a study that has begun; empty after who had it last has ended in order."""
+def unserved_study(view: ClusterView, lease_s: float) -> str:
+    """A sentence where nobody serves a study that has begun; empty after who had it last has ended in order.
+
+    Unless another node was there at that moment: it was to go on with it.
+    """
     lease = view.lease(STUDY)
     if lease is None or lease.fence == 0 or any(has_lease(node, lease) and not node.problem for node in view.nodes):
         return ""
     if all(node.state == "ended" or lease.format not in (None, node.format) for node in view.nodes):
         return ""
     holder = view.node(lease.node)
-    if holder is not None and holder.state == "ended" and not any(node.alive for node in view.nodes):
-        return ""  # others that were killed before had given it up
+    others = [node for node in view.nodes if node.state != "ended"]
+    if holder is not None and holder.state == "ended" and all(_was_away(node, lease, lease_s) for node in others):
+        return ""
     return "nobody serves the study" + (f": node {lease.node} had it last" if lease.node else "")
+
+
+def _was_away(node: NodeRow, lease: LeaseRow, lease_s: float) -> bool:
+    """Whether a node was away already when a lease ended."""
+    return node.seen_s - max(lease.expired_s, 0.0) > lease_s
 
 
 def has_lease(node: NodeRow, lease: LeaseRow) -> bool:

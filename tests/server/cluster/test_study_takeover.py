@@ -1,6 +1,7 @@
 """When a node begins the study, and what becomes of it when that fails."""
 
 import asyncio
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -244,15 +245,17 @@ def test_status_says_that_nobody_serves_the_study_whose_nodes_were_killed_not_en
 
 
 def test_a_node_that_was_killed_before_does_not_matter_where_the_holder_of_the_study_has_ended_in_order() -> None:
-    def node(name: str, state: str, alive: bool = False) -> NodeRow:
-        return NodeRow(name, "folder", "0.1", "format", "", state, 0, f"run of {name}", alive)
+    def node(name: str, state: str, alive: bool = False, seen_s: float = 60.0) -> NodeRow:
+        row = NodeRow(name, "folder", "0.1", "format", "", state, 0, f"run of {name}", alive)
+        return replace(row, seen_s=0.5 if alive else seen_s)
 
     def said(*nodes: NodeRow) -> str:
-        return unserved_study(ClusterView((lease(STUDY, "a", expired_s=5.0),), nodes))
+        return unserved_study(ClusterView((lease(STUDY, "a", expired_s=5.0),), nodes), lease_s=5.0)
 
     nobody = "nobody serves the study: node a had it last"
     assert said(node("a", "ended"), node("b", "serving")) == ""
     assert said(node("a", "ended"), node("b", "serving", alive=True)) == nobody, "b could take it"
+    assert said(node("a", "ended"), node("b", "serving", seen_s=3.0)) == nobody, "b was to take it, and was killed"
     assert said(node("a", "serving"), node("b", "ended")) == nobody
 
 
