@@ -23,7 +23,7 @@ class FirstAnswer(NamedTuple):
 def first_answer(agent: Agent, map_name: str) -> FirstAnswer | None:
     """Ask about the start of a map; None for an agent that asks no model.
 
-    It asks again as in play, within the time-out of the agent each time: a server may load its model at the first question.
+    It asks again as in play, within the time-out of the agent each time: a server may load its model then.
     """
     while isinstance(agent, Wrapper):
         agent = agent.agent

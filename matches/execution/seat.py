@@ -44,7 +44,7 @@ class MatchSeat:
         return observe(self.episode.map, self.state.copy(), self.episode.seat)
 
     def account(self) -> dict[str, int]:
-        """What the agent counted in the match, such as `red_llm_questions`. Raises AgentError where it did not play it."""
+        """What the agent counted in the match, as `red_llm_questions`. Raises AgentError where it did not play it."""
         reason, found = getattr(self.agent, "not_played", ""), getattr(self.agent, "episode_counts", {})
         if isinstance(reason, str) and reason:
             raise AgentError(reason)
