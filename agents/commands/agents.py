@@ -163,7 +163,7 @@ def _check(arguments: argparse.Namespace) -> int:
         answered = first_answer(agent, maps[0])
     problems = _no_answer(answered)
     if problems and getattr(agent, "waits", False):  # it would wait as long for each question of the check
-        return _say_problem(arguments, *problems)
+        return _say_problem(arguments, f"{problems[0]}; its rules were not checked")
     try:
         with redirect_stdout(sys.stderr):
             found = check_agent(lambda: load_agent(arguments.agent), maps, arguments.ticks)

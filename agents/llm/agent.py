@@ -30,7 +30,7 @@ FALLBACKS = ("help", "wait", ALONE)
 MAX_RECORDED = 4000  # characters of a prompt or an answer in the decision trace
 TOLD_FOR = 2  # ticks for which the trace has an exchange: a decision that comes late is not recorded
 SILENT = 3  # questions of an episode without one useful answer, after which a warning says so
-VAIN = 10  # questions without one useful answer, or without any in a row, after which a match that waits for them ends
+VAIN = 10  # questions without one useful answer, or time-outs in a row, after which a match that waits for them ends
 SOON = 5  # ticks between two questions when nothing of the last answer is left to do
 LONGEST_WAIT_S = 9.5  # a match gives a decision 20 s, and the server may ask for a pause of the same length
 
@@ -68,7 +68,7 @@ class LlmAgent(ScriptedAgent):
         self._prompt = self._plan = self._note = ""
         self._remarks: list[str] = []  # for the next question: what was wrong with the last answer
         self._counts = Counter({"questions": 0})  # what has none is of an earlier version
-        self._unanswered = 0  # questions in a row
+        self._timeouts = 0  # in a row
         self._told: dict[str, object] = {}
         self._told_until = -1
 
@@ -122,8 +122,8 @@ class LlmAgent(ScriptedAgent):
         """Raises AgentError where no answer is to be expected: each costs as much time as an agent may take."""
         if self._counts["questions"] >= VAIN and (why := self.not_played):
             raise AgentError(why)
-        if self._unanswered >= VAIN:
-            raise AgentError(f"no answer to {counted(self._unanswered, 'question')} in a row ({self._note:.200})")
+        if self._timeouts >= VAIN:
+            raise AgentError(f"no answer to {counted(self._timeouts, 'question')} in a row ({self._note:.200})")
 
     def ask_and_wait(self, observation: Observation) -> Mapping[str, object]:
         """Ask now, whatever `waits` says, and take over the answer; returns what the trace has of it."""
@@ -149,7 +149,7 @@ class LlmAgent(ScriptedAgent):
         note = outcome.problem
         self._counts["questions"] += 1  # not when it is asked: the last one of an episode may stay open
         self._counts[outcome.fault or "answers"] += 1
-        self._unanswered = self._unanswered + 1 if outcome.fault else 0
+        self._timeouts = self._timeouts + 1 if outcome.fault == "timeout" else 0
         if outcome.fault is None:
             try:
                 answer = self._read(outcome.answer, observation)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, get_args
 
 from movingout.maps.spec import SEAT_COLOURS
-from movingout.recordings.episode import ROOM_PSEUDONYM, SeatInfo, is_person
+from movingout.recordings.episode import ROOM_PSEUDONYM, SeatInfo, is_person, is_room_pseudonym
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.recorded_seat import GHOST
 from movingout.recordings.storage.listing import Players
@@ -66,7 +66,8 @@ def obtained(parts: Sequence[str], wanted: float, by: SplitBy) -> str:
 
 def has_room_names(episodes: Iterable[Players]) -> bool:
     """Whether a person is known by a name that holds for one room alone."""
-    return any(name.startswith(ROOM_PSEUDONYM) for players in episodes for name in participants(players))
+    seats = (seat for players in episodes for seat in players.seats)
+    return any(is_person(seat.kind) and is_room_pseudonym(seat.name) for seat in seats)
 
 
 def caution(episodes: Sequence[Players], by: SplitBy) -> str:

@@ -246,14 +246,14 @@ def _known(path: Path, header: EpisodeHeader, own: Path) -> str:
     if any(new.name and not old.name for old, new in zip(kept, seats, strict=True)):
         return f"{said}, without names; nothing changed. To name its participants, import it into a new folder"
     given = [(old.name, new.name) for old, new in zip(kept, seats, strict=True) if new.name]
-    if path == own and any(old not in (new, _called_before(new)) for old, new in given):
+    if path == own and any(_without_prefix(old) != _without_prefix(new) for old, new in given):
         return f"{said}, with other names (or another --salt); nothing changed. {otherwise}"
     return f"{said}; nothing changed"
 
 
-def _called_before(name: str) -> str:
-    """As earlier versions imported a name of one room: as any other."""
-    return OTHER_PSEUDONYM + name.removeprefix(ROOM_PSEUDONYM) if is_room_pseudonym(name) else name
+def _without_prefix(pseudonym: str) -> str:
+    """What it is by: names of one room had the prefix of all others at first."""
+    return pseudonym.removeprefix(ROOM_PSEUDONYM).removeprefix(OTHER_PSEUDONYM)
 
 
 def _written(

@@ -96,4 +96,5 @@ def test_the_share_that_was_reached_is_said() -> None:
 def test_names_of_one_room_are_no_people_that_a_split_keeps_apart() -> None:
     lobby, study = [players("a", "person-tyncpf", "idle", "agent")], [players("b", "P7KXM2Q", "idle", "agent")]
     assert "in both parts" in caution([*study, *lobby], "participant")
-    assert caution(study, "participant") == caution(lobby, "map") == ""
+    agents = [Players("c", (SeatInfo("agent", "person-tyncpf"), SeatInfo("agent", "person-delay4")))]
+    assert caution(study, "participant") == caution(lobby, "map") == caution(agents, "participant") == ""

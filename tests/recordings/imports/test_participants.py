@@ -83,16 +83,18 @@ def test_names_that_come_too_late_are_not_said_to_be_known(
     assert one["participants_known"]
 
 
-def test_people_of_one_room_who_were_imported_as_any_others_are_the_same(
-    rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("of_one_room", [True, False])
+def test_people_whose_import_began_their_names_otherwise_are_the_same(
+    of_one_room: bool, rows: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """It said "with other names (or another --salt)", and that the recording is to be moved away."""
     who = tmp_path / "who.csv"
-    who.write_text("trajectory_id,blue,red\nt0,person-tyncpf,person-2\n", encoding="utf-8")
+    blue = "person-tyncpf" if of_one_room else "person-1"
+    who.write_text(f"trajectory_id,blue,red\nt0,{blue},P2\n", encoding="utf-8")
     command = ["recordings", "import", str(rows), "--workers", "1", "-o", str(tmp_path / "in")]
     command += ["--participants", str(who), "--salt"]
     with monkeypatch.context() as before:
-        before.setattr(convert, "is_room_pseudonym", lambda _: False)
+        before.setattr(convert, "is_room_pseudonym", lambda _: not of_one_room)
         assert main([*command, "k3"]) == 0
     capsys.readouterr()
     assert main([*command, "k3"]) == 0
