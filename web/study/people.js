@@ -10,6 +10,7 @@
 const KEYS = ["movingout-study-token", "movingout-study-token-2"];
 const TOGETHER = ["input-check", "practice", "round", "waiting", "break", "paused"]; // done by both at once
 
+const LINK = "movingout-study-link";
 const BY_LINK = "movingout-study-by-link"; // a link meant for them alone, so this is probably a device of their own
 
 /** @returns {boolean} whether the person here followed a link that named them */
@@ -28,6 +29,29 @@ export function keepByLink(byLink) {
     else localStorage.removeItem(BY_LINK);
   } catch {
     // without storage the last screen offers one button too many
+  }
+}
+
+/**
+ * The parameters of the link that somebody came by: until they have consented a mended study may ask them again, and
+ * the address bar has them no more. In this tab alone.
+ * @param {Record<string, string>} parameters empty where there are none to keep
+ */
+export function keepLink(parameters) {
+  try {
+    if (Object.keys(parameters).length > 0) sessionStorage.setItem(LINK, JSON.stringify(parameters));
+    else sessionStorage.removeItem(LINK);
+  } catch {
+    // without storage they have to open their link again
+  }
+}
+
+/** @returns {Record<string, string> | null} */
+export function loadLink() {
+  try {
+    return JSON.parse(sessionStorage.getItem(LINK) ?? "null");
+  } catch {
+    return null;
   }
 }
 

@@ -11,7 +11,8 @@ import { saveTokens } from "../wire/seat_tokens.js";
 import { arrivalScreen, recruitmentParameters } from "./arrival.js";
 import { StudyFrame } from "./frame.js";
 import { markStudyRound } from "../text/study_mark.js";
-import { cameByLink, keepByLink, loadPeople, savePeople, seatsToTake, stillHere, whoseTurn } from "./people.js";
+import { cameByLink, keepByLink, keepLink, loadLink } from "./people.js";
+import { loadPeople, savePeople, seatsToTake, stillHere, whoseTurn } from "./people.js";
 import { dropUnsentOf, keepUnsentOf } from "./kept_answers.js";
 import { forgetSecond, forgetSettings } from "./own_settings.js";
 import { Persistence } from "./persistence.js";
@@ -62,7 +63,8 @@ export class StudyPage {
     const parameters = recruitmentParameters(location.search);
     if (Object.keys(parameters).length > 0) return this.#arriveByLink(parameters);
     const tokens = loadPeople();
-    if (tokens.length === 0) return this.#askWho("");
+    const link = loadLink();
+    if (tokens.length === 0) return link ? this.#arriveByLink(link) : this.#askWho("");
     this.#places = tokens.map((token) => new Place(token));
     await this.#refresh();
     this.#listen();
@@ -99,6 +101,7 @@ export class StudyPage {
     keepUnsentOf(this.#tokens, token, replaced, expected);
     if (!was_here) second ? forgetSecond() : forgetSettings();
     keepByLink(false);
+    if (!second) keepLink(parameters);
     history.replaceState(null, "", location.pathname); // ids must not stay in the address bar
     await this.#follow(view.language);
     this.#listen();
@@ -162,7 +165,8 @@ export class StudyPage {
   #leave(problem) {
     const gone = this.#tokens;
     this.#forget();
-    this.#askWho(problem);
+    const again = problem && loadLink() !== null; // the study was mended while they read the consent
+    again ? location.reload() : this.#askWho(problem);
     dropUnsentOf(gone); // with what the screen that closed has kept
   }
 
@@ -250,6 +254,7 @@ export class StudyPage {
   // ---- what is shown ----------------------------------------------------------------------------------------
 
   #show() {
+    if (!this.#undecided) keepLink({});
     const people = this.#turn();
     const steps = people.map((person) => this.#views[person].step);
     const [step] = steps;
@@ -266,6 +271,10 @@ export class StudyPage {
     if (make) this.#frame.show(`${shown} ${currentLanguage()}`, () => make(this.#context(people)), step);
     else this.#frame.showProblem(say("error.http"), () => location.reload());
     dropUnsentOf(this.#tokens.filter((_, person) => this.#views[person]?.step.kind === "code"));
+  }
+
+  get #undecided() {
+    return this.#views.every(({ step }) => step.kind === "consent" || step.kind === "paused");
   }
 
   get #tokens() {
