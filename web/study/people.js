@@ -92,6 +92,11 @@ export function whoseTurn(views) {
   return playing.length === 1 ? playing : [0];
 }
 
+/** @param {readonly View[]} views @returns {boolean} whether they may all be at the consent, also behind a pause */
+export function areUndecided(views) {
+  return views.every(({ step }) => step.kind === "consent" || step.kind === "paused");
+}
+
 /**
  * Who still sits here: everybody but who declined, of whom nothing is kept, so that somebody else may come instead. A
  * place with a completion code stays.
