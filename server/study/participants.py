@@ -10,7 +10,7 @@ from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.transaction import Transaction
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Outcome, Study
-from movingout.study.design.step_order import LAST_SOLO_STEP
+from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING
 from movingout.study.design.steps import steps
 from movingout.study.errors import StoreError
 from movingout.study.store.identity import UNMISTAKABLE
@@ -194,15 +194,19 @@ class Participants:
             await self._note_absence(tx, session)
         now = time.monotonic()
         away_s = 0.0 if paused else session.away_s(now)
-        await tx.run(self._store.finish, session.pid, outcome, self._code(outcome), away_s)
+        await tx.run(self._store.finish, session.pid, outcome, self._code(session, outcome), away_s)
         session.ended_at = now
         await self.refresh(tx, session)
         if session.record.unit is not None:
             self._done_units = await tx.run(self._store.done_units)
 
-    def _code(self, outcome: Outcome) -> str:
+    def _code(self, session: ParticipantSession, outcome: Outcome) -> str:
         fixed = {} if self._study.codes == "unique" else self._study.codes
-        code = fixed.get(outcome) or (fixed.get("withdrew") if outcome == "dropped-out" else None)
+        code = fixed.get(outcome)
+        if code is None and outcome == "dropped-out":
+            code = fixed.get("withdrew")
+            if code is None and session.record.step == WAITING:  # files of before have that of `no-partner` for them
+                code = fixed.get("no-partner")
         return code or "".join(secrets.choice(UNMISTAKABLE) for _ in range(CODE_LENGTH))
 
     async def refresh(self, tx: Transaction, session: ParticipantSession) -> None:

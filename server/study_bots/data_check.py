@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.suggestion import counted
-from movingout.recordings.annotation.search import search_failures
 from movingout.recordings.episode import FINISHED
+from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.storage.index import list_recordings
 from movingout.server.study_bots.simulated_participant import ActivityLog
 from movingout.study.data.study_folder import StudyFolder
@@ -46,11 +46,19 @@ def find_losses(folder: StudyFolder, stored: StoredData, logs: Sequence[Activity
     return found
 
 
-def agent_faults(recordings: Path) -> list[str]:
-    """One sentence per fault that agents had, with the number of rounds. Raises RecordingError."""
-    found = search_failures(recordings).recordings if recordings.is_dir() else []
-    said = Counter(sentence for one in found for sentence in set(one.agent_errors))
+def agent_faults(folder: StudyFolder, stored: StoredData) -> list[str]:
+    """One sentence per fault that agents had, with the number of rounds. Raises RecordingError.
+
+    Only the rounds of this study are looked at: the folder may hold recordings of others.
+    """
+    found, _ = list_recordings(folder.recordings) if folder.recordings.is_dir() else ([], [])
+    played = {one["episode"] for one in stored.rounds if one["outcome"] in FINISHED}
+    said = Counter(sentence for one in found if one.id in played for sentence in _agent_errors(one.path))
     return [f"in {counted(count, 'round')}: {sentence}" for sentence, count in said.items()]
+
+
+def _agent_errors(recording: Path) -> set[str]:
+    return {event.detail for event in read_episode(recording).events if event.kind == "agent_error"}
 
 
 def _of_one(stored: StoredData, log: ActivityLog) -> Iterator[str]:

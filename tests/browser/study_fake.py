@@ -97,6 +97,7 @@ class FakePerson:
     steps: list[Step]
     language: str = "en"
     done: int = 0
+    can_stop: bool = True
     was_here: bool = False  # in this browser, before another one
 
     def view(self) -> dict[str, Any]:
@@ -106,7 +107,7 @@ class FakePerson:
             "languages": ["en", "de"],
             "step": self.steps[0],
             "position": {"done": self.done, "total": self.done + len(self.steps)},
-            "can_stop": True,
+            "can_stop": self.can_stop,
         }
 
     def next(self) -> None:

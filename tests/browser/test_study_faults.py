@@ -38,6 +38,24 @@ def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(bro
         assert page.url.endswith("/study")
 
 
+@pytest.mark.slow
+def test_who_came_by_a_link_and_is_asked_again_is_the_same_person_until_they_have_consented(
+    browser: Browser, server: Server
+) -> None:
+    study = FakeStudy(coming=[FakePerson([fake.consent()]), FakePerson([fake.consent(), fake.code()])], asks_code=False)
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page, "?PROLIFIC_PID=5f00")
+        heading(page, "Taking part in a research study")
+        study.people.clear()  # the study file was mended
+        page.reload()
+        heading(page, "Taking part in a research study")  # by itself
+        assert [body["parameters"] for body in study.sent("/arrive")] == [{"PROLIFIC_PID": "5f00"}] * 2
+        page.get_by_label("I am 18 or older.").check()
+        page.get_by_role("button", name="I agree").click()
+        heading(page, "Thank you")
+        assert page.evaluate("sessionStorage.getItem('movingout-study-link')") is None, "no longer than needed"
+
+
 def two_at_one_screen(page: Page, *steps: fake.Step) -> FakeStudy:
     study = FakeStudy.at(*steps, group=2, asks_code=False)
     study.people["token-of-person-2"] = FakePerson([*steps])

@@ -93,6 +93,33 @@ def test_the_form_for_the_second_person_closes_where_a_partner_has_come_from_els
     assert study.sent("/arrive") == []
 
 
+def test_the_form_for_the_second_person_stays_through_a_pause(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.waiting(), fake.every_screen()["paused"], group=2)
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_role("button", name="Add the second person").click()
+    page.get_by_label("Your code").fill("K7QX")
+    with page.expect_response("**/api/study/view"):
+        study.people["token-of-person-1"].next()
+    page.wait_for_load_state("networkidle")
+    expect(page.get_by_label("Your code")).to_have_value("K7QX")
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_of_two_in_a_pause_only_who_has_consented_can_stop(open_page: OpenPage, number: int) -> None:
+    study = FakeStudy.at(fake.every_screen()["paused"], group=2, asks_code=False)
+    study.people["token-of-person-2"] = FakePerson([fake.every_screen()["paused"]])
+    study.people[f"token-of-person-{3 - number}"].can_stop = False  # at the consent
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_role("button", name="Stop").click()
+    expect(page.get_by_role("radio")).to_have_count(0)
+    page.get_by_role("button", name="Stop, keep my data").click()
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    stopped = study.people[f"token-of-person-{number}"], study.people[f"token-of-person-{3 - number}"]
+    assert [person.steps[0]["kind"] for person in stopped] == ["code", "paused"]
+
+
 @pytest.mark.parametrize(("width", "height"), [(375, 553), pytest.param(320, 568, marks=pytest.mark.slow)])
 def test_of_two_at_one_screen_each_one_s_controls_are_said_and_kept_as_theirs(
     open_page: OpenPage, pictures: Path, width: int, height: int

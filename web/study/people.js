@@ -10,6 +10,7 @@
 const KEYS = ["movingout-study-token", "movingout-study-token-2"];
 const TOGETHER = ["input-check", "practice", "round", "waiting", "break", "paused"]; // done by both at once
 
+const LINK = "movingout-study-link";
 const BY_LINK = "movingout-study-by-link"; // a link meant for them alone, so this is probably a device of their own
 
 /** @returns {boolean} whether the person here followed a link that named them */
@@ -28,6 +29,29 @@ export function keepByLink(byLink) {
     else localStorage.removeItem(BY_LINK);
   } catch {
     // without storage the last screen offers one button too many
+  }
+}
+
+/**
+ * The parameters of the link that somebody came by: until they have consented a mended study may ask them again, and
+ * the address bar has them no more. In this tab alone.
+ * @param {Record<string, string>} parameters empty where there are none to keep
+ */
+export function keepLink(parameters) {
+  try {
+    if (Object.keys(parameters).length > 0) sessionStorage.setItem(LINK, JSON.stringify(parameters));
+    else sessionStorage.removeItem(LINK);
+  } catch {
+    // without storage they have to open their link again
+  }
+}
+
+/** @returns {Record<string, string> | null} */
+export function loadLink() {
+  try {
+    return JSON.parse(sessionStorage.getItem(LINK) ?? "null");
+  } catch {
+    return null;
   }
 }
 
@@ -66,6 +90,11 @@ export function whoseTurn(views) {
   if (playing.length === 2 && steps[0].key === steps[1].key && steps[0].kind === steps[1].kind) return [0, 1];
   if (playing.length === 2) return [views[0].position.done <= views[1].position.done ? 0 : 1];
   return playing.length === 1 ? playing : [0];
+}
+
+/** @param {readonly View[]} views @returns {boolean} whether they may all be at the consent, also behind a pause */
+export function areUndecided(views) {
+  return views.every(({ step }) => step.kind === "consent" || step.kind === "paused");
 }
 
 /**

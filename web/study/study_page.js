@@ -11,7 +11,8 @@ import { saveTokens } from "../wire/seat_tokens.js";
 import { arrivalScreen, recruitmentParameters } from "./arrival.js";
 import { StudyFrame } from "./frame.js";
 import { markStudyRound } from "../text/study_mark.js";
-import { cameByLink, keepByLink, loadPeople, savePeople, seatsToTake, stillHere, whoseTurn } from "./people.js";
+import { areUndecided, cameByLink, keepByLink, keepLink, loadLink } from "./people.js";
+import { loadPeople, savePeople, seatsToTake, stillHere, whoseTurn } from "./people.js";
 import { dropUnsentOf, keepUnsentOf } from "./kept_answers.js";
 import { forgetSecond, forgetSettings } from "./own_settings.js";
 import { Persistence } from "./persistence.js";
@@ -28,7 +29,7 @@ import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.j
 const POLL_MS = 10_000;
 const POLL_PLAYING_MS = 2000; // somebody may be coming back from the game
 const CLOCK_MS = 1000;
-const OFFERS_SECOND = ["consent", "waiting"]; // screens that stay behind the form for the second person
+const OFFERS_SECOND = ["consent", "waiting", "paused"]; // screens that stay behind the form for the second person
 
 export class StudyPage {
   #persistence = new Persistence((problem) => this.#frame.setProblem(problem));
@@ -62,7 +63,8 @@ export class StudyPage {
     const parameters = recruitmentParameters(location.search);
     if (Object.keys(parameters).length > 0) return this.#arriveByLink(parameters);
     const tokens = loadPeople();
-    if (tokens.length === 0) return this.#askWho("");
+    const link = loadLink();
+    if (tokens.length === 0) return link ? this.#arriveByLink(link) : this.#askWho("");
     this.#places = tokens.map((token) => new Place(token));
     await this.#refresh();
     this.#listen();
@@ -99,6 +101,7 @@ export class StudyPage {
     keepUnsentOf(this.#tokens, token, replaced, expected);
     if (!was_here) second ? forgetSecond() : forgetSettings();
     keepByLink(false);
+    if (!second) keepLink(parameters);
     history.replaceState(null, "", location.pathname); // ids must not stay in the address bar
     await this.#follow(view.language);
     this.#listen();
@@ -162,7 +165,8 @@ export class StudyPage {
   #leave(problem) {
     const gone = this.#tokens;
     this.#forget();
-    this.#askWho(problem);
+    const again = problem && loadLink() !== null; // the study was mended while they read the consent
+    again ? location.reload() : this.#askWho(problem);
     dropUnsentOf(gone); // with what the screen that closed has kept
   }
 
@@ -250,10 +254,11 @@ export class StudyPage {
   // ---- what is shown ----------------------------------------------------------------------------------------
 
   #show() {
+    if (!areUndecided(this.#views)) keepLink({});
     const people = this.#turn();
     const steps = people.map((person) => this.#views[person].step);
     const [step] = steps;
-    this.#frame.setPlace(this.#views[people[0]], people, this.#places.length > 1);
+    this.#frame.setPlace(this.#views[this.#whoCanStop[0] ?? people[0]], people, this.#places.length > 1);
     if (this.#frame.shows("arrival-2") && OFFERS_SECOND.includes(step.kind) && this.#places.length < 2) return;
     if (step.state === "card") this.#askedFor = step.key;
     if (step.state === "waiting" && step.key !== this.#askedFor) this.#readyFor = step.key; // said before a reload
@@ -276,6 +281,10 @@ export class StudyPage {
     const people = whoseTurn(this.#views);
     const finished = this.#views.every(({ step }) => step.kind === "code");
     return finished && this.#views.length > 1 ? [this.#codeOf] : people;
+  }
+
+  get #whoCanStop() {
+    return this.#turn().filter((person) => this.#views[person].can_stop);
   }
 
   /** @param {number[]} people @returns {Context} */
@@ -352,7 +361,7 @@ export class StudyPage {
   }
 
   async #stop() {
-    const people = this.#turn();
+    const people = this.#whoCanStop;
     const places = this.#places;
     const stopped = await askToStop(people, this.#pay, async (person, keep) => {
       const view = await this.#persistence.until(() => places[person].stop(keep));

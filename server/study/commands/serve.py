@@ -60,7 +60,7 @@ class _Frozen(NamedTuple):
     """What a data folder holds of the study."""
 
     text: str | None  # of the study file, if it was served before
-    begun: bool  # whether a participant has come: until then the file may change
+    begun: bool  # whether somebody has consented: until then the file may change
 
 
 def serve(args: argparse.Namespace) -> int:
@@ -146,7 +146,7 @@ def _refuse_blanks(found: Review, file: Path) -> None:
 
 
 def _refuse_slow(study: Study, settings: Settings) -> None:
-    """Before the first participant only: a study that has begun is not kept from going on by a slow hour."""
+    """Before the first consent only: a study that has begun is not kept from going on by a slow hour."""
     if slow := _slow(study, settings):
         raise StudyError("\n".join(slow))
 

@@ -66,7 +66,7 @@ def rehearse(file: Path, plan: SimulationPlan, data: Path, kills: int = 0) -> Re
     with ended_by_sigterm(), RehearsalServer(file, data, plan.speed, plan.slow_agents) as server:
         logs = _watched(Cohort(server.address.base, plan), kills, server)
     stored = read_stored(folder)
-    return RehearsalResult(logs, stored, find_losses(folder, stored, logs), data, agent_faults(folder.recordings))
+    return RehearsalResult(logs, stored, find_losses(folder, stored, logs), data, agent_faults(folder, stored))
 
 
 def _new_folder(study: Study) -> Path:

@@ -210,6 +210,16 @@ def test_who_has_left_the_waiting_room_when_the_wait_is_over_did_not_come_back(t
         assert (gone.step["outcome"], bool(gone.step["code"])) == ("dropped-out", True)
 
 
+@pytest.mark.parametrize(("own", "code"), [("", "NONE0000"), (", withdrew: STOP0000", "STOP0000")])
+def test_who_has_left_the_waiting_room_gets_a_code_of_the_file(tmp_path: Path, own: str, code: str) -> None:
+    with served(tmp_path, f"{PAIR}codes: {{done: DONE0000, no-partner: NONE0000{own}}}\n") as study:
+        (gone,) = waiting(study)
+        study.later(31)
+        study.look()
+        gone.look()
+        assert (gone.step["outcome"], gone.step["code"]) == ("dropped-out", code)
+
+
 def test_who_waits_too_long_may_play_with_an_agent_instead(tmp_path: Path) -> None:
     text = PAIR.replace("return_s: 5}", "return_s: 5, otherwise: agent, agent: idle}")
     text = text.replace("limit_ticks: 20", "limit_ticks: 20, after_partner: [movingout-paper-nine]")

@@ -10,7 +10,7 @@ from movingout.recordings import Event, finalise
 from movingout.recordings.storage.index import list_recordings
 from movingout.server.cli import main
 from movingout.server.study_bots.commands import rehearsal_command
-from movingout.server.study_bots.data_check import agent_faults, read_stored
+from movingout.server.study_bots.data_check import StoredData, agent_faults, read_stored
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
 from tests.recordings.support import begin, play
@@ -70,17 +70,20 @@ def forget_leaves_no_trace(pids: list[str]) -> None:
 def test_a_rehearsal_in_which_an_agent_had_a_fault_says_so_and_fails(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for number in range(2):
-        writer, played = begin(tmp_path / "recordings", episode_id=f"round-{number}")
+    for name in ("round-0", "round-1", "of-another-study"):
+        writer, played = begin(tmp_path / "recordings", episode_id=name)
         writer.event(Event(1, "agent_error", 0, detail="own needs 130 ms for a decision"))
         play(writer, played, 2)
         finalise(writer.close("time"))
-    faults = agent_faults(tmp_path / "recordings")
-    assert faults == ["in 2 rounds: own needs 130 ms for a decision"] and agent_faults(tmp_path / "none") == []
-    result = rehearsal_command.RehearsalResult([], data=tmp_path, faults=faults)
-    monkeypatch.setattr(rehearsal_command, "rehearse", lambda *_: result)
     file = tmp_path / "study.yaml"
     file.write_text(agents_text(ticks=40), encoding="utf-8")
+    rounds = [{"episode": f"round-{number}", "outcome": "time"} for number in range(2)]
+    stored = StoredData({}, {}, rounds, [])
+    faults = agent_faults(StudyFolder(read_study(file), tmp_path), stored)
+    assert faults == ["in 2 rounds: own needs 130 ms for a decision"]
+    assert agent_faults(StudyFolder(read_study(file), tmp_path / "none"), stored) == []
+    result = rehearsal_command.RehearsalResult([], data=tmp_path, faults=faults)
+    monkeypatch.setattr(rehearsal_command, "rehearse", lambda *_: result)
     assert main(["study", "simulate", str(file)]) == 1
     assert "an agent had a fault in 2 rounds: own needs 130 ms" in capsys.readouterr().out
     assert main(["study", "simulate", str(file), "--json"]) == 1
