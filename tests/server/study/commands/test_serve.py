@@ -45,8 +45,10 @@ def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsy
         found = re.search(r"First code\s+(\w+)", running.printed)
         assert found and f"http://127.0.0.1:{port}/study" in running.printed
         assert f"http://127.0.0.1:{port}/experimenter" in running.printed
-        status, _ = running.live.call("/api/study/arrive", {"parameters": {"code": found[1]}})
+        status, seen = running.live.call("/api/study/arrive", {"parameters": {"code": found[1]}})
         assert status == 200
+        said = {"key": seen["view"]["step"]["key"], "boxes": ["adult"]}
+        assert running.live.call("/api/study/next", said, seen["token"])[0] == 200
         assert re.search(r"Token\s+in .+admin-token", running.printed), "only a terminal shows the token itself"
         assert running.live.call("/api/experimenter/state", token=running.token)[0] == 200
         assert "in use by another server" in refused(capsys, file, tmp_path)
