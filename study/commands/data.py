@@ -100,7 +100,7 @@ def seats_told(study: Study, *, blinded: bool = False) -> list[str]:
 
 
 def earlier_seats_told(folder: StudyFolder) -> list[str]:
-    """The same, of a study that goes on by an earlier rule because somebody has come; `check` says it of the newest."""
+    """The same, of a study that has begun by an earlier rule; `check` says it of the newest."""
     with suppress(StudyError), closing(folder.open_existing()) as store:
         rule = frozen_study(store).allocation
         if rule != ALLOCATION and store.rows(participants):

@@ -1,4 +1,4 @@
-"""What a study is run with: kept before anybody comes, and the same from then on."""
+"""What a study is run with: kept before anybody comes, the same once somebody has consented."""
 
 import json
 import secrets
@@ -107,7 +107,7 @@ def is_new(store: Store) -> bool:
 
 
 def has_begun(store: Store) -> bool:
-    """Whether somebody has come, who may be purged: what the study is run with may not change any more."""
+    """Whether somebody has consented, who may be purged: what the study is run with may not change any more."""
     with store.database.read() as connection:
         return _begun(connection)
 
