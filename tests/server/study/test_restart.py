@@ -183,6 +183,7 @@ def test_a_round_of_another_study_in_the_folder_waits_until_that_study_is_served
 def test_who_has_a_code_keeps_it(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         done = study.visitor()
+        done.agree()
         done.stop(True)
         code = done.step["code"]
     with served(tmp_path) as study:
