@@ -36,6 +36,7 @@ export class Panels {
   #readyKey = "";
   #overlayKey = "page"; // what the page itself says until its program has begun
   #stopping = false;
+  #owesFocus = false; // what goes on from here was not drawn yet when it was to get the keyboard
   #limit = el("p", { class: "muted" }); // of a pause: its seconds go on without the panel being built anew
 
   /** @param {Actions} actions */
@@ -53,12 +54,17 @@ export class Panels {
     this.#updateReady(game, news.busy, cards, mapping);
     if (news.lost) this.#say(news.lost, () => this.#show("lost", panel("", el("p", { role: "status" }, news.lost))));
     else this.#updateOverlay(game, nowMs, news, cards, mapping);
+    this.#owesFocus = false;
   }
 
-  /** Gives the keyboard to what goes on from here: the button to be ready, or to continue after a pause. */
+  /**
+   * Gives the keyboard to what goes on from here: the button to be ready, or to continue after a pause, also one that
+   * the next update draws.
+   */
   focusAction() {
     const buttons = [this.#overlay, this.#ready].filter((box) => !box.hidden).map((box) => box.querySelector(ACTION));
     const button = buttons.find((one) => one !== null);
+    this.#owesFocus = !button;
     if (button instanceof HTMLElement) button.focus();
     else if (document.activeElement instanceof HTMLElement) document.activeElement.blur();
   }
@@ -312,7 +318,7 @@ export class Panels {
     this.#show(kind, content);
     const same = [...content.querySelectorAll("button")].find(({ textContent: name }) => name === focused?.textContent);
     if (inside && same) same.focus();
-    else if (inside || focused?.id === "stop") this.focusAction();
+    else if (inside || focused?.id === "stop" || this.#owesFocus) this.focusAction();
   }
 
   #hide() {
