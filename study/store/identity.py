@@ -16,6 +16,7 @@ from movingout.study.store.tables import identities
 IDENTITIES = "movingout_identities"  # the schema of identities, where they have no database of their own
 CODE = "code"  # source of who has a code of the experimenter, which is good for nothing once it is deleted
 UNMISTAKABLE = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # nothing that is misread
+NO_PARAMETERS = json.dumps({})
 _PID_LENGTH = 6
 
 
@@ -112,10 +113,17 @@ class IdentityStore:
     def drop_visitors(self, pids: Sequence[str]) -> None:
         """Delete people who opened a link and did not consent, whom it makes known anew.
 
-        A code is the experimenter's, and stays good.
+        A code is the experimenter's, and stays good; of who came with it nothing is kept.
         """
-        known = self.everybody() if pids else {}
-        self.drop([pid for pid in pids if pid in known and known[pid][0] != CODE])
+        if not pids:
+            return
+        chosen, coded = identities.c.pid.in_(pids), identities.c.source == CODE
+        used = identities.c.token.is_not(None) | (identities.c.parameters != NO_PARAMETERS)
+        cleared = update(identities).values(token=None, parameters=NO_PARAMETERS)
+        with self.database.write() as connection:
+            gone = connection.execute(delete(identities).where(chosen, ~coded)).rowcount
+            if gone + connection.execute(cleared.where(chosen, coded, used)).rowcount:
+                self.database.mark_deleted(connection)
 
     def forget(self, pid: str) -> int:
         """Delete a participant; returns the number of rows."""
