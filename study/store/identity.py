@@ -2,8 +2,9 @@
 
 import json
 import secrets
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from sqlalchemy import delete, insert, make_url, select, update
 from sqlalchemy.exc import ArgumentError
@@ -28,6 +29,15 @@ def identities_in(database: str) -> str:
         problem = f"{database!r} is no address of a database; it looks like postgresql://user@host/name"
         raise StudyError(problem) from None
     return url.render_as_string(hide_password=False)
+
+
+class Leftover(NamedTuple):
+    """An identity of nobody who takes part: of a visitor who has gone, or a code."""
+
+    pid: str
+    source: str
+    at_ms: int  # when it was first seen, in ms since the epoch; of a code, when it was made
+    used: bool  # whether a browser came with it
 
 
 class IdentityStore:
@@ -89,6 +99,12 @@ class IdentityStore:
         with self.database.read() as connection:
             rows = connection.execute(select(identities.c.pid, identities.c.source, identities.c.external_id))
             return {str(row.pid): (str(row.source), str(row.external_id)) for row in rows}
+
+    def without(self, pids: Collection[str]) -> list[Leftover]:
+        """The identities but those of these participants."""
+        columns = (identities.c.pid, identities.c.source, identities.c.at_ms, identities.c.token.is_not(None))
+        with self.database.read() as connection:
+            return [Leftover(*row) for row in connection.execute(select(*columns)) if row.pid not in pids]
 
     def parameters(self) -> dict[str, dict[str, str]]:
         """By pseudonym, what else their link said, such as the assignment that is to be paid."""
