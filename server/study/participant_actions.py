@@ -132,6 +132,7 @@ class ParticipantActions:
             if not may_consent():
                 return False
             await tx.run(self._store.consent, session.pid, consent.version, language, shown, ticked)
+            session.consented = True
         await self._running.progress.advance(tx, session)
         return True
 

@@ -32,6 +32,7 @@ class ParticipantSession:
     rtt_ms: float = -1.0
     device: str = ""  # of the input check; empty after a restart
     refused: str = ""  # why the input check was not passed
+    consented: bool = False  # whether the database has their consent; the move to the next step may have failed
     declined: bool = False
     texts_since_ms: int = 0  # their page is shown no text that was written before
     resumed_at: float = -inf  # when the experimenter's last pause ended for them, on the same clock
@@ -59,8 +60,13 @@ class ParticipantSession:
 
     @property
     def has_consented(self) -> bool:
-        """Whether they are past the first screen, which asks for their consent."""
-        return self.record.step != self.steps[0].key
+        """Whether they have agreed: they are past the first screen then, unless a database error came between."""
+        return self.consented or not self.at_consent
+
+    @property
+    def at_consent(self) -> bool:
+        """Whether they are at the first screen, which asks for their consent."""
+        return self.record.step == self.steps[0].key
 
     @property
     def before_unit_steps(self) -> bool:

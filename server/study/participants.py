@@ -14,7 +14,7 @@ from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING
 from movingout.study.design.steps import steps
 from movingout.study.errors import StoreError
 from movingout.study.store.identity import UNMISTAKABLE
-from movingout.study.store.removal import UNDECIDED_S, decline, drop_undecided
+from movingout.study.store.removal import UNDECIDED_S, decline, drop_undecided, undecided
 from movingout.study.store.store import DoneUnit, Participant, planned_done
 
 CODE_LENGTH = 10
@@ -56,8 +56,10 @@ class Participants:
         Returns for how many seconds the clock was set back meanwhile, as far as anybody's times tell.
         """
         back_s = await self._follow_clock(tx)
+        waiting = await tx.run(undecided, self._store)
         for record in await tx.run(self._store.everybody):
             session = self._add(record, sources.get(record.pid, ""))
+            session.consented = record.pid not in waiting
             session.present_since = session.last_seen_at  # who comes back first waits from the start on
             seen_ms = record.last_seen_ms
             if seen_ms is None and not session.has_consented:
@@ -130,12 +132,12 @@ class Participants:
 
     def _gone(self, now: float) -> list[ParticipantSession]:
         """Of those without a consent, who has been away too long; while they are many, whoever has no page open."""
-        undecided = [one for one in self._sessions.values() if not one.has_consented]
-        undecided.sort(key=lambda one: one.absent_s(now), reverse=True)
-        surplus = max(0, len(undecided) - MOST_UNDECIDED)
-        crowded = [one for one in undecided[:surplus] if not one.present(now)]
+        visitors = [one for one in self._sessions.values() if not one.has_consented]
+        visitors.sort(key=lambda one: one.absent_s(now), reverse=True)
+        surplus = max(0, len(visitors) - MOST_UNDECIDED)
+        crowded = [one for one in visitors[:surplus] if not one.present(now)]
         # a page that is still open may come back after a stop, however long that was
-        return crowded + [one for one in undecided[surplus:] if one.absent_s(now) - one.away_before_s > UNDECIDED_S]
+        return crowded + [one for one in visitors[surplus:] if one.absent_s(now) - one.away_before_s > UNDECIDED_S]
 
     async def move(self, tx: Transaction, session: ParticipantSession, key: str) -> None:
         """To the step with this key."""

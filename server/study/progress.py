@@ -86,11 +86,13 @@ class Progress:
         await self._move_past(tx, unit, await tx.run(self._databases.rounds.finished_steps, unit.record.id))
 
     async def catch_up_all(self, tx: Transaction) -> None:
-        """The same for everybody, after a start: with two queries, because others wait."""
+        """The same for everybody after a start, with two queries, because others wait; and past a given consent."""
         finished = await tx.run(self._databases.rounds.all_finished_steps)
         self._units.last_rounds.update(await tx.run(self._databases.rounds.last_finished))
         for unit in self._units:
             await self._move_past(tx, unit, finished.get(unit.record.id, frozenset()))
+        for session in [one for one in self._participants if one.consented and one.at_consent]:
+            await self.advance(tx, session)
 
     async def _move_past(self, tx: Transaction, unit: StudyUnit, finished: Collection[str]) -> None:
         for session in unit.members:

@@ -1,7 +1,7 @@
 """Deletes a participant, on request or at the end of retention: recordings, identity, then the rows."""
 
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from movingout.recordings.storage.s3_bucket import delete_copies
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study, period_days
 from movingout.study.errors import StudyError
-from movingout.study.store.identity import CODE
+from movingout.study.store.identity import CODE, IdentityStore, Leftover
 from movingout.study.store.removal import (
     UNDECIDED_S,
     called,
@@ -48,10 +48,10 @@ class Erased:
 class DueForErasure:
     """Participants past the retention period."""
 
-    identities: tuple[str, ...]  # only their identity
+    identities: tuple[str, ...]  # only their identity, or a code that nobody has consented with
     trials: tuple[str, ...]  # everything
     may_return: int = 0  # how many of these can take part again, as somebody new, because the study still recruits
-    undecided: tuple[str, ...] = ()  # who never consented, and left while no server was there to forget them
+    undecided: tuple[str, ...] = ()  # who never consented, and left while no server forgot them, or not wholly
 
 
 def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
@@ -88,16 +88,17 @@ def _named(folder: StudyFolder, store: Store, name: str) -> str:
     return store.participant(found[0] if found else name).pid
 
 
-def _due(study: Study, store: Store, known: Mapping[str, tuple[str, str]]) -> DueForErasure:
+def _due(study: Study, store: Store, kept: IdentityStore | None) -> DueForErasure:
     """Who is past the retention period; for participants who have not finished it starts when they were last seen.
 
-    Identities are due of those who are still `known`, with source and id.
+    Identities are due of those who are still `kept`.
     """
     now = store.now()
+    known = kept.everybody() if kept else {}
     released = {row["pid"] for row in store.rows(consents) if '"release"' in row["boxes"]}
     identities, trials, visitors = list[str](), list[str](), list[str]()
-    waiting = undecided(store)
-    for one in store.everybody():
+    waiting, everybody = undecided(store), store.everybody()
+    for one in everybody:
         if one.pid in waiting:
             visitors += [one.pid] if now - _last_heard(one) > 1e3 * UNDECIDED_S else []
             continue
@@ -106,9 +107,29 @@ def _due(study: Study, store: Store, known: Mapping[str, tuple[str, str]]) -> Du
             trials.append(one.pid)
         elif one.pid in known and _expired(one, study.retention.identity, now):
             identities.append(one.pid)
+    leftovers = kept.without({one.pid for one in everybody} - {*visitors}) if kept else []
+    codes, gone = _left_over(study, leftovers, now)
+    identities += codes
+    visitors += [pid for pid in gone if pid not in visitors]
     returning = [pid for pid in (*identities, *trials) if pid in known and known[pid][0] != CODE]
     may_return = len(returning) if _is_recruiting(study, store) else 0
     return DueForErasure(tuple(identities), tuple(trials), may_return, tuple(visitors))
+
+
+def _left_over(study: Study, leftovers: Iterable[Leftover], now: int) -> tuple[list[str], list[str]]:
+    """Of the identities of nobody who takes part: codes past the retention of identities, and visitors who have gone.
+
+    Such visitors have no row any more, where a kill came between the two databases. A code that nobody has consented
+    with stays good for as long as an identity is kept.
+    """
+    codes, visitors = list[str](), list[str]()
+    for one in leftovers:
+        age_ms = now - one.at_ms
+        if one.source == CODE and age_ms > period_days(study.retention.identity) * DAY_MS:
+            codes.append(one.pid)
+        elif (one.source != CODE or one.used) and age_ms > 1e3 * UNDECIDED_S:
+            visitors.append(one.pid)
+    return codes, visitors
 
 
 def _is_recruiting(study: Study, store: Store) -> bool:
@@ -121,13 +142,13 @@ def _is_recruiting(study: Study, store: Store) -> bool:
 def due_now(folder: StudyFolder, store: Store) -> DueForErasure:
     """What `purge` would remove."""
     with folder.existing_identities() as identities:
-        return _due(folder.study, store, identities.everybody() if identities else {})
+        return _due(folder.study, store, identities)
 
 
 def purge(folder: StudyFolder, store: Store) -> DueForErasure:
     """Remove what is due, also from the files where that was interrupted before; returns what was removed."""
     with folder.existing_identities() as identities:
-        found = _due(folder.study, store, identities.everybody() if identities else {})
+        found = _due(folder.study, store, identities)
         gone = tuple(pid for pid in found.identities if identities and identities.forget(pid))
         if identities:
             identities.drop_visitors(found.undecided)

@@ -2,8 +2,9 @@
 
 import json
 import secrets
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from sqlalchemy import delete, insert, make_url, select, update
 from sqlalchemy.exc import ArgumentError
@@ -16,6 +17,7 @@ from movingout.study.store.tables import identities
 IDENTITIES = "movingout_identities"  # the schema of identities, where they have no database of their own
 CODE = "code"  # source of who has a code of the experimenter, which is good for nothing once it is deleted
 UNMISTAKABLE = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # nothing that is misread
+NO_PARAMETERS = json.dumps({})
 _PID_LENGTH = 6
 
 
@@ -27,6 +29,15 @@ def identities_in(database: str) -> str:
         problem = f"{database!r} is no address of a database; it looks like postgresql://user@host/name"
         raise StudyError(problem) from None
     return url.render_as_string(hide_password=False)
+
+
+class Leftover(NamedTuple):
+    """An identity of nobody who takes part: of a visitor who has gone, or a code."""
+
+    pid: str
+    source: str
+    at_ms: int  # when it was first seen, in ms since the epoch; of a code, when it was made
+    used: bool  # whether a browser came with it
 
 
 class IdentityStore:
@@ -89,6 +100,12 @@ class IdentityStore:
             rows = connection.execute(select(identities.c.pid, identities.c.source, identities.c.external_id))
             return {str(row.pid): (str(row.source), str(row.external_id)) for row in rows}
 
+    def without(self, pids: Collection[str]) -> list[Leftover]:
+        """The identities but those of these participants."""
+        columns = (identities.c.pid, identities.c.source, identities.c.at_ms, identities.c.token.is_not(None))
+        with self.database.read() as connection:
+            return [Leftover(*row) for row in connection.execute(select(*columns)) if row.pid not in pids]
+
     def parameters(self) -> dict[str, dict[str, str]]:
         """By pseudonym, what else their link said, such as the assignment that is to be paid."""
         with self.database.read() as connection:
@@ -112,10 +129,17 @@ class IdentityStore:
     def drop_visitors(self, pids: Sequence[str]) -> None:
         """Delete people who opened a link and did not consent, whom it makes known anew.
 
-        A code is the experimenter's, and stays good.
+        A code is the experimenter's, and stays good; of who came with it nothing is kept.
         """
-        known = self.everybody() if pids else {}
-        self.drop([pid for pid in pids if pid in known and known[pid][0] != CODE])
+        if not pids:
+            return
+        chosen, coded = identities.c.pid.in_(pids), identities.c.source == CODE
+        used = identities.c.token.is_not(None) | (identities.c.parameters != NO_PARAMETERS)
+        cleared = update(identities).values(token=None, parameters=NO_PARAMETERS)
+        with self.database.write() as connection:
+            gone = connection.execute(delete(identities).where(chosen, ~coded)).rowcount
+            if gone + connection.execute(cleared.where(chosen, coded, used)).rowcount:
+                self.database.mark_deleted(connection)
 
     def forget(self, pid: str) -> int:
         """Delete a participant; returns the number of rows."""

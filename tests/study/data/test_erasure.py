@@ -27,7 +27,7 @@ from movingout.study.data.erasure import (
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
-from movingout.study.store.removal import UNDECIDED_S, remove_participant
+from movingout.study.store.removal import UNDECIDED_S, drop_undecided, remove_participant
 from movingout.study.store.store import DoneUnit
 from tests.recordings.support import record
 from tests.study.support import TEXT, Clock, agree, open_identities, open_store, study
@@ -352,3 +352,39 @@ def test_who_never_consented_is_due_after_half_an_hour_where_no_server_forgets_t
     assert {one.pid for one in store.everybody()} == {agreed, here}
     assert set(identities.everybody()) == {agreed, here, coded}, "a code that was given to somebody stays good"
     assert b"5f3b" not in (folder.own / "identity.sqlite").read_bytes()
+
+
+def test_a_code_that_nobody_consented_with_is_purged_when_identities_are(tmp_path: Path) -> None:
+    folder = StudyFolder(study(), tmp_path)
+    clock = Clock()
+    store, identities = open_store(folder.own, clock), open_identities(folder.own)
+    agreed, left, unused = (identities.pid("code", code)[0] for code in ("AAAA", "BBBB", "CCCC"))
+    agree(store, [agreed])
+    store.arrive(left, "en")
+    identities.open_session(left, "hash of their browser")
+    identities.keep_parameters(left, {"SESSION_ID": "5f3b"})
+    clock.ms += 29 * DAY_MS
+    store.seen({agreed: clock.ms}, {agreed})
+    assert (purge(folder, store).identities, {*identities.everybody()}) == ((), {agreed, left, unused})
+    assert identities.of_session("hash of their browser") is None and identities.parameters()[left] == {}
+    assert b"5f3b" not in (folder.own / "identity.sqlite").read_bytes()
+    clock.ms += 2 * DAY_MS
+    assert {*due_now(folder, store).identities} == {*purge(folder, store).identities} == {left, unused}
+    assert {*identities.everybody()} == {agreed}
+
+
+def test_who_never_consented_is_purged_where_a_kill_came_between_the_two_databases(tmp_path: Path) -> None:
+    folder = StudyFolder(study(), tmp_path)
+    clock = Clock()
+    store, identities = open_store(folder.own, clock), open_identities(folder.own)
+    gone, coded = identities.pid("prolific", "5f3b")[0], identities.pid("code", "ABCDEFGH")[0]
+    identities.open_session(coded, "hash of their browser")
+    for pid in (gone, coded):
+        store.arrive(pid, "en")
+    drop_undecided(store, [gone, coded])
+    assert purge(folder, store).undecided == (), "somebody may be arriving just now"
+    clock.ms += round(1e3 * UNDECIDED_S)
+    assert {*due_now(folder, store).undecided} == {*purge(folder, store).undecided} == {gone, coded}
+    assert identities.everybody() == {coded: ("code", "ABCDEFGH")}
+    assert identities.of_session("hash of their browser") is None
+    assert due_now(folder, store).undecided == ()

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from movingout.study.store import Store
+from movingout.study.store import IdentityStore, Store
 from movingout.study.store.removal import decline, drop_undecided
 from movingout.study.store.tables import notes
-from tests.study.support import agree, open_store
+from tests.study.support import agree, open_identities, open_store
 
 
 def dropped(store: Store, pid: str) -> None:
@@ -35,3 +35,22 @@ def test_notes_about_who_has_consented_stay(place: Path | str) -> None:
     store.note("P1: wears glasses")
     drop_undecided(store, ["P1"])
     assert len(store.rows(notes)) == 1 and not store.database.is_unscrubbed()
+
+
+def test_only_those_who_are_dropped_are_looked_at_and_a_code_stays_good(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    identities = open_identities(tmp_path)
+    gone, here, coded = (identities.pid(source, "5f3c")[0] for source in ("prolific", "mturk", "code"))
+    for pid in (gone, here, coded):
+        identities.open_session(pid, f"hash of {pid}")
+        identities.keep_parameters(pid, {"SESSION_ID": pid})
+    monkeypatch.delattr(IdentityStore, "everybody")
+    identities.drop_visitors([gone, coded, "unknown"])
+    assert [identities.external(pid) for pid in (gone, here, coded)] == [None, ("mturk", "5f3c"), ("code", "5f3c")]
+    assert [identities.of_session(f"hash of {pid}") for pid in (here, coded)] == [here, None]
+    assert identities.parameters() == {here: {"SESSION_ID": here}, coded: {}}, "nothing is kept of who came with a code"
+    assert identities.database.is_unscrubbed()
+    identities.database.scrub()
+    identities.drop_visitors([coded])
+    assert not identities.database.is_unscrubbed(), "nothing was left to overwrite"

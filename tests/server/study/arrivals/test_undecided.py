@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.study.errors import StoreError
 from movingout.study.store.removal import UNDECIDED_S
 from movingout.study.store.tables import audit, counts, notes, participants
 from tests.server.live import ADMIN
@@ -77,3 +78,40 @@ def test_after_a_typo_is_mended_the_study_begins_and_who_had_looked_is_asked_aga
         assert study.running.databases.identities.everybody() == {}
         assert study.live.call("/api/study/view", token=visitor.token)[0] == 401, "their page arrives again"
         assert study.visitor(PROLIFIC_PID="looks").kind == "consent"
+
+
+def test_after_a_kill_right_after_the_consent_it_holds_and_the_experimenter_can_end_the_study_for_them(
+    tmp_path: Path,
+) -> None:
+    with served(tmp_path) as study:
+        pid = study.visitor(PROLIFIC_PID="agreed").pid
+        study.running.databases.store.consent(pid, "1", "en", "We record how you play.", ["adult"])
+    with served(tmp_path) as study:
+        assert study.row(pid)["step"] != "consent", "they are not asked again"
+        study.ask("kick", pid=pid, reason="called and wants to stop")
+        assert paid(study, pid)
+
+
+def test_where_an_error_of_the_database_came_right_after_the_consent_it_holds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(pid: str, step: str) -> None:
+        raise StoreError("the disk is full")
+
+    with served(tmp_path) as study:
+        store, visitor = study.running.databases.store, study.visitor(PROLIFIC_PID="agreed")
+        pid = visitor.pid
+        monkeypatch.setattr(store, "move", failing)
+        assert visitor.call("next", {"key": "consent", "boxes": ["adult"]})[0] == 507
+        assert store.participant(pid).step == "consent"
+        study.later(UNDECIDED_S + 1)
+        study.look()
+        study.ask("kick", pid=pid, reason="never came back")
+        assert paid(study, pid)
+
+
+def paid(study: Served, pid: str) -> bool:
+    """Whether somebody has a code, of who stopped or stayed away, and can be found to be paid."""
+    record, identities = study.running.databases.store.participant(pid), study.running.databases.identities
+    known = identities.external(pid) == ("prolific", "agreed")
+    return known and bool(record.code) and record.outcome in ("withdrew", "dropped-out")
