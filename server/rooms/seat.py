@@ -6,6 +6,7 @@ has proved that the new one arrived, so that a connection lost in between locks 
 
 import unicodedata
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -152,14 +153,26 @@ class Seat:
         """Whether it is or was a token of this seat, as far as they are remembered."""
         return self.knows(token) or any([token_matches(token, each) for each in self.superseded])
 
-    def sit(self, client: ClientHandle, token: str, name: str) -> None:
-        """A client takes the seat, or takes it again; `token` is its new token."""
-        if self.previous_token is not None:
-            self.superseded.append(self.previous_token)
-        self.previous_token, self.token = self.token, hash_token(token)
+    def sit(self, client: ClientHandle, token: str, name: str, shown: Iterable[str] = ()) -> None:
+        """A client that has `shown` these tokens takes the seat, or takes it again; `token` is its new one.
+
+        Who shows the previous token alone never got the newest: the previous one stays valid, however often a line
+        drops before the welcome.
+        """
+        newest_is_lost = self._shows(self.previous_token, shown) and not self._shows(self.token, shown)
+        superseded = self.token if newest_is_lost else self.previous_token
+        if superseded is not None:
+            self.superseded.append(superseded)
+        if not newest_is_lost:
+            self.previous_token = self.token
+        self.token = hash_token(token)
         self.client, self.visible = client, True
         self.controls = InputBuffer()
         self.name = clean_name(name) or self.name
+
+    @staticmethod
+    def _shows(kept: Hash | None, shown: Iterable[str]) -> bool:
+        return kept is not None and any([token_matches(token, kept) for token in shown])
 
     def confirm(self) -> None:
         """The client has the new token: the previous one becomes invalid."""

@@ -67,7 +67,7 @@ class SeatAssignment:
         replaced = self._unseat([seat.client for seat in wanted if seat.client is not None], wanted)
         if any(seat.token is None for seat in wanted):  # to come back is nothing new
             self.taken_at = now
-        grants = [self._sit(client, seat, request.name) for seat in wanted]
+        grants = [self._sit(client, seat, request) for seat in wanted]
         self.clients.append(client)
         return grants, replaced
 
@@ -140,8 +140,8 @@ class SeatAssignment:
                 replaced.append(client)
         return replaced
 
-    def _sit(self, client: ClientHandle, seat: Seat, name: str) -> m.SeatGrant:
+    def _sit(self, client: ClientHandle, seat: Seat, request: m.Join) -> m.SeatGrant:
         token = self._new_token()
         seat.alias = seat.alias or f"{ROOM_PSEUDONYM}{self._new_id()[:6]}"
-        seat.sit(client, token, name if self._takes_names else "")
+        seat.sit(client, token, request.name if self._takes_names else "", shown=request.tokens)
         return m.SeatGrant(seat.index, token)

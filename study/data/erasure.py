@@ -109,10 +109,11 @@ def _due(study: Study, store: Store, kept: IdentityStore | None) -> DueForErasur
             identities.append(one.pid)
     leftovers = kept.without({one.pid for one in everybody} - {*visitors}) if kept else []
     codes, gone = _left_over(study, leftovers, now)
-    identities += codes
+    recruits = _is_recruiting(study, store)
+    identities += [] if recruits else codes  # one that was handed out long ago stays good
     visitors += [pid for pid in gone if pid not in visitors]
     returning = [pid for pid in (*identities, *trials) if pid in known and known[pid][0] != CODE]
-    may_return = len(returning) if _is_recruiting(study, store) else 0
+    may_return = len(returning) if recruits else 0
     return DueForErasure(tuple(identities), tuple(trials), may_return, tuple(visitors))
 
 
@@ -120,7 +121,7 @@ def _left_over(study: Study, leftovers: Iterable[Leftover], now: int) -> tuple[l
     """Of the identities of nobody who takes part: codes past the retention of identities, and visitors who have gone.
 
     Such visitors have no row any more, where a kill came between the two databases. A code that nobody has consented
-    with stays good for as long as an identity is kept.
+    with is kept as long as an identity.
     """
     codes, visitors = list[str](), list[str]()
     for one in leftovers:

@@ -100,6 +100,7 @@ def test_another_language_keeps_the_chosen_one_of_two_drawings_of_a_name(open_pa
             page.locator("#language").select_option(language)
         expect(page.locator(".map-group").first.get_by_role("radio")).to_have_count(1)
         expect(title).to_have_text(chosen)
+        assert "listed" not in page.url  # it goes along where people copy the address
     page.goto("/")
     expect(title).to_have_text("Garage, mended")
 

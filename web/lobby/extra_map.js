@@ -12,7 +12,7 @@ import { parseSeed } from "./choice.js";
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {{map: GameMap, key: "lobby.played" | "lobby.linked"}} ExtraMap key: of its heading */
 
-const LISTED = "listed"; // in the address
+const LISTED = "listed"; // in the address, on the way to another language
 
 /** The name of the map that the address asks for. */
 export function wantedName() {
@@ -29,10 +29,15 @@ export function cardOf({ map, key }) {
 
 /**
  * Whether the address asks for the listed map of its name, though another drawing of that name was just played: it was
- * chosen, and then another language.
+ * chosen, and then another language. It stands there no longer, because in a copied address it would mean nothing.
  */
-export function prefersListed() {
-  return new URLSearchParams(location.search).has(LISTED);
+export function takeListed() {
+  const query = new URLSearchParams(location.search);
+  if (!query.has(LISTED)) return false;
+  query.delete(LISTED);
+  const asked = String(query);
+  history.replaceState(history.state, "", `${location.pathname}${asked && `?${asked}`}${location.hash}`);
+  return true;
 }
 
 /**
@@ -48,12 +53,11 @@ export function wantedSeed(extra) {
 /**
  * The address's query for another language: it goes on asking for the map and the number chosen, and leaves out ?lang=.
  * @param {Pick<import("./choice.js").Choice, "map" | "seed"> | null} chosen its map by name; null: nothing yet
- * @param {boolean} [listed] whether that is the listed map of two of its name
+ * @param {boolean} listed whether that is the listed map of two of its name
  */
-export function queryFor(chosen, listed = prefersListed()) {
+export function queryFor(chosen, listed) {
   const query = new URLSearchParams(location.search);
   query.delete("lang");
-  query.delete(LISTED);
   if (chosen && query.has("map")) query.set("map", chosen.map);
   if (listed) query.set(LISTED, "yes");
   if (chosen) query.delete("seed");

@@ -15,7 +15,7 @@ import { namedBadge } from "../components/named_badge.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { LIMITS, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
-import { cardOf, extraMap, prefersListed, queryFor, wantedName, wantedSeed } from "./extra_map.js";
+import { cardOf, extraMap, queryFor, takeListed, wantedName, wantedSeed } from "./extra_map.js";
 import { mapGroups } from "./map_cards.js";
 import { drawFirstPictures, firstChoice, firstRequest, showFirstGame } from "./newcomer.js";
 import { researchLine } from "./partners.js";
@@ -57,6 +57,7 @@ let surprises = [];
 let own = { maps: [], leftOut: 0 };
 /** @type {import("./extra_map.js").ExtraMap | null} */
 let extra = null;
+const prefersListed = takeListed();
 /** @type {GameMap | null} */
 let practiceMap = null;
 /** @type {AgentCard[]} */
@@ -147,7 +148,7 @@ async function findExtra() {
   }
   if (!extra) return;
   const now = choice();
-  const isChosen = now.map !== before || (prefersListed() && before === extra.map.name);
+  const isChosen = now.map !== before || (prefersListed && before === extra.map.name);
   showChoices({ ...now, map: isChosen ? now.map : cardOf(extra) });
 }
 
@@ -337,7 +338,7 @@ function showLanguages() {
   select.value = document.documentElement.lang;
   select.addEventListener("change", () => {
     keepLanguage(select.value);
-    if (maps.length === 0) return location.assign(location.pathname + queryFor(null));
+    if (maps.length === 0) return location.assign(location.pathname + queryFor(null, prefersListed));
     const chosen = byName(choice());
     remember(chosen);
     const isOther = extra !== null && chosen.map === extra.map.name && choice().map !== cardOf(extra);

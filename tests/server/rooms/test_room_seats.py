@@ -25,6 +25,30 @@ def test_tokens_change_at_each_join_and_the_old_one_dies_when_the_new_one_has_ar
     assert refused.value.code == m.CLOSE_UNAUTHORISED
 
 
+def test_a_line_that_drops_again_and_again_before_the_welcome_loses_no_seat() -> None:
+    """The second drop made the only token invalid that the client had."""
+    table = Table()
+    blue = table.join(claim=1)
+    table.room.seating.confirm(blue)
+    lost = [table.join(tokens=blue.tokens) for _ in range(6)]
+    last = table.join(tokens=blue.tokens)
+    table.room.seating.confirm(last)
+    for old in (blue, *lost):
+        with pytest.raises(Refused):
+            table.join(tokens=old.tokens)
+    assert table.join(tokens=last.tokens).seats == [0]
+
+
+def test_a_token_that_has_arrived_makes_the_one_before_it_invalid_though_the_line_drops_again() -> None:
+    table = Table()
+    blue = table.join(claim=1)
+    arrived = table.join(tokens=blue.tokens)
+    table.join(tokens=arrived.tokens)
+    with pytest.raises(Refused):
+        table.join(tokens=blue.tokens)
+    assert table.join(tokens=arrived.tokens).seats == [0]
+
+
 @pytest.mark.parametrize("token", ["", "token", "token0x", "é" * 10, "\ud800"])
 def test_a_wrong_token_gets_no_seat(token: str) -> None:
     table = Table()

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { cardOf, extraMap, prefersListed, queryFor } from "../../lobby/extra_map.js";
+import { cardOf, extraMap, queryFor, takeListed } from "../../lobby/extra_map.js";
 
 /** @typedef {import("../../view/render.js").GameMap} GameMap */
 
@@ -49,11 +49,22 @@ test("the map just played has a card beside one of the operator's with its name"
 
 test("the address for another language says which one of two drawings of a name was chosen", () => {
   const chosen = { map: "MyMap", seed: null };
-  void arrive("MyMap&lang=de&listed=yes", null);
+  void arrive("MyMap&lang=de", null);
   assert.deepEqual(
-    [prefersListed(), queryFor(chosen, true), queryFor(chosen, false), queryFor(null)],
-    [true, "?map=MyMap&listed=yes", "?map=MyMap", "?map=MyMap&listed=yes"],
+    [queryFor(chosen, true), queryFor(chosen, false), queryFor(null, true)],
+    ["?map=MyMap&listed=yes", "?map=MyMap", "?map=MyMap&listed=yes"],
   );
+});
+
+test("which one it was is read once, and is then no longer in the address that people copy", () => {
+  void arrive("MyMap&listed=yes&seed=7", null);
+  Object.assign(globalThis.location, { pathname: "/", hash: "#partner" });
+  const shown = /** @type {unknown[]} */ ([]);
+  const history = { state: null, replaceState: (/** @type {unknown[]} */ ...to) => void shown.push(to.at(-1)) };
+  Object.defineProperty(globalThis, "history", { value: history, configurable: true });
+  assert.deepEqual([takeListed(), shown], [true, ["/?map=MyMap&seed=7#partner"]]);
+  void arrive("MyMap&seed=7", null);
+  assert.deepEqual([takeListed(), shown.length], [false, 1]);
 });
 
 test("a shipped name is the shipped map, whatever was played: an earlier drawing, or a rounded start", async () => {
