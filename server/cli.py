@@ -70,7 +70,7 @@ COMMANDS = {
         "movingout paper tables tab:ablation --dry-run",
     ),
     "recordings": Command(
-        "movingout.recordings.commands.recordings",
+        "movingout.agents.commands.recordings",
         "list, verify, view, report, export and import recordings",
         "movingout recordings list",
     ),

@@ -141,6 +141,19 @@ SeatChoice = Literal["acting", "human", "all"]
 """Whose actions a policy learns: of all who act, of humans only, or of all seats including idle ones and ghosts."""
 
 
+def has_person(kinds: Sequence[SeatKind]) -> bool:
+    """Whether a person acts in an episode, given the kinds of its seats, and can be imitated.
+
+    Who is replayed acts no more; that training and tests share nobody is another question (`split.has_people`).
+    """
+    return "human" in kinds
+
+
+def imitated_seats(kinds: Iterable[Sequence[SeatKind]]) -> SeatChoice:
+    """As `train --seats`, given the kinds of the seats of each episode: people alone, where there are any."""
+    return "human" if any(map(has_person, kinds)) else "acting"
+
+
 def learned_seats(trajectory: Trajectory, choice: SeatChoice) -> tuple[int, ...]:
     """The seats of an episode that a policy learns from."""
     return tuple(seat for seat in (0, 1) if _is_learned(trajectory.kinds[seat], trajectory.participants[seat], choice))

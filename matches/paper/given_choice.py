@@ -4,9 +4,9 @@ import sys
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
+from movingout.agents.data.dataset import has_person
 from movingout.maps.suggestion import counted
 from movingout.matches.errors import MatchError
-from movingout.matches.paper.imitation import has_person
 from movingout.recordings.storage.listing import read_players, read_summary
 
 

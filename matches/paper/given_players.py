@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Sequence
 
+from movingout.agents.data.dataset import has_person
 from movingout.maps.suggestion import counted
-from movingout.matches.paper.imitation import has_person
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.episode import is_person
 from movingout.recordings.groups import GroupedRecording, counted_people, people_of_groups, read_groups

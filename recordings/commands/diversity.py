@@ -3,13 +3,16 @@
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from movingout.maps.commands.parser import add_json, add_out
+from movingout.maps.spec import MapSpec
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import add_challenge, add_styles, positive, print_json
 from movingout.recordings.commands.selection import left_out_words
+from movingout.recordings.diversity.augmented import AugmentedSet, Recombination, augmented_sets, with_augmented
 from movingout.recordings.diversity.comparison import (
     COUNTS,
     MapDiversity,
@@ -33,15 +36,19 @@ from movingout.recordings.diversity.episodes import (
 )
 from movingout.recordings.diversity.measures import DEFAULT, DiversityOptions
 from movingout.recordings.diversity.position_plot import STYLES, Style, save_plots
-from movingout.recordings.diversity.table import map_table, method, population_table, write_csv
+from movingout.recordings.diversity.table import Shares, map_table, method, population_json, population_table, write_csv
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.styles import given_styles
 from movingout.recordings.terminal import printable
 from movingout.world.constants import MAX_SEED
+from movingout.world.state import Floats
+
+PIECES = 400  # that the engine tries per population and way, as `paper tables` at `small`
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
+def configure(parser: argparse.ArgumentParser, recombination: Callable[[], Recombination] | None = None) -> None:
+    """With `--augmented` where `recombination` is given, which is called when it is needed."""
     parser.add_argument(
         "paths",
         nargs="+",
@@ -63,7 +70,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--counts", choices=COUNTS, default="equal", help="equal (default): as many episodes as the smallest has"
     )
     parser.add_argument("--draws", type=positive, default=10, help="subsamples to average over (default: 10)")
-    parser.add_argument("--seed", type=_seed, default=0, help="seed of the subsamples, from 0 (0)")
+    parser.add_argument(
+        "--seed", type=_seed, default=0, help="seed of the subsamples and of what is recombined, from 0 (0)"
+    )
     parser.add_argument("--points", type=_points, default=DEFAULT.points, help=f"per path (default: {DEFAULT.points})")
     parser.add_argument("--grid", type=_grid, default=DEFAULT.grid, help=f"cells per side ({DEFAULT.grid})")
     parser.add_argument(
@@ -87,30 +96,51 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_out(parser, "DIR", "also write tables and a picture of positions per map into this new folder")
     parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1, help="processes (default: all cores)")
     add_json(parser)
-    parser.set_defaults(perform=perform)
+    if recombination:
+        _add_augmented(parser)
+    parser.set_defaults(perform=partial(perform, recombination=recombination))
 
 
-def perform(args: argparse.Namespace) -> int:
+def _add_augmented(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--augmented",
+        action="store_true",
+        help="also each population with recombined episodes, as agents learn from them, and how many pieces are valid",
+    )
+    parser.add_argument(
+        "--pieces", type=positive, help=f"with --augmented: that the engine tries per population and way ({PIECES})"
+    )
+
+
+def perform(args: argparse.Namespace, recombination: Callable[[], Recombination] | None = None) -> int:
     """Raises RecordingError."""
     if args.out is not None and args.out.exists():
         raise RecordingError(f"{args.out} exists already and is not overwritten; choose another name")
     options = DiversityOptions(args.points, args.grid, args.bandwidth, args.rbf_width)
     sampling = Sampling(args.counts, args.draws, args.seed)
-    reading = read_paths(args.paths, args.workers, by_place=args.by == "place")
+    augmenting = _augmenting(args, recombination)
+    content = augmenting.content if augmenting else None
+    reading = read_paths(args.paths, args.workers, by_place=args.by == "place", content=content)
     episodes, of_one_name = with_maps_apart(_wanted(reading, args.map, args.challenge))
     groups = populations(episodes, args.by, given_styles(args.styles, args.by))
-    by_maps = compared(groups, options, sampling)
+    sets, lacking = augmented_sets(groups, augmenting, args.seed, args.pieces or PIECES) if augmenting else ([], [])
+    by_maps = list(with_augmented(compared(groups, options, sampling), sets, options, sampling))
     overall = over_maps(by_maps)
-    words = " ".join((method(options, sampling), *of_one_name))
+    shares = {one.name: one.valid for one in sets} if augmenting else None
+    words = " ".join((method(options, sampling), *of_one_name, *([augmenting.method] if augmenting else [])))
     if args.out is not None:
-        _write(args.out, groups, by_maps, overall, words, args.plot)
+        _write(args.out, _panels(groups, sets), by_maps, overall, words, args.plot, shares)
     if args.json:
-        tables = {"overall": [one.to_json() for one in overall], "maps": [one.to_json() for one in by_maps]}
+        tables = {
+            "overall": [population_json(one, shares) for one in overall],
+            "maps": [one.to_json() for one in by_maps],
+            **({"not_recombined": lacking} if augmenting else {}),
+        }
         nameless = len(unnamed(episodes, groups))
         print_json({**tables, "method": words, "left_out": _left_out(reading), "nameless": nameless})
     else:
-        print(f"{population_table(overall)}\n\n{map_table(by_maps)}\n\n{words}")
-    for sentence in [*_of_nobody(episodes, groups), *_remarks(args, reading, groups, overall)]:
+        print(f"{population_table(overall, shares)}\n\n{map_table(by_maps)}\n\n{words}")
+    for sentence in [*lacking, *_of_nobody(episodes, groups), *_remarks(args, reading, groups, overall)]:
         print(f"movingout: {printable(sentence)}", file=sys.stderr)
     return 0
 
@@ -129,25 +159,44 @@ def _wanted(reading: Reading, maps: str | None, challenge: int | None) -> list[P
     return [one for one in episodes if one.map.name in wanted]
 
 
+def _augmenting(args: argparse.Namespace, recombination: Callable[[], Recombination] | None) -> Recombination | None:
+    """How to recombine where that is wanted. Raises RecordingError for options that count with it alone."""
+    if recombination and args.augmented:
+        return recombination()
+    if recombination and args.pieces is not None:
+        raise RecordingError("--pieces counts with --augmented alone")
+    return None
+
+
+Panels = dict[str, list[tuple[MapSpec, list[Floats]]]]  # the paths of each population, per map
+
+
+def _panels(groups: Populations, sets: Sequence[AugmentedSet]) -> Panels:
+    """Each population, and after it what recombination makes of it."""
+    panels: Panels = {}
+    for name, episodes in groups.items():
+        panels[name] = [(spec, [one.path for one in there]) for spec, there in by_map(episodes)]
+        for one in (one for one in sets if one.recorded == name):
+            panels[one.name] = [(spec, one.paths[spec.name]) for spec, _ in panels[name]]
+    return panels
+
+
 def _write(
     target: Path,
-    groups: Populations,
+    panels: Panels,
     by_maps: Sequence[MapDiversity],
     overall: Sequence[PopulationDiversity],
     words: str,
     style: Style,
+    shares: Shares | None,
 ) -> None:
-    paths = {
-        name: [(spec, [one.path for one in there]) for spec, there in by_map(episodes)]
-        for name, episodes in groups.items()
-    }
     with new_target(target) as part:
         part.mkdir()
-        write_csv(part / "populations.csv", overall)
-        write_csv(part / "maps.csv", by_maps)
-        pictures = save_plots(paths, part, style)
+        write_csv(part / "populations.csv", [population_json(one, shares) for one in overall])
+        write_csv(part / "maps.csv", [one.to_json() for one in by_maps])
+        pictures = save_plots(panels, part, style)
         shown = "\n".join(f"![{picture.stem}]({picture.name})" for picture in pictures)
-        page = f"# Diversity\n\n{population_table(overall)}\n\n{words}\n\n{map_table(by_maps)}\n\n{shown}\n"
+        page = f"# Diversity\n\n{population_table(overall, shares)}\n\n{words}\n\n{map_table(by_maps)}\n\n{shown}\n"
         (part / "diversity.md").write_text(page, encoding="utf-8")
 
 

@@ -14,6 +14,7 @@ from movingout.recordings.commands import split as split_command
 from movingout.recordings.commands import view as viewer_command
 from movingout.recordings.commands.arguments import MOST_NAMED, USUAL_DATA, add_data, places_below, print_json
 from movingout.recordings.commands.info_page import info_json, info_page
+from movingout.recordings.diversity.augmented import Recombination
 from movingout.recordings.episode import Outcome
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
@@ -26,7 +27,8 @@ from movingout.recordings.terminal import printable
 from movingout.world.constants import TICKS_PER_SECOND
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
+def configure(parser: argparse.ArgumentParser, recombination: Callable[[], Recombination] | None = None) -> None:
+    """`recombination`, called when it is needed, offers `diversity --augmented`."""
     commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
 
     listing = commands.add_parser(
@@ -96,7 +98,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
             "diversity",
             help="how differently they were played: the paper's measures, and pictures of positions",
             example="movingout recordings diversity data/recordings --by group -o diversity",
-        )
+        ),
+        recombination,
     )
 
     split_command.configure(

@@ -112,10 +112,10 @@ def _members(group: Sequence[PathEpisode], number: Mapping[int, int]) -> list[in
 def _on_map(spec: str, paths: PathSet, members: Mapping[str, list[int]], sampling: Sampling) -> list[MapDiversity]:
     enough = [len(index) for index in members.values() if len(index) >= LEAST]
     size = min(enough, default=0) if sampling.counts == "equal" else 0
-    return [_measured(spec, name, paths, index, size, sampling) for name, index in members.items()]
+    return [measured(spec, name, paths, index, size, sampling) for name, index in members.items()]
 
 
-def _measured(spec: str, name: str, paths: PathSet, index: list[int], size: int, sampling: Sampling) -> MapDiversity:
+def measured(spec: str, name: str, paths: PathSet, index: list[int], size: int, sampling: Sampling) -> MapDiversity:
     """One population on one map, from draws of `size` episodes; 0 takes all of them."""
     distinct = paths.distinct(index)
     if len(index) < LEAST:

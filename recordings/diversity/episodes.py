@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from movingout.maps.files.map_versions import numbered_map, numbered_maps, one_name_sentence
 from movingout.maps.spec import MapSpec
-from movingout.recordings.episode import FINISHED, SeatInfo, player_label
+from movingout.recordings.episode import FINISHED, Episode, SeatInfo, player_label
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.split import participants
 from movingout.recordings.file_format.reader import read_episode
@@ -41,6 +41,7 @@ class PathEpisode:
     path: Floats  # (T + 1, 4) x, y of blue and red
     file: str  # which it was read from, links followed
     simulated: bool = False  # in a rehearsal of a study: its participants were programs
+    content: Any = None  # what `read_paths` was told to keep of it
 
     @property
     def people(self) -> tuple[str, ...]:
@@ -59,12 +60,15 @@ class Reading(NamedTuple):
     copies: int = 0  # of recordings at the same place, or at any place, where those are left out
 
 
-def read_paths(places: Sequence[Path], workers: int, by_place: bool = False) -> Reading:
+def read_paths(
+    places: Sequence[Path], workers: int, by_place: bool = False, content: Callable[[Episode], Any] | None = None
+) -> Reading:
     """The finished episodes under each place: recordings, or official files where there are none.
 
     Left out are copies, and what a study beside the recordings does not count. A place that is named twice is read
     once. A file under two places belongs to the first, and of copies under two places one stays; `by_place` each
-    place has its own. Raises RecordingError when a place holds neither.
+    place has its own. `content` makes of each episode what is kept of it besides; it can be pickled, as can what it
+    makes. Raises RecordingError when a place holds neither.
     """
     found = Reading([], 0, 0, [])
     unfinished = tutorials = 0
@@ -73,7 +77,7 @@ def read_paths(places: Sequence[Path], workers: int, by_place: bool = False) -> 
         counted = _counted(there)
         once = _once_each(counted) if by_place else _once(counted)
         for place, files in once.items():
-            for one in map_in_processes(partial(_path_episode, str(place)), files, workers, "reading"):
+            for one in map_in_processes(partial(_path_episode, str(place), content), files, workers, "reading"):
                 match one:
                     case PathEpisode():
                         found.episodes.append(one)
@@ -145,7 +149,7 @@ def _recordings(place: Path, folder: Path, workers: int) -> list[Path]:
     return made
 
 
-def _path_episode(place: str, file: Path) -> PathEpisode | Unreadable | str:
+def _path_episode(place: str, content: Callable[[Episode], Any] | None, file: Path) -> PathEpisode | Unreadable | str:
     """An episode, or why it is left out: unreadable, "tutorial" or "unfinished"."""
     try:
         episode = read_episode(file)
@@ -159,7 +163,16 @@ def _path_episode(place: str, file: Path) -> PathEpisode | Unreadable | str:
         return "unfinished"
     poses = np.array([state.robot_poses for state in episode.states])
     path = poses[..., :2].reshape(len(poses), 4)
-    return PathEpisode(header.map, place, header.source, header.seats, path, os.path.realpath(file), header.simulated)
+    return PathEpisode(
+        map=header.map,
+        place=place,
+        source=header.source,
+        seats=header.seats,
+        path=path,
+        file=os.path.realpath(file),
+        simulated=header.simulated,
+        content=content(episode) if content else None,
+    )
 
 
 # ---- populations -------------------------------------------------------------------------------------------

@@ -1,8 +1,9 @@
 """The tables of `recordings diversity`: Markdown to read, CSV to go on with, and what they were made with."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from movingout.recordings.diversity.comparison import (
     MapDiversity,
@@ -13,15 +14,36 @@ from movingout.recordings.diversity.comparison import (
 from movingout.recordings.diversity.measures import DiversityOptions
 from movingout.recordings.spreadsheet import safe_cells
 from movingout.recordings.terminal import printable
+from movingout.world.estimates import Estimate, estimate_text
+
+Shares = Mapping[str, Estimate]  # of valid pieces, per augmented population
 
 TITLES = ("DTW mean", "DTW variance", "entropy (KDE)", "coverage (RBF)")
 
 
-def population_table(rows: Sequence[PopulationDiversity]) -> str:
-    """A row per population: means over maps."""
-    heads = ("population", "maps", "episodes", "distinct", *TITLES)
-    cells = [(one.population, str(one.maps), str(one.episodes), str(one.distinct), *_texts(one)) for one in rows]
+def population_table(rows: Sequence[PopulationDiversity], shares: Shares | None = None) -> str:
+    """A row per population: means over maps; with `shares`, what is valid of the pieces of augmented ones."""
+    heads = (
+        "population",
+        "maps",
+        "episodes",
+        "distinct",
+        *TITLES,
+        *(("valid", "pieces") if shares is not None else ()),
+    )
+    cells = [
+        (one.population, str(one.maps), str(one.episodes), str(one.distinct), *_texts(one), *_share_texts(one, shares))
+        for one in rows
+    ]
     return _markdown(heads, cells)
+
+
+def population_json(row: PopulationDiversity, shares: Shares | None = None) -> dict[str, Any]:
+    """The row; with `shares`, that of its valid pieces as well, None for what was recorded."""
+    if shares is None:
+        return row.to_json()
+    mean, error, count = shares.get(row.population, (None, None, None))
+    return {**row.to_json(), "valid_share": mean, "valid_share_stderr": error, "pieces": count}
 
 
 def map_table(rows: Sequence[MapDiversity]) -> str:
@@ -50,8 +72,7 @@ def method(options: DiversityOptions, sampling: Sampling) -> str:
     )
 
 
-def write_csv(path: Path, rows: Sequence[MapDiversity] | Sequence[PopulationDiversity]) -> None:
-    documents = [row.to_json() for row in rows]
+def write_csv(path: Path, documents: Sequence[dict[str, Any]]) -> None:
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.DictWriter(stream, list(documents[0]))
         writer.writeheader()
@@ -61,6 +82,13 @@ def write_csv(path: Path, rows: Sequence[MapDiversity] | Sequence[PopulationDive
 def _texts(row: MapDiversity | PopulationDiversity) -> list[str]:
     errors = named(row.error)
     return [_text(number, errors[name]) for name, number in named(row.value).items()]
+
+
+def _share_texts(row: PopulationDiversity, shares: Shares | None) -> list[str]:
+    if shares is None:
+        return []
+    share = shares.get(row.population)
+    return [estimate_text(share), str(share.n if share else "–")]
 
 
 def _text(number: float | None, error: float | None) -> str:

@@ -80,9 +80,10 @@ def recorded(
     outcome: Outcome = "time",
     the_map: MapSpec | None = None,
     simulated: bool = False,
+    actions: np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None = None,
 ) -> Path:
-    """A finished recording of random motion; `simulated`: of a rehearsal of a study."""
-    the_map, actions = the_map or load_map("HandOff"), random_walk(ticks, seed)
+    """A finished recording of random motion or given actions; `simulated`: of a rehearsal of a study."""
+    the_map, actions = the_map or load_map("HandOff"), random_walk(ticks, seed) if actions is None else actions
     world = World(the_map, record_sub_poses=False)
     header = EpisodeHeader(
         episode_id, the_map, seed, ticks, (SeatInfo(kinds[0], people[0]), SeatInfo(kinds[1], people[1])), 1, source,

@@ -1,32 +1,26 @@
-"""How diverse the episodes of each challenge are, and what recombination adds (`agents.bass.recombination`).
+"""How diverse the episodes of each challenge are, and what recombination adds (`agents.training.recombined_paths`).
 
-Means over maps of the paper's four measures, with the jackknife's standard errors. For diversity, an episode is
-recombined as the paper's example is: from a matching stretch on, the partner goes the rest of its way in the other
-episode. What agents learn from are pieces of a few ticks, of which the share of valid ones is measured.
+Means over maps of the paper's four measures, with the jackknife's standard errors.
 """
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from itertools import islice
 
-import numpy as np
-
-from movingout.agents.bass.recombination import LearnedPart, Matching, RecombinedPiece, augmentation, draw_pieces
-from movingout.agents.data.dataset import Trajectory, learned_seats, read_trajectories
+from movingout.agents.bass.recombination import LearnedPart, Matching
+from movingout.agents.data.dataset import Trajectory, read_trajectories
 from movingout.agents.data.diversity import path_of
+from movingout.agents.training.recombined_paths import recombined_paths, valid_share, whole_parts
 from movingout.maps.suggestion import counted
 from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.imitation import seat_choice
 from movingout.matches.paper.workspace import Measured, Workspace
+from movingout.recordings.diversity.augmented import PATHS, evenly_chosen
 from movingout.recordings.diversity.comparison import LEAST, mean_over_maps, named
 from movingout.recordings.diversity.measures import PathSet
 from movingout.recordings.groups import listed_maps
 from movingout.world.estimates import Estimate
 from movingout.world.state import Floats
-
-PATHS = 24  # at most, per map: all pairs of them are aligned
-PIECES = 4  # recombined paths per recorded one, at most
 
 
 def diversity_cell(data: str, field: str) -> MeasuredCell:
@@ -78,13 +72,8 @@ def _maps_with_enough(episodes: Mapping[str, int], which: str) -> list[str]:
 
 
 def learned_parts(trajectories: Sequence[Trajectory], space: Workspace) -> list[LearnedPart]:
-    """The seats of whole episodes that agents learn from."""
-    choice = seat_choice((one.kinds for one in trajectories), space)
-    return [
-        LearnedPart(one, seat, one.targets(seat, "toggle"), ((0, one.ticks),))
-        for one in trajectories
-        for seat in learned_seats(one, choice)
-    ]
+    """The seats of whole episodes that agents of the tables learn from."""
+    return whole_parts(trajectories, seat_choice((one.kinds for one in trajectories), space))
 
 
 def _recorded(data: str, space: Workspace, training: int) -> Measured:
@@ -100,26 +89,10 @@ def _equally_many(data: str, space: Workspace, training: int) -> Measured:
 def _augmented(matching: Matching, space: Workspace, training: int) -> Measured:
     trajectories = read_trajectories(space.episodes("c1"))
     parts = learned_parts(trajectories, space)
-    pieces = islice(draw_pieces(parts, space.seed, matching), PIECES * len(trajectories))
     paths = [(one.map.name, path_of(one)) for one in trajectories]
-    paths += [(piece.own.trajectory.map.name, exchanged(piece)) for piece in pieces]
-    _, report = augmentation(parts, space.budget.states, space.seed, matching, confirm=False)
-    share = report.share
-    error = float(np.sqrt(share * (1.0 - share) / report.tried)) if report.tried > 1 else None
-    return {
-        **diversity_over_maps(paths),
-        **({"valid_share": Estimate(share, error, report.tried)} if report.tried else {}),
-    }
-
-
-def exchanged(piece: RecombinedPiece) -> Floats:
-    """(T + 1, 4) the own way, and from the piece on the partner's way in the other episode, as far as it goes."""
-    path, seat = path_of(piece.own.trajectory).copy(), 1 - piece.own.seat
-    rest = piece.other.robot_poses[piece.other_start :, seat, :2]
-    length = min(len(path) - piece.start, len(rest))
-    path[piece.start : piece.start + length, 2 * seat : 2 * seat + 2] = rest[:length]
-    cut: Floats = path[: piece.start + length]
-    return cut
+    paths += recombined_paths(parts, len(trajectories), space.seed, matching)
+    share = valid_share(parts, space.budget.states, space.seed, matching)
+    return {**diversity_over_maps(paths), **({"valid_share": share} if share else {})}
 
 
 def diversity_over_maps(paths: Sequence[tuple[str, Floats]], sizes: Mapping[str, int] | None = None) -> Measured:
@@ -136,5 +109,4 @@ def _by_map(paths: Sequence[tuple[str, Floats]], sizes: Mapping[str, int] | None
     for name, path in paths:
         groups[name].append(path)
     for name, group in groups.items():
-        size = min(PATHS if sizes is None else sizes.get(name, 0), len(group))
-        yield [group[k] for k in np.linspace(0, len(group) - 1, size).round().astype(int)]
+        yield evenly_chosen(group, PATHS if sizes is None else sizes.get(name, 0))

@@ -7,14 +7,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from PIL import Image
 
+from movingout.agents.bass.recombination import Matching
 from movingout.maps import load_map
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.rows.diversity import augmented_cell, diversity_cell
+from movingout.matches.paper.workspace import Workspace
 from movingout.recordings import SeatInfo, finalise
 from movingout.recordings.diversity.episodes import ALL, populations, read_paths
 from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.groups import grouped, write_groups
 from movingout.server.cli import main
 from tests.agents.learning import recorded
 from tests.recordings.support import record
@@ -263,3 +269,96 @@ def test_episodes_that_name_nobody_are_counted(tmp_path: Path, capsys: pytest.Ca
     assert "3 episodes name nobody and are left out" in said, "there is one group alone"
     found, said = measured(capsys, str(tmp_path), "--by", "kind")
     assert found["nameless"] == 0 and "name nobody" not in said
+
+
+def driven(folder: Path, name: str, blue: float, red: float, map_name: str = "FourCorners") -> Path:
+    """20 ticks straight ahead at these distances."""
+    the_map = load_map(map_name)
+    actions = np.zeros((20, 2, 3))
+    actions[:, :, 0] = blue, red
+    actions[:, :, 1] = [pose.angle for pose in the_map.robots]
+    return recorded(folder, name, people=(f"{name}b", f"{name}r"), the_map=the_map, actions=actions)
+
+
+@pytest.fixture(scope="module")
+def ahead(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """In all episodes blue drives alike, and red does not."""
+    folder = tmp_path_factory.mktemp("ahead")
+    return [driven(folder, f"e{number}", 0.2, 0.05 * number) for number in range(4)]
+
+
+def test_recombined_ones_are_those_of_the_tables(
+    ahead: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    space = Workspace(budget=BUDGETS["smoke"])
+    write_groups(space.listing("c1"), grouped(ahead, 1))
+    place = str(ahead[0].parent)
+    words = ("--augmented", "--pieces", str(space.budget.states), "--seed", str(space.seed), "--counts", "all")
+    found, said = measured(capsys, place, *words)
+    recorded_row, *rows = found["overall"]
+    names = [place, f"{place}, recombined", f"{place}, recombined, single-agent"]
+    assert [row["population"] for row in found["overall"]] == names
+    assert [row["population"] for row in found["maps"]] == names
+    assert [row["episodes"] for row in found["maps"]] == [4, 20, 20]
+    plain = diversity_cell("c1", "entropy").measurement.perform(space, 0)
+    assert recorded_row["entropy"] == plain["entropy"].mean and recorded_row["valid_share"] is None
+    matchings: tuple[Matching, ...] = ("both-ends", "either-end")
+    for row, matching in zip(rows, matchings, strict=True):
+        table = augmented_cell(matching, "entropy").measurement.perform(space, 0)
+        measures = ("dtw_mean", "dtw_variance", "entropy", "coverage")
+        ours = [(row[name], row[f"{name}_stderr"]) for name in measures]
+        assert ours == [(table[name].mean, table[name].stderr) for name in measures]
+        assert (row["valid_share"], row["valid_share_stderr"], row["pieces"]) == table["valid_share"]
+        assert row["pieces"] > 1
+    assert found["not_recombined"] == [] and "recombined" not in said
+
+
+def test_recorded_rows_stay_and_recombined_ones_are_of_as_many(
+    ahead: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = str(ahead[0].parent)
+    for words in ((place, "--by", "agent"), (*map(str, ahead[:3]), str(ahead[0].parent))):
+        plain, _ = measured(capsys, *words, "--draws", "3")
+        found, _ = measured(capsys, *words, "--draws", "3", "--augmented", "--pieces", "4")
+        both = {row["population"]: row for row in found["maps"]}
+        assert [both[row["population"]] for row in plain["maps"]] == plain["maps"]
+        assert {row["drawn"] for row in both.values()} == {row["drawn"] for row in plain["maps"]}
+
+
+def test_what_cannot_be_recombined_is_said(
+    ahead: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one_each = [ahead[0], driven(tmp_path, "other", 0.2, 0.1, "HandOff")]
+    found, said = measured(capsys, *map(str, one_each), "--by", "source", "--augmented")
+    sentence = (
+        "scripted, recombined: nothing can be recombined; that takes two episodes of a map, and there is one of each"
+    )
+    assert f"movingout: {sentence}\n" in said and sentence in found["not_recombined"]
+    assert [row["population"] for row in found["overall"]] == ["scripted"]
+    assert found["overall"][0]["pieces"] is None
+    found, said = measured(capsys, *map(str, [*ahead, one_each[1]]), "--by", "source", "--augmented", "--pieces", "2")
+    assert "scripted, recombined: nothing was recombined on HandOff; what was recorded there stands alone" in said
+    elsewhere = [ahead[0], recorded(tmp_path, "slow", ticks=7, the_map=load_map("FourCorners"))]
+    _, said = measured(capsys, *map(str, elsewhere), "--by", "source", "--augmented")
+    assert "nothing can be recombined; no two episodes of a map have a matching stretch" in said
+    assert main(["recordings", "diversity", str(ahead[0]), "--pieces", "3"]) == 2
+    assert "--pieces counts with --augmented alone" in capsys.readouterr().err
+
+
+def test_tables_and_pictures_have_recombined_ones_and_official_files_do_too(
+    ahead: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    export("official", ExportPlan(ahead, tmp_path / "official"))
+    words = [str(tmp_path / "official"), "--augmented", "--pieces", "5", "-o", str(tmp_path / "out"), "--workers", "1"]
+    assert main(["recordings", "diversity", *words]) == 0
+    assert "| valid | pieces |" in capsys.readouterr().out
+    for name in ("maps", "populations"):
+        with (tmp_path / "out" / f"{name}.csv").open(encoding="utf-8") as stream:
+            rows = list(csv.DictReader(stream))
+        assert [row["population"].partition(", ")[2] for row in rows] == ["", "recombined", "recombined, single-agent"]
+    assert [bool(row["valid_share"]) for row in rows] == [False, True, True]
+    page = (tmp_path / "out" / "diversity.md").read_text(encoding="utf-8")
+    assert "± is the binomial standard error" in page
+    with Image.open(tmp_path / "out" / "positions-FourCorners.png") as picture:
+        assert picture.size[0] == 3 * 332 + 12  # a panel for each

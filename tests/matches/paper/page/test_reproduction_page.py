@@ -10,13 +10,14 @@ from PIL import Image
 
 from movingout.agents.bass.recombination import RecombinedPiece
 from movingout.agents.overcooked.kitchen import is_installed
+from movingout.agents.training.recombined_paths import exchanged
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell, Measurement
 from movingout.matches.paper.entry import Earlier, measurements
 from movingout.matches.paper.page.page_labels import IN_PART, MEASURED, PageLabel, line
 from movingout.matches.paper.page.reproduction_page import BEGIN, END, write_page
 from movingout.matches.paper.registry import ENTRIES
-from movingout.matches.paper.rows.diversity import diversity_cell, exchanged, learned_parts
+from movingout.matches.paper.rows.diversity import diversity_cell, learned_parts
 from movingout.matches.paper.rows.method_rows import named_rows
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import grouped, write_groups

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from movingout.agents.training.recombined_paths import PIECES
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.cells import MeasuredCell
 from movingout.matches.paper.entry import measurements
@@ -13,14 +14,13 @@ from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.registry import ENTRIES, RECOMBINED
 from movingout.matches.paper.rows import measurements as measurements_of_agents
 from movingout.matches.paper.rows.diversity import (
-    PATHS,
-    PIECES,
     diversity_over_maps,
     equal_cell,
     equal_sizes,
     learned_parts,
 )
 from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.diversity.augmented import PATHS
 from movingout.recordings.groups import grouped, write_groups
 from tests.agents.learning import recorded, walked
 
