@@ -34,6 +34,8 @@ def lease(shard: str, node: str | None, expired_s: float = -5.0) -> LeaseRow:
 class Host(StudyNodeHost):
     """Node b, which knows `leases` from the database and where other nodes say that their rooms are."""
 
+    stopping = False
+
     def __init__(self, leases: list[LeaseRow], **shards: str) -> None:
         view = ClusterView(tuple(leases), ())
         self.node = cast(Any, SimpleNamespace(view=view, comes_back_soon=lambda shard: True, now=lambda: 0.0))
