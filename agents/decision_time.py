@@ -14,6 +14,7 @@ from pathlib import Path
 from movingout.agents.base import ActionChunk, Agent, EpisodeInfo
 from movingout.agents.catalogue import load_live_agent
 from movingout.agents.observation.seat_observation import observe, start_state
+from movingout.agents.worker.parent_process import end_with_parent
 from movingout.maps import MapSpec, MovingOutError, load_map
 from movingout.world.constants import LIMIT_TICKS, TICK_SECONDS
 
@@ -64,6 +65,8 @@ def median_decision_s(agent: Agent, the_map: MapSpec, clock: Callable[[], float]
 
 def main(agent_id: str, map_source: str) -> None:
     """Write the time; threads that the agent has started do not keep the process."""
+    os.nice(10)  # as a worker: a server may be playing beside it
+    end_with_parent()
     try:
         with redirect_stdout(sys.stderr):  # what the agent prints
             seconds = median_decision_s(load_live_agent(agent_id), load_map(map_source))

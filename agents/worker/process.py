@@ -13,7 +13,6 @@ import select
 import signal
 import socket
 import statistics
-import threading
 import time
 from collections import deque
 from collections.abc import Hashable
@@ -44,6 +43,7 @@ from movingout.agents.worker.messages import (
     observed_state,
     read_to_worker,
 )
+from movingout.agents.worker.parent_process import end_with_parent
 from movingout.agents.worker.thread_budget import ThreadBudget
 from movingout.maps import MapSpec, Rect, is_reserved
 from movingout.world.constants import TICK_SECONDS
@@ -308,7 +308,7 @@ def main(arguments: list[str]) -> None:
     os.dup2(2, 1)  # an agent that prints must not disturb the server's standard output
     os.nice(10)  # people's ticks come first
     limit_memory()
-    threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+    end_with_parent()
     with socket.socket(fileno=int(arguments[0])) as link:
         try:
             serve(link, WorkerHeartbeat(int(arguments[1])), ThreadBudget(float(arguments[2])))
@@ -322,10 +322,3 @@ def limit_memory(most: int = MOST_MEMORY) -> None:
     most = most if hard == resource.RLIM_INFINITY else min(most, hard)
     with contextlib.suppress(ValueError, OSError):  # a system other than Linux may refuse this limit
         resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
-
-
-def _end_with_parent(parent: int) -> None:
-    """A worker that hangs does not notice a closed socket: nobody may outlive the server."""
-    while os.getppid() == parent:
-        time.sleep(1.0)
-    os._exit(0)

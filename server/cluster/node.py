@@ -135,6 +135,12 @@ class ClusterNode:
     def begin(self) -> None:
         self._task = asyncio.create_task(self._run(), name="the leases of this node")
 
+    async def stop_opening(self, shard: str) -> None:
+        """Give up opening a shard, or the study, where that has begun: `leave` waits for everything that is opened."""
+        if (task := self._opening.get(shard)) is not None:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
     async def leave(self) -> None:
         """Hand the rooms over: everything about them is on the disk."""
         if self._task is not None:

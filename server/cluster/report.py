@@ -46,26 +46,32 @@ def waiting_rooms(view: ClusterView, lease_s: float) -> Iterator[str]:
         yield f"node {node} has been away for {away_s:.0f} s: {rooms} for it (ids beginning with {beginnings})"
 
 
-def unserved_study(view: ClusterView, lease_s: float) -> str:
-    """A sentence where nobody serves a study that has begun; empty after who had it last has ended in order.
+def unserved_study(view: ClusterView) -> str:
+    """Since when nobody serves a study that has begun, and what to do; empty where it is served.
 
-    Unless another node was there at that moment: it was to go on with it.
+    Empty too after all of its nodes have ended in order: somebody wanted it so. Where one of them died before, nobody
+    may know that the node that was ended was the last one.
     """
     lease = view.lease(STUDY)
     if lease is None or lease.fence == 0 or any(has_lease(node, lease) and not node.problem for node in view.nodes):
         return ""
-    if all(node.state == "ended" or lease.format not in (None, node.format) for node in view.nodes):
+    nodes = [node for node in view.nodes if lease.format in (None, node.format)]
+    if all(node.state == "ended" for node in nodes):
         return ""
-    holder = view.node(lease.node)
-    others = [node for node in view.nodes if node.state != "ended"]
-    if holder is not None and holder.state == "ended" and all(_was_away(node, lease, lease_s) for node in others):
-        return ""
-    return "nobody serves the study" + (f": node {lease.node} had it last" if lease.node else "")
+    last = f"node {lease.node} had it last" if lease.node else "the node that had it last gave it back"
+    when = f", {_lasting(lease.expired_s)} ago" if lease.expired_s > 0.0 else ""
+    able = [node.name for node in nodes if node.alive and node.state == "serving"]
+    if able:
+        todo = f"it is to go on within moments at {' or '.join(able)}, or the log there says why it does not"
+    else:
+        todo = "to go on with it, start a node: movingout study serve FILE --cluster URL --node NAME"
+    return f"nobody serves the study: {last}{when}; {todo}"
 
 
-def _was_away(node: NodeRow, lease: LeaseRow, lease_s: float) -> bool:
-    """Whether a node was away already when a lease ended."""
-    return node.seen_s - max(lease.expired_s, 0.0) > lease_s
+def _lasting(seconds: float) -> str:
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200.0 else f"{seconds / 3600:.0f} h"
 
 
 def has_lease(node: NodeRow, lease: LeaseRow) -> bool:

@@ -64,6 +64,7 @@ class RunningStudy:
         self.let_go = False  # whether another server goes on with it
         self._in_charge = in_charge  # whether no other server runs the study meanwhile
         self._lock = asyncio.Lock()
+        self._restored = False
         self.participants = Participants(self.study, self.databases)
         self.units = Units(self.study, self.participants, self.databases, self.alerts)
         self.progress = Progress(self.study, self.participants, self.units, self.databases, self._hold)
@@ -141,6 +142,7 @@ class RunningStudy:
                 await self.units.move_to_first_step(tx, unit)
                 if unit.lacks_member:
                     await self.departures.release_partners(tx, unit)
+            self._restored = True
         left = [one.pid for one in self.participants if one.record.keep is False and one.finished]
         self.deletions.resume(left, await self.databases.run(self.databases.store.database.is_unscrubbed))
 
@@ -155,7 +157,8 @@ class RunningStudy:
         await self.deletions.end()
         with suppress(StoreError, TimeoutError):  # or what was noted a minute ago counts
             async with asyncio.timeout(NOTE_S), self.transaction() as tx:
-                await self.participants.note_absences(tx)
-                await self.participants.note_last_seen(tx)
+                if self._restored:  # who is only half read from the database seems to be here
+                    await self.participants.note_absences(tx)
+                    await self.participants.note_last_seen(tx)
         await self.participants.scrub_identities(inf)
         await asyncio.to_thread(self.databases.close)  # a query may have to be given up first

@@ -15,13 +15,14 @@ def partners_timed(found: Review) -> Review:
     return replace(found, slow=slow_partners(found.study))
 
 
-def slow_partners(study: Study) -> tuple[str, ...]:
-    """A sentence for each partner whose decisions take longer than a tick.
+def slow_partners(study: Study, progress: bool = True) -> tuple[str, ...]:
+    """A sentence for each partner whose decisions take longer than a tick; with `progress` a terminal shows a bar.
 
     Those that cannot be made or cannot play are left out: others say that.
     """
     names = agent_ids(study)
-    return tuple(filter(None, (_slowness(study, name) for name in with_progress(names, len(names), "timing partners"))))
+    shown = with_progress(names, len(names), "timing partners") if progress else names
+    return tuple(filter(None, (_slowness(study, name) for name in shown)))
 
 
 def _slowness(study: Study, agent_id: str) -> str:

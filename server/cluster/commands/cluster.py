@@ -194,7 +194,7 @@ def _status(args: argparse.Namespace) -> int:
         for node in view.nodes
     ]
     unserved = [f"node {row['name']}: {row['problem']}" for row in rows if row["problem"]]
-    unserved = unserved or [sentence for sentence in [unserved_study(view, args.lease)] if sentence]
+    unserved = unserved or [sentence for sentence in [unserved_study(view)] if sentence]
     if args.json:
         print(json.dumps({"nodes": rows, "waiting": waiting, "unserved": unserved}, indent=2))
     else:

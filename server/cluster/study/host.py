@@ -72,6 +72,9 @@ class StudyNodeHost(ClusterHost):
         return f"{FORMAT}, {self._kind}"
 
     async def stop(self) -> None:
+        """A study that is still being begun is given up: its lease would run out before it is given back."""
+        await self.suspend()  # from now on no study is begun here
+        await self.node.stop_opening(STUDY)
         self.study.let_go()
         await self.study.end()
         await super().stop()
@@ -123,7 +126,7 @@ class StudyNodeHost(ClusterHost):
         Raises NodeEnds where this node ends meanwhile: it no longer takes what the others have left, nor ends a study.
         """
         deadline = self.node.now() + ALL_THERE_S
-        while (missing := await self._missing()) and not self.stopping:
+        while not self.stopping and (missing := await self._missing()):
             if self.node.now() > deadline:
                 log.error("the rooms of the shards %s are nowhere; the study goes on without them", ", ".join(missing))
                 break

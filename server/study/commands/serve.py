@@ -39,6 +39,7 @@ from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Limits, Settings
 from movingout.server.study.api.app import create_study_app
 from movingout.server.study.api.served_study import Admission
+from movingout.server.study.commands.partner_timing import tell_ready
 from movingout.server.study.commands.serve_node import folder_of_node, serve_node
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.study.commands.data import earlier_seats_told
@@ -53,7 +54,6 @@ from movingout.study.store.frozen_study import frozen_study, has_begun
 SWITCH_S = 0.0005  # the database thread yields to a tick within this time
 AT_ONE_ADDRESS = 1000  # a whole class may share one address
 FASTEST = 50.0
-STANDS_STILL = "the study has begun and goes on: a partner that is too slow when its round begins stands still in it"
 
 
 class _Frozen(NamedTuple):
@@ -73,9 +73,9 @@ def serve(args: argparse.Namespace) -> int:
     if settings.in_cluster:
         folder = folder_of_node(as_node(settings), study, args.database, args.identities)
         frozen = _frozen(folder)
-        _check_beginning(found, args, settings, begun=frozen.begun)
+        timed = _check_beginning(found, args, settings, begun=frozen.begun)
         sys.setswitchinterval(SWITCH_S)
-        return serve_node(settings, folder, text_to_freeze(args.file, frozen.text), admission)
+        return serve_node(settings, folder, text_to_freeze(args.file, frozen.text), admission, timed)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
     refuse_cluster_folder(settings.data)
     if settings.s3:
@@ -88,7 +88,7 @@ def serve(args: argparse.Namespace) -> int:
         closing(listen(settings.host, settings.port)) as listening,
     ):
         frozen = _frozen(folder)
-        _check_beginning(found, args, settings, begun=frozen.begun)
+        timed = _check_beginning(found, args, settings, begun=frozen.begun)
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         log_to(form="json" if settings.log_format == "json" else "text")
@@ -102,7 +102,7 @@ def serve(args: argparse.Namespace) -> int:
         links = _links(app, settings, folder, code)
         sys.setswitchinterval(SWITCH_S)
         server_of = game_server if settings.processes == 1 else front_server
-        server = server_of(app, settings, certificate, on_ready=lambda: print(links, flush=True))
+        server = server_of(app, settings, certificate, on_ready=lambda: tell_ready(links, study, timed))
         server.run([listening])
     if told := told_interrupted(settings.data, study.id):
         print(told)
@@ -118,20 +118,21 @@ def _host(settings: Settings, lock: int, certificate: Certificate | None) -> tup
     return front, FrontEndpoint(front)
 
 
-def _check_beginning(found: Review, args: argparse.Namespace, settings: Settings, *, begun: bool) -> None:
+def _check_beginning(found: Review, args: argparse.Namespace, settings: Settings, *, begun: bool) -> bool:
     """Raises StudyError for what keeps a study from beginning.
 
     One that has begun goes on, so that participants and their data are looked after: its agents are warned of alone.
+    Returns whether its partners are to be timed while it is served.
     """
     if begun:
-        slow = _slow(found.study, settings) if args.rehearse is None else ()
-        for sentence in (*found.refused, *slow, *([STANDS_STILL] if slow else [])):
+        for sentence in found.refused:
             print(f"warning: {sentence}", file=sys.stderr)
-        return
+        return args.rehearse is None and not settings.slow_agents
     _refuse_agents(found.refused, args.file)
     if args.rehearse is None:
         _refuse_blanks(found, args.file)
         _refuse_slow(found.study, settings)
+    return False
 
 
 def _refuse_agents(faults: tuple[str, ...], file: Path) -> None:
@@ -147,12 +148,8 @@ def _refuse_blanks(found: Review, file: Path) -> None:
 
 def _refuse_slow(study: Study, settings: Settings) -> None:
     """Before the first consent only: a study that has begun is not kept from going on by a slow hour."""
-    if slow := _slow(study, settings):
+    if not settings.slow_agents and (slow := slow_partners(study)):
         raise StudyError("\n".join(slow))
-
-
-def _slow(study: Study, settings: Settings) -> tuple[str, ...]:
-    return () if settings.slow_agents else slow_partners(study)
 
 
 def _frozen(folder: StudyFolder) -> _Frozen:

@@ -13,6 +13,7 @@ from movingout.server.persistence.data_folder import exclusive_data_folder, refu
 from movingout.server.persistence.recording_uploads import check_bucket
 from movingout.server.settings import Settings
 from movingout.server.study.api.served_study import Admission
+from movingout.server.study.commands.partner_timing import tell_ready
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.study.commands.data import earlier_seats_told
 from movingout.study.data.study_folder import StudyFolder
@@ -30,8 +31,10 @@ def folder_of_node(settings: Settings, study: Study, database: str | None, ident
     )
 
 
-def serve_node(settings: Settings, folder: StudyFolder, file_text: str, admission: Admission) -> int:
-    """Run the command and return its exit code. Raises MovingOutError."""
+def serve_node(
+    settings: Settings, folder: StudyFolder, file_text: str, admission: Admission, timed: bool = False
+) -> int:
+    """Run the command and return its exit code; partners are `timed` meanwhile. Raises MovingOutError."""
     settings = as_node(settings)
     refuse_served_folder(settings.data)
     os.umask(0o077)
@@ -48,7 +51,7 @@ def serve_node(settings: Settings, folder: StudyFolder, file_text: str, admissio
         kind = f"study {folder.study.id} {digest}, ticks of {settings.tick_s:g} s, {admission}"
         app = create_study_node(settings, folder, file_text, admission, kind)
         links = _links(settings, folder)
-        server = game_server(app, settings, None, on_ready=lambda: print(links, flush=True))
+        server = game_server(app, settings, None, on_ready=lambda: tell_ready(links, folder.study, timed))
         server.run([listening])
     return 0 if server.started else 1
 

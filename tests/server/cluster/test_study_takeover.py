@@ -1,7 +1,6 @@
 """When a node begins the study, and what becomes of it when that fails."""
 
 import asyncio
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -24,6 +23,7 @@ from movingout.study.errors import StoreError
 from tests.server.cluster.clock import TestClock
 from tests.server.cluster.nodes import FakeRooms, Node, together
 
+START = "to go on with it, start a node: movingout study serve FILE --cluster URL --node NAME"
 WHY = "the study cannot begin here: the database x does not answer"
 
 
@@ -33,6 +33,8 @@ def lease(shard: str, node: str | None, expired_s: float = -5.0) -> LeaseRow:
 
 class Host(StudyNodeHost):
     """Node b, which knows `leases` from the database and where other nodes say that their rooms are."""
+
+    stopping = False
 
     def __init__(self, leases: list[LeaseRow], **shards: str) -> None:
         view = ClusterView(tuple(leases), ())
@@ -239,24 +241,33 @@ def test_status_says_that_nobody_serves_the_study_whose_nodes_were_killed_not_en
     assert status() == 0
     clock.advance(120.0)
     capsys.readouterr()
-    assert status() == 1 and "nobody serves the study: node a had it last" in capsys.readouterr().out
+    assert status() == 1
+    assert f"nobody serves the study: node a had it last, 115 s ago; {START}" in capsys.readouterr().out
     together(lambda: serve(ended=True))
     assert status() == 0 and "nobody" not in capsys.readouterr().out
 
 
-def test_a_node_that_was_killed_before_does_not_matter_where_the_holder_of_the_study_has_ended_in_order() -> None:
-    def node(name: str, state: str, alive: bool = False, seen_s: float = 60.0) -> NodeRow:
-        row = NodeRow(name, "folder", "0.1", "format", "", state, 0, f"run of {name}", alive)
-        return replace(row, seen_s=0.5 if alive else seen_s)
+@pytest.mark.parametrize(
+    ("expired_s", "ago"),
+    [(-3.0, ""), (5.0, ", 5 s ago"), (119.4, ", 119 s ago"), (600.0, ", 10 min ago"), (9000.0, ", 2 h ago")],
+)
+def test_status_says_since_when_nobody_serves_the_study_and_what_to_do(expired_s: float, ago: str) -> None:
+    def node(name: str, state: str, alive: bool = False, format: str = "format") -> NodeRow:
+        return NodeRow(name, "folder", "0.1", format, "", state, 0, f"run of {name}", alive, seen_s=0.5)
 
-    def said(*nodes: NodeRow) -> str:
-        return unserved_study(ClusterView((lease(STUDY, "a", expired_s=5.0),), nodes), lease_s=5.0)
+    def said(*nodes: NodeRow, last: str | None = "a") -> str:
+        return unserved_study(ClusterView((lease(STUDY, last, expired_s),), nodes))
 
-    nobody = "nobody serves the study: node a had it last"
-    assert said(node("a", "ended"), node("b", "serving")) == ""
-    assert said(node("a", "ended"), node("b", "serving", alive=True)) == nobody, "b could take it"
-    assert said(node("a", "ended"), node("b", "serving", seen_s=3.0)) == nobody, "b was to take it, and was killed"
-    assert said(node("a", "serving"), node("b", "ended")) == nobody
+    died = f"nobody serves the study: node a had it last{ago}; {START}"
+    moments = "it is to go on within moments at b, or the log there says why it does not"
+    assert said(node("a", "ended"), node("b", "serving")) == died, "b died long before, and nobody has noticed"
+    assert said(node("a", "serving"), node("b", "ended")) == died
+    assert said(node("a", "ended"), node("b", "draining", alive=True)) == died
+    assert said(node("a", "ended"), node("b", "serving", alive=True)).endswith(f"{ago}; {moments}")
+    given_back = said(node("b", "serving"), last=None)
+    assert given_back == f"nobody serves the study: the node that had it last gave it back{ago}; {START}"
+    assert said(node("a", "ended"), node("b", "ended")) == "", "somebody wanted it so"
+    assert said(node("a", "ended"), node("b", "serving", format="of another study")) == ""
 
 
 def test_a_node_that_cannot_record_takes_no_room_itself_and_stops_no_round_at_the_others(

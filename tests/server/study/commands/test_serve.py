@@ -1,15 +1,19 @@
 """`movingout study serve`: what it prints, and what it refuses in a sentence."""
 
 import re
+import threading
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 from unittest.mock import Mock
 
 import pytest
 
 from movingout.server.cli import main
 from movingout.server.settings import Settings
-from movingout.server.study.commands import serve
+from movingout.server.study.commands import partner_timing, serve
+from movingout.server.study.commands.partner_timing import THREAD
 from movingout.server.study.commands.serve import text_to_freeze
 from movingout.study.commands.data import as_frozen
 from movingout.study.data.study_folder import StudyFolder
@@ -100,10 +104,26 @@ def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     timed: list[str] = []
+    serves, ready = threading.Event(), threading.Event()
+    ready.set()
 
     def decision_ms(agent_id: str, the_map: str) -> float:
-        timed.append(agent_id)
+        timed.append("while it is served" if serves.is_set() and ready.wait(10.0) else "before")
         return 180.0
+
+    class Server:
+        started = True
+
+        def __init__(self, *_: Any, on_ready: Callable[[], None]) -> None:
+            self._on_ready = on_ready
+
+        def run(self, _: Any) -> None:
+            serves.set()
+            ready.clear()
+            self._on_ready()
+            ready.set()
+            for thread in [each for each in threading.enumerate() if each.name == THREAD]:
+                thread.join()
 
     monkeypatch.setattr(partner_speed, "decision_ms", decision_ms)
     file, data = tmp_path / "study.yaml", tmp_path / "data"
@@ -118,12 +138,13 @@ def test_a_partner_that_is_too_slow_here_is_refused_before_the_study_begins_and_
     timed.clear()
     assert "must not be mixed" in refused(capsys, file, data, "--rehearse", "2")
     assert not timed
-    monkeypatch.setattr(serve, "game_server", lambda *_, **__: Mock(started=True))
+    monkeypatch.setattr(serve, "game_server", Server)
     for options, warnings in (((), 2), (("--slow-agents",), 0)):
         assert main(["study", "serve", str(file), "--data", str(data), "--port", "0", *options]) == 0
-        warned = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: ")]
+        warned = [line for line in capsys.readouterr().err.splitlines() if partner_timing.__name__ in line]
         assert len(warned) == warnings == len(timed) * 2
         assert not warned or ("idle needs 180 ms" in warned[0] and "stands still" in warned[1])
+        assert timed == ["while it is served"] * (warnings // 2), "nobody waits for it"
         timed.clear()
 
 
