@@ -64,7 +64,7 @@ class RunningStudy:
         self.let_go = False  # whether another server goes on with it
         self._in_charge = in_charge  # whether no other server runs the study meanwhile
         self._lock = asyncio.Lock()
-        self._restored = False
+        self._half_read = False  # while a start reads who was here
         self.participants = Participants(self.study, self.databases)
         self.units = Units(self.study, self.participants, self.databases, self.alerts)
         self.progress = Progress(self.study, self.participants, self.units, self.databases, self._hold)
@@ -131,6 +131,7 @@ class RunningStudy:
         """Bring everybody back to where they were."""
         known = await self.databases.run(self.databases.identities.everybody)
         async with self.transaction() as tx:
+            self._half_read = True
             back_s = await self.participants.restore(tx, {pid: source for pid, (source, _) in known.items()})
             self._tell_of_clock(back_s)
             await self.notes.restore()
@@ -142,7 +143,7 @@ class RunningStudy:
                 await self.units.move_to_first_step(tx, unit)
                 if unit.lacks_member:
                     await self.departures.release_partners(tx, unit)
-            self._restored = True
+            self._half_read = False
         left = [one.pid for one in self.participants if one.record.keep is False and one.finished]
         self.deletions.resume(left, await self.databases.run(self.databases.store.database.is_unscrubbed))
 
@@ -157,7 +158,7 @@ class RunningStudy:
         await self.deletions.end()
         with suppress(StoreError, TimeoutError):  # or what was noted a minute ago counts
             async with asyncio.timeout(NOTE_S), self.transaction() as tx:
-                if self._restored:  # who is only half read from the database seems to be here
+                if not self._half_read:  # else who was away already seems to have left only now
                     await self.participants.note_absences(tx)
                     await self.participants.note_last_seen(tx)
         await self.participants.scrub_identities(inf)
