@@ -3,7 +3,6 @@
 import argparse
 import json
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from movingout.agents.commands.demonstrations.episode_options import (
@@ -61,7 +60,7 @@ def perform(args: argparse.Namespace) -> int:
     return 0
 
 
-def _partners(args: argparse.Namespace, episodes: int) -> Sequence[tuple[str, str]]:
+def _partners(args: argparse.Namespace, episodes: int) -> list[tuple[str, str]]:
     """Name and agent id of the partners, in the order in which they play."""
     if args.population in ("A", "B", "AB"):
         partners = [(person.name, person.agent_id) for name in args.population for person in population(name)]
