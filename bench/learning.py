@@ -23,9 +23,9 @@ from movingout.maps.errors import MovingOutError
 from movingout.maps.selection import HELP as MAPS_HELP
 from movingout.maps.selection import selected_maps
 from movingout.matches import MatchError, MatchResult, play_matches
+from movingout.matches.callbacks import WorkerPoolFactory
 from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
 from movingout.matches.execution.local_workers import LocalWorkerPool
-from movingout.matches.run import WorkerPoolFactory
 from movingout.world.constants import LIMIT_TICKS
 from movingout.world.estimates import estimate, estimate_text
 

@@ -15,10 +15,11 @@ from typing import Any, NamedTuple
 
 from bench import print_table
 from movingout.maps import map_names
+from movingout.matches.callbacks import WorkerPoolFactory
 from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.execution.ray_workers import ray_worker_pool
 from movingout.matches.match import Match, MatchResult
-from movingout.matches.run import WorkerPoolFactory, play_matches
+from movingout.matches.run import play_matches
 
 
 class TimedRun(NamedTuple):

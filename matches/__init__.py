@@ -2,8 +2,9 @@
 
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import Grid, read_grid
+from movingout.matches.grid_run import GridRun, open_run, run_grid
 from movingout.matches.match import Match, MatchResult
-from movingout.matches.run import GridRun, open_run, play, play_matches, run_grid
+from movingout.matches.run import play, play_matches
 
 __all__ = [
     "Grid",

@@ -49,10 +49,14 @@ def _page(title: str, intro: str, model: type[BaseModel]) -> str:
 
 
 def _models_below(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
-    """A model and those that its module and its fields' modules define."""
-    for one in vars(inspect.getmodule(model)).values():
-        if isinstance(one, type) and issubclass(one, BaseModel):
-            yield one
+    """A model and those that its module, and the modules of these, know."""
+    found, waiting = {model}, [model]
+    while waiting:
+        yield (one := waiting.pop())
+        for other in vars(inspect.getmodule(one)).values():
+            if isinstance(other, type) and issubclass(other, BaseModel) and other not in found:
+                found.add(other)
+                waiting.append(other)
 
 
 def _section(model: type[BaseModel], schema: Schema) -> Iterator[str]:

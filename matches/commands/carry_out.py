@@ -8,6 +8,7 @@ from contextlib import AbstractContextManager
 from itertools import groupby
 from pathlib import Path
 
+from movingout.matches.callbacks import OnProgress, no_op
 from movingout.matches.commands.progress import bar
 from movingout.matches.paper.costs import span
 from movingout.matches.paper.methods import TrainedId
@@ -15,7 +16,6 @@ from movingout.matches.paper.parallel_training import train_agents
 from movingout.matches.paper.steps import PaperStep, seconds_in_all
 from movingout.matches.paper.training import LOGS
 from movingout.matches.paper.workspace import Workspace
-from movingout.matches.run import OnProgress, no_op
 
 SHORT_S = 10.0  # a training in a process of its own has to take longer than to start one, which reads all of torch
 

@@ -23,13 +23,14 @@ from movingout.matches.experiment.held_out import held_out_cautions
 from movingout.matches.experiment.plan import matches_of, missing_agents, planned_matches
 from movingout.matches.experiment.shared_labels import shared_label_cautions
 from movingout.matches.experiment.shipped_grids import grid_path, shipped_grids
+from movingout.matches.grid_run import GridRun, played_again, played_unrecorded, run_grid
+from movingout.matches.preparation import check_own_maps, check_variants
 from movingout.matches.report.html_page import write_page
 from movingout.matches.report.parquet import write_parquet
 from movingout.matches.results.other_code import MIXED, of_other_code, played_by_other_code
 from movingout.matches.results.provenance import provenance_of
 from movingout.matches.results.results_folder import GRID, open_folder, order_of, read_results, to_play
 from movingout.matches.results.table import ALL_MAPS, markdown
-from movingout.matches.run import GridRun, check_own_maps, check_variants, played_again, played_unrecorded, run_grid
 from movingout.recordings.report.words import DEFAULT, LANGUAGES
 from movingout.world.exactness import inexact_engine
 

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from movingout.matches.run import OnProgress
+from movingout.matches.callbacks import OnProgress
 
 
 @contextmanager

@@ -5,9 +5,9 @@ import json
 from pathlib import Path
 
 from movingout.maps.commands.parser import add_out
+from movingout.matches.grid_run import open_run
 from movingout.matches.report.comparison import json_report, markdown_report
 from movingout.matches.results.results_folder import write_whole
-from movingout.matches.run import open_run
 from movingout.recordings.report.words import DEFAULT, LANGUAGES
 
 

@@ -3,10 +3,10 @@
 import argparse
 import os
 
+from movingout.matches.callbacks import WorkerPoolFactory
 from movingout.matches.errors import MatchError
 from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.execution.ray_workers import cluster_processors, ray_worker_pool
-from movingout.matches.run import WorkerPoolFactory
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:

@@ -5,11 +5,11 @@ from pathlib import Path
 from movingout.agents.data.demonstrations import EpisodeJob, episode_jobs, variant_jobs, write_all
 from movingout.agents.scripted.populations import population
 from movingout.maps import load_map, map_names
+from movingout.matches.callbacks import OnProgress
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.given_choice import on_paper_maps, with_people
 from movingout.matches.paper.given_variants import fair_variants
 from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
-from movingout.matches.run import OnProgress
 from movingout.recordings.groups import NEEDED, GroupedRecording, grouped, grouped_by_style, is_varied, write_groups
 from movingout.recordings.spreadsheet import read_rows
 from movingout.recordings.storage.copies import without_copies

@@ -11,10 +11,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.matches.callbacks import OnProgress, no_op
 from movingout.matches.match import Match, MatchResult
+from movingout.matches.preparation import make_folder
 from movingout.matches.results.other_code import of_other_code, with_code
 from movingout.matches.results.results_folder import EXACT, Shard, read_results, to_play
-from movingout.matches.run import OnProgress, make_folder, no_op, play_matches
+from movingout.matches.run import play_matches
 from movingout.recordings.versions import versions
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from movingout.maps.errors import MovingOutError
+from movingout.matches.callbacks import OnProgress
+from movingout.matches.grid_run import played_again
 from movingout.matches.match import Match
 from movingout.matches.paper.cells import Measurement
 from movingout.matches.paper.costs import match_seconds, recording_seconds, training_seconds
@@ -17,7 +19,6 @@ from movingout.matches.paper.rows.data_sizes import SizeCell
 from movingout.matches.paper.training import train_agent
 from movingout.matches.paper.workspace import Workspace
 from movingout.matches.results.other_code import played_by_other_code
-from movingout.matches.run import OnProgress, played_again
 
 
 @dataclass(frozen=True, slots=True)

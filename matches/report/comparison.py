@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from movingout.matches.experiment.paper_reference import PAPER_METRICS, paper_figures
+from movingout.matches.grid_run import GridRun
 from movingout.matches.match import MatchResult
 from movingout.matches.paper.published import Figure
 from movingout.matches.report.words import count_words, report_words, value_text
@@ -21,7 +22,6 @@ from movingout.matches.results.table import (
     markdown_line,
 )
 from movingout.matches.results.unanswered import have_uncounted_questions, unanswered
-from movingout.matches.run import GridRun
 from movingout.recordings.report.words import DEFAULT, Words
 from movingout.world.estimates import Estimate
 

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from movingout.matches.grid_run import GridRun
 from movingout.matches.match import MatchResult
 from movingout.matches.results.significance import evidence, holm, welch
 from movingout.matches.results.table import Measure, ResultRow
-from movingout.matches.run import GridRun
 from movingout.recordings import RecordingError, read_episode
 from movingout.recordings.report.failures import failures
 from movingout.recordings.report.track import Track

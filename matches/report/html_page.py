@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import quote
 
+from movingout.matches.grid_run import GridRun
 from movingout.matches.match import MatchResult
 from movingout.matches.report.crossplay import Cell, Matrix, matrix, moments, worst_matches
 from movingout.matches.report.words import count_words, map_name, measure_title, report_words, value_text
@@ -13,7 +14,6 @@ from movingout.matches.results.results_folder import write_whole
 from movingout.matches.results.significance import stars
 from movingout.matches.results.table import MEASURES, copies_note, earlier_note
 from movingout.matches.results.unanswered import have_uncounted_questions, unanswered
-from movingout.matches.run import GridRun
 from movingout.recordings.html_page import SERVER, templates
 from movingout.recordings.report.words import DEFAULT, Words
 from movingout.recordings.storage.finished import SUFFIX

@@ -5,8 +5,8 @@ from typing import Any
 from movingout.maps.extras import MissingExtraError
 from movingout.maps.files.output_file import draft_of
 from movingout.matches.errors import MatchError
+from movingout.matches.grid_run import GridRun
 from movingout.matches.match import MatchResult
-from movingout.matches.run import GridRun
 from movingout.world.metrics import METRICS
 
 

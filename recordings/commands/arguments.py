@@ -20,6 +20,14 @@ def add_data(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--data", type=Path, default=USUAL_DATA, metavar="DIR", help="default: ./data")
 
 
+def data_folder(args: argparse.Namespace) -> Path:
+    """The data folder; only the usual one may be missing, before the first game. Raises RecordingError."""
+    data: Path = args.data
+    if data != USUAL_DATA and not data.exists():
+        raise RecordingError(f"there is no folder {data}; --data names one")
+    return data
+
+
 def add_paths(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "paths", nargs="+", type=Path, metavar="FILE|DIR", help="recordings, or folders with some in or below them"

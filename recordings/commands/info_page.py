@@ -1,15 +1,21 @@
 """`recordings info`: one recording as a page for a person, or as JSON with fixed fields."""
 
+import argparse
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.commands.parser import add_json
 from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings.commands.arguments import add_data, print_json
 from movingout.recordings.episode import Episode, SeatInfo
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.metadata import utc
+from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.storage.index import path_of
 from movingout.recordings.storage.listing import seat_title
+from movingout.recordings.terminal import printable
 from movingout.recordings.versions import why_not_exact
 from movingout.world.constants import TICKS_PER_SECOND
 from movingout.world.metrics import METRICS, Metric, Values, to_numbers
@@ -22,6 +28,26 @@ _OUTCOMES = {
     "error": "ended by an error",
     "interrupted": "interrupted, never ended",
 }
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("recording", help="a file, or an episode id in DATA/recordings")
+    add_data(parser)
+    add_json(parser)
+    parser.set_defaults(perform=perform)
+
+
+def perform(args: argparse.Namespace) -> int:
+    """Print the page, or the JSON. Raises RecordingError."""
+    path = Path(args.recording)
+    if not path.exists():
+        path = path_of(args.data / "recordings", args.recording)
+    episode = read_episode(path)
+    if args.json:
+        print_json(info_json(path, episode))
+    else:
+        print("\n".join(map(printable, info_page(path, episode).splitlines())))
+    return 0
 
 
 def info_json(path: Path, episode: Episode) -> dict[str, Any]:

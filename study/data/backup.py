@@ -24,7 +24,8 @@ from movingout.recordings.storage.s3_bucket import add_notes
 from movingout.study.data.database_copy import fill_databases, refuse_used, save_database
 from movingout.study.data.map_copies import copy_own_maps
 from movingout.study.data.study_folder import StudyFolder
-from movingout.study.design.definition import Name, Study
+from movingout.study.design.definition import Study
+from movingout.study.design.sections.study_model import Name
 from movingout.study.errors import StudyError
 from movingout.study.store.database import Kind
 from movingout.study.store.frozen_study import frozen_study

@@ -14,7 +14,8 @@ from movingout.recordings.storage.index import INDEX_NAME, list_recordings
 from movingout.recordings.storage.listing import Summary
 from movingout.recordings.storage.s3_bucket import delete_copies
 from movingout.study.data.study_folder import StudyFolder
-from movingout.study.design.definition import Study, period_days
+from movingout.study.design.definition import Study
+from movingout.study.design.sections.retention import period_days
 from movingout.study.errors import StudyError
 from movingout.study.store.identity import CODE, IdentityStore, Leftover
 from movingout.study.store.removal import (

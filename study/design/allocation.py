@@ -21,8 +21,9 @@ from random import Random
 from string import ascii_uppercase
 from typing import TypeVar
 
-from movingout.study.design.definition import Block, Order, Study
+from movingout.study.design.definition import Study
 from movingout.study.design.latin_squares import crossed, williams
+from movingout.study.design.sections.rounds import Block, Order
 
 BLUE, RED = 0, 1
 BY_PARTNER = 3  # the first rule by which rows of maps and seats go by the partner, not by its place

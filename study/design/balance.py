@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from movingout.study.design.allocation import BLUE, RED, Assignment
-from movingout.study.design.definition import Block, Study
+from movingout.study.design.definition import Study
+from movingout.study.design.sections.rounds import Block
 
 UNEVEN = 0.25  # of the rounds with a partner on a map, as the difference between the seats
 

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from movingout.agents.catalogue import unseen_maps
 from movingout.agents.checkpoint.checkpoint import card_of
 from movingout.maps.randomize import pair_text, variant_pairs
-from movingout.study.design.definition import Block, Study
+from movingout.study.design.definition import Study
+from movingout.study.design.sections.rounds import Block
 
 
 def origin_warnings(study: Study) -> Iterator[str]:

@@ -5,7 +5,8 @@ from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeVar
 
-from movingout.study.design.definition import Block, Study
+from movingout.study.design.definition import Study
+from movingout.study.design.sections.rounds import Block
 
 Key = TypeVar("Key")
 

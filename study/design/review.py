@@ -13,11 +13,12 @@ from movingout.maps.commands.map_cautions import map_cautions
 from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.balance import seat_imbalance
 from movingout.study.design.consent_text import contradictions, shared_code, unfilled, unseen
-from movingout.study.design.definition import NOTICED_S, Element, Outcome, Study
+from movingout.study.design.definition import NOTICED_S, Outcome, Study
 from movingout.study.design.localized_text import DEFAULT
 from movingout.study.design.maps_met import maps_met, unseen_maps
 from movingout.study.design.partner_origin import origin_warnings
 from movingout.study.design.pooling import apart_by_maps
+from movingout.study.design.sections.consent import Element
 from movingout.study.design.steps import Step, longest_round_s, planned_seconds, steps
 from movingout.study.design.translations import missing_texts, questionnaires_asked
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from movingout.study.design.allocation import Assignment, Turn
-from movingout.study.design.definition import SUBSTITUTE, Block, Study
+from movingout.study.design.definition import SUBSTITUTE, Study
+from movingout.study.design.sections.rounds import Block
 from movingout.study.questionnaire import QuestionnaireItem
 from movingout.world.constants import TICK_SECONDS
 

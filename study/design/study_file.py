@@ -22,9 +22,11 @@ from movingout.maps.yaml_document import (
     list_needed,
     path_text,
 )
-from movingout.study.design.definition import Name, Retention, Study
+from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names
 from movingout.study.design.map_files import MapFiles
+from movingout.study.design.sections.retention import Retention
+from movingout.study.design.sections.study_model import Name
 from movingout.study.errors import StudyError, StudyFileError
 
 FILE_KEY = "file"

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 from functools import cache
 
 from movingout.recordings.report.words import PAGES
-from movingout.study.design.definition import QuestionnaireSpec, QuestionSpec, Study
+from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names, instrument_speaks
 from movingout.study.design.localized_text import LocalizedText
+from movingout.study.design.sections.questionnaire_spec import QuestionnaireSpec, QuestionSpec
 
 
 def missing_texts(study: Study) -> tuple[str, ...]:

@@ -10,10 +10,10 @@ from movingout.study.design.study_file import parse_study
 from movingout.study.design.templates import template_text
 from movingout.study.store import IdentityStore, Store
 from movingout.study.store.frozen_study import freeze_study
+from movingout.study.store.rounds import RoundOutcome
 
 TEXT = template_text("agent_survey")
-
-
+PLAYED = RoundOutcome("time", 500, 0.5, 0.6, 3.5, None, 1.25)
 OPENED: list[Store | IdentityStore] = []  # closed after each test by tests/study/conftest.py
 
 

@@ -8,7 +8,8 @@ import pytest
 
 from movingout.maps.commands.parser import CommandParser
 from movingout.server.study.commands import study
-from movingout.study.design.definition import Block, Study
+from movingout.study.design.definition import Study
+from movingout.study.design.sections.rounds import Block
 from movingout.study.design.templates import template_names
 
 PAGE = (Path(__file__).parents[2] / "docs" / "study.md").read_text(encoding="utf-8")

@@ -1,6 +1,8 @@
 // The game page: connects socket, devices, model and views, and runs them once per displayed frame.
 
 import { Announcer } from "./announcer.js";
+import { Arena } from "./arena/arena.js";
+import { Pings } from "./arena/pings.js";
 import { Connection } from "../wire/connection.js";
 import { lastingStorage } from "../core/browser_storage.js";
 import { byId } from "../core/dom.js";
@@ -8,17 +10,16 @@ import { Game } from "./game.js";
 import { Hud, touchControls } from "./hud.js";
 import { Gamepads } from "../input/gamepad.js";
 import { Keyboard } from "../input/keyboard.js";
-import { codeOf, readLayout } from "../input/keyboard_layout.js";
-import { loadMapping, PAUSE_KEYS } from "../input/mapping.js";
+import { readLayout } from "../input/keyboard_layout.js";
+import { loadMapping } from "../input/mapping.js";
 import { LostPads } from "../input/lost_pads.js";
 import { PadMemory, STUDY_PADS } from "../input/pad_memory.js";
 import { LocalSeats } from "../input/seats.js";
 import { InputSenders } from "../input/sender.js";
 import { Touch } from "../input/touch.js";
 import { Panels } from "./panels.js";
+import { PauseControl } from "./pause_control.js";
 import { Probe } from "./probe.js";
-import { Painter } from "../view/painter.js";
-import { context2d, drawScene, fitCanvas, paintInMemory } from "../view/render.js";
 import { Series } from "./series.js";
 import { Settings } from "./settings.js";
 import { TabTitle } from "./tab_title.js";
@@ -31,7 +32,6 @@ import { Cues } from "./signals/cues.js";
 import { Sounds } from "./signals/sounds.js";
 import { TutorialView } from "./tutorial.js";
 import { DecisionPanel } from "./decision_trace.js";
-import { Pings } from "./pings.js";
 
 /** @typedef {import("../wire/connection.js").Status} Status */
 
@@ -40,16 +40,10 @@ const mode = page === "watch" ? "watch" : "play";
 const studyMark = mode === "play" ? studyMarkOf(room) : null;
 const HUD_MS = 90; // texts and bars do not need 60 Hz
 const DEAF_MS = 800; // the last presses before a pause or the end must not skip it
-const PULSE_MS = 1200;
 const SENT_MS = 150; // until a message has left before the page does
-const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const coarse = matchMedia("(pointer: coarse)");
 
 class Play {
-  #canvas = byId("arena", HTMLCanvasElement);
-  #context = context2d(this.#canvas);
-  /** @type {Painter | null} of a page that draws slowly */
-  #painter = null;
   #root = byId("play", HTMLElement);
   #game = new Game();
   #probe = new Probe(this.#game);
@@ -101,6 +95,7 @@ class Play {
   );
   #tab = new TabTitle();
   #decisions = new DecisionPanel(byId("decisions", HTMLElement), `/api/rooms/${room}`);
+  #arena = new Arena(this.#game, { cues: this.#cues, pings: this.#pings, decisions: this.#decisions });
   #inputs = new InputSenders(
     (input) => this.#connection.sendInput(input),
     () => ({
@@ -118,13 +113,19 @@ class Play {
   #phaseSinceMs = 0;
   #hudAtMs = 0;
   #lostPads = new LostPads();
-  #asksPause = false; // the last pause was asked for by its button or key
+  #pauses = new PauseControl({
+    game: this.#game,
+    panels: this.#panels,
+    pause: (seat) => this.#connection.send({ type: "pause", seat }),
+    ready: (seat) => this.#ready(seat),
+    dialogIsOpen: () => this.#dialogIsOpen,
+  });
 
   start() {
     const stop = byId("stop", HTMLButtonElement);
-    stop.addEventListener("click", () => this.#pauseOrStop());
+    stop.addEventListener("click", () => (mode === "watch" ? location.assign("/") : this.#pauses.pauseOrStop()));
     stop.disabled = false;
-    addEventListener("keydown", (event) => this.#pauseKey(event));
+    addEventListener("keydown", (event) => this.#pauses.key(event));
     addEventListener("pointerdown", (event) => event.pointerType === "touch" && this.#touch.wake());
     addEventListener("blur", () => this.#letGo());
     document.addEventListener("visibilitychange", () => this.#visibility());
@@ -162,8 +163,7 @@ class Play {
     this.#game.receive(message, atMs);
     if (message.type === "error") {
       this.#hud.showProblem(refusalText(message), atMs);
-      // Without a pause there is no panel with the button that stops: whoever asked for one is asked at once.
-      if (message.code === "pauses_used" && this.#asksPause) this.#panels.askStop();
+      if (message.code === "pauses_used") this.#pauses.refused();
     }
     if (message.type === "ping") this.#pings.receive(message, atMs);
     this.#tab.receive(message);
@@ -210,39 +210,14 @@ class Play {
     if (this.#status === "open" && this.#study?.startsNow(this.#game)) this.#each((seat) => this.#ready(seat));
     if (scene !== null && this.#game.round !== null) {
       this.#pings.update(scene.view, nowMs);
-      if (!this.#arenaIsGone) this.#draw(scene, nowMs);
+      if (!this.#arenaIsGone) this.#arena.draw(scene, nowMs, this.#intents);
       this.#sounds.update(this.#game, scene);
       this.#announcer.update(this.#game, scene, nowMs);
       this.#after.update(this.#game, scene.view);
     }
     if (nowMs - this.#hudAtMs >= HUD_MS) this.#writeWords(scene, nowMs);
     this.#probe.drawn(nowMs, scene, this.#status, this.#intents);
-    if (this.#probe.isSlow) this.#paintInMemory();
-  }
-
-  #paintInMemory() {
-    this.#canvas = paintInMemory(this.#canvas);
-    this.#context = context2d(this.#canvas, true);
-    this.#painter = new Painter(this.#context);
-  }
-
-  /** @param {import("./game.js").Scene} scene @param {number} nowMs */
-  #draw(scene, nowMs) {
-    const { round, own, phase } = this.#game;
-    if (round === null) return;
-    const { view } = scene;
-    fitCanvas(this.#canvas);
-    const pulse = calm.matches ? 1 : 0.5 + 0.5 * Math.sin((2 * Math.PI * nowMs) / PULSE_MS);
-    const intents = phase === "playing" ? this.#intents : [];
-    this.#cues.update(scene, nowMs, pulse, calm.matches);
-    const { reach, misses, over } = this.#cues;
-    const ringed = own.length === 1 ? own : [];
-    const options = { intents, own: ringed, pulse, rounded: true, reach, misses, over };
-    const more = this.#cues.marks || this.#pings.shown.length > 0 || this.#decisions.isOn;
-    if (this.#painter) this.#painter.paint(round.map, view, options, more);
-    else drawScene(this.#context, round.map, view, options);
-    if (phase === "playing") this.#decisions.draw(this.#context, round.map, view);
-    this.#pings.draw(this.#context, nowMs, calm.matches);
+    if (this.#probe.isSlow) this.#arena.paintInMemory();
   }
 
   /** @param {import("./game.js").Scene | null} scene @param {number} nowMs */
@@ -279,7 +254,7 @@ class Play {
       focused.blur();
     if (this.#phase !== "playing") return;
     this.#panels.forgetStop();
-    if (this.#dialogIsOpen) this.#togglePause(false); // opened during the countdown
+    if (this.#dialogIsOpen) this.#pauses.toggle(false); // opened during the countdown
   }
 
   // ---- devices ----------------------------------------------------------------------------------------------
@@ -297,9 +272,9 @@ class Play {
       if (sends) this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
     }
     const { pauses } = this.#seats; // one is enough to pause, and everybody goes on for themselves
-    for (const seat of playing ? pauses.slice(0, 1) : pauses) this.#togglePause(true, seat);
+    for (const seat of playing ? pauses.slice(0, 1) : pauses) this.#pauses.toggle(true, seat);
     const seat = this.#lostPads.update(this.#seats, this.#game.phase);
-    if (seat !== null) this.#togglePause(false, seat);
+    if (seat !== null) this.#pauses.toggle(false, seat);
   }
 
   /** Between rounds the grab button means "ready". @param {number} seat @param {number} nowMs */
@@ -362,30 +337,8 @@ class Play {
     setTimeout(() => location.assign("/"), SENT_MS);
   }
 
-  #pauseOrStop() {
-    if (mode === "watch") location.assign("/");
-    else if (this.#game.phase === "playing") this.#togglePause(true);
-    else this.#panels.askStop();
-  }
-
-  /** @param {KeyboardEvent} event */
-  #pauseKey(event) {
-    const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement;
-    const isShortcut = event.ctrlKey || event.metaKey || event.altKey; // of the browser: Ctrl and P prints
-    if (!PAUSE_KEYS.includes(codeOf(event)) || isShortcut || event.repeat || typing || this.#dialogIsOpen) return;
-    if (!this.#panels.refuseStop()) this.#togglePause(true);
-  }
-
-  /** @param {boolean} asked by the button or key for it, which also lead to stopping @param {number} [seat] whose */
-  #togglePause(asked, seat = this.#game.own[0]) {
-    this.#asksPause = asked;
-    if (seat === undefined) return;
-    if (this.#game.phase === "playing") this.#connection.send({ type: "pause", seat });
-    else if (this.#game.phase === "paused") this.#ready(seat);
-  }
-
   #openSettings() {
-    if (this.#game.phase === "playing") this.#togglePause(false);
+    if (this.#game.phase === "playing") this.#pauses.toggle(false);
     this.#settings.open();
   }
 }

@@ -8,21 +8,21 @@ import { ApiError } from "../core/api.js";
 import { Elapsed } from "../core/elapsed.js";
 import { LiveStream } from "../core/live_stream.js";
 import { saveTokens } from "../wire/seat_tokens.js";
-import { arrivalScreen, recruitmentParameters } from "./arrival.js";
+import { recruitmentParameters } from "./arrival.js";
+import { Arrivals } from "./arrivals.js";
 import { StudyFrame } from "./frame.js";
 import { markStudyRound } from "../text/study_mark.js";
-import { areUndecided, cameByLink, keepByLink, keepLink, loadLink } from "./people.js";
-import { loadPeople, savePeople, seatsToTake, stillHere, whoseTurn } from "./people.js";
-import { dropUnsentOf, keepUnsentOf } from "./kept_answers.js";
-import { forgetSecond, forgetSettings } from "./own_settings.js";
+import { dropUnsentOf } from "./kept_answers.js";
+import { areUndecided, cameByLink, keepLink, loadLink, loadPeople, seatsToTake } from "./people.js";
+import { PeopleHere } from "./people_here.js";
 import { Persistence } from "./persistence.js";
 import { roundName } from "./round.js";
 import { SCREENS } from "./screens.js";
-import { Place, arrive, titleOf } from "./service.js";
 import { askToStop } from "./stop.js";
-import { DEFAULT_LANGUAGE, browserLanguages, hasWords, keepLanguage, pickLanguage } from "../text/language.js";
+import { DEFAULT_LANGUAGE, hasWords, keepLanguage } from "../text/language.js";
 import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
 
+/** @typedef {import("./service.js").Place} Place */
 /** @typedef {import("./service.js").View} View */
 /** @typedef {import("./screen.js").Context} Context */
 
@@ -33,27 +33,36 @@ const OFFERS_SECOND = ["consent", "waiting", "paused"]; // screens that stay beh
 
 export class StudyPage {
   #persistence = new Persistence((problem) => this.#frame.setProblem(problem));
-  /** @type {Place[]} */
-  #places = [];
-  /** @type {View[]} */
-  #views = [];
+  #here = new PeopleHere();
   /** @type {LiveStream[]} */
   #streams = [];
   #news = new Elapsed(); // since the newest view came, or was asked for
   #asking = false;
   #askedFor = ""; // key of the round whose card was shown here
   #readyFor = ""; // key of the round for which "I am ready" was said in this tab: another one leaves the game to it
-  #codeOf = 0;
   #stepShown = "";
   /** @type {import("./screen.js").Kept} */
   #kept = {};
-  #asksNext = false; // somebody finished here long ago, and another person may sit here now
-  #known = loadPeople(); // at the start of this page
   #frame = new StudyFrame({ language: (language) => void this.#setLanguage(language), stop: () => void this.#stop() });
+
+  #arrivals;
 
   /** @param {import("./service.js").Study} study */
   constructor(study) {
     this.study = study;
+    this.#arrivals = new Arrivals({
+      study,
+      here: this.#here,
+      frame: this.#frame,
+      persistence: this.#persistence,
+      follow: (language) => this.#follow(language),
+      seated: () => {
+        this.#listen();
+        this.#show();
+      },
+      show: () => this.#show(),
+      stay: () => void this.#takeAll(this.#here.views),
+    });
   }
 
   async start() {
@@ -61,148 +70,58 @@ export class StudyPage {
     setInterval(() => this.#tick(), CLOCK_MS);
     addEventListener("pageshow", (event) => event.persisted && location.reload()); // back from the game: stale
     const parameters = recruitmentParameters(location.search);
-    if (Object.keys(parameters).length > 0) return this.#arriveByLink(parameters);
+    if (Object.keys(parameters).length > 0) return this.#arrivals.arriveByLink(parameters);
     const tokens = loadPeople();
     const link = loadLink();
-    if (tokens.length === 0) return link ? this.#arriveByLink(link) : this.#askWho("");
-    this.#places = tokens.map((token) => new Place(token));
+    if (tokens.length === 0) return link ? this.#arrivals.arriveByLink(link) : this.#arrivals.askWho("");
+    this.#here.remember(tokens);
     await this.#refresh();
     this.#listen();
-    if (this.#views.length > 0 && this.#views.every(({ step }) => step.long_ago)) await this.#askNext();
+    const { views } = this.#here;
+    if (views.length > 0 && views.every(({ step }) => step.long_ago)) await this.#arrivals.askNext();
   }
 
-  // ---- arriving ---------------------------------------------------------------------------------------------
-
-  /** @param {Record<string, string>} parameters */
-  async #arriveByLink(parameters) {
-    try {
-      await this.#arrive(parameters);
-      keepByLink(true);
-    } catch (error) {
-      this.#askWho(sayError(error), parameters);
-    }
-  }
-
-  /** @param {Record<string, string>} parameters @param {boolean} [second] beside the first person */
-  async #arrive(parameters, second = false) {
-    const beside = second ? this.#places[0]?.token : undefined;
-    const { token, view, replaces, was_here } = await this.#persistence.until(() =>
-      arrive(parameters, currentLanguage(), beside, this.#known),
-    );
-    this.#asksNext = false;
-    const replaced = this.#known[replaces ?? -1];
-    const here = { place: new Place(token), view };
-    const first = { place: this.#places[0], view: this.#views[0] };
-    const people = second ? [first, here] : await this.#besideWhom(here, replaced);
-    this.#places = people.map(({ place }) => place);
-    this.#views = people.map(({ view }) => view);
-    savePeople(this.#tokens);
-    const expected = replaced && !second ? this.#known.filter((known) => known !== replaced) : [];
-    keepUnsentOf(this.#tokens, token, replaced, expected);
-    if (!was_here) second ? forgetSecond() : forgetSettings();
-    keepByLink(false);
-    if (!second) keepLink(parameters);
-    history.replaceState(null, "", location.pathname); // ids must not stay in the address bar
-    await this.#follow(view.language);
-    this.#listen();
-    this.#show();
-  }
-
-  /**
-   * Who sits here once somebody has come back by their link: the other one of two stays, unless they went elsewhere.
-   * @param {{place: Place, view: View}} here
-   * @param {string | undefined} replaced the token that they had in this browser before
-   */
-  async #besideWhom(here, replaced) {
-    const tokens = loadPeople();
-    const token = replaced && tokens.includes(replaced) && tokens.find((one) => one !== replaced);
-    if (!token) return [here];
-    const place = new Place(token);
-    const view = await this.#persistence.until(() => place.view()).catch(() => null); // their place may be gone
-    if (!view || view.step.kind === "ended-elsewhere" || stillHere([view]).length === 0) return [here];
-    return tokens[0] === replaced ? [here, { place, view }] : [{ place, view }, here];
-  }
-
-  /**
-   * Whoever was here before keeps their place in this browser until somebody arrives.
-   * @param {string} problem why the page asks again; empty the first time
-   * @param {Record<string, string>} [given] parameters of the link
-   */
-  #askWho(problem, given = {}) {
-    this.#frame.setPlace(null, [], false);
-    this.#showArrival(`arrival ${problem} ${currentLanguage()}`, { second: false, problem, given, cancel: null });
-  }
-
-  /** Whoever sits here now is asked in their own language, not in that of the person who has finished. */
-  async #askNext(language = pickLanguage(this.study.languages, browserLanguages())) {
-    this.#asksNext = true;
-    await this.#follow(language);
-    this.#frame.setPlace(null, [], false);
-    const finished = () => {
-      this.#asksNext = false;
-      void this.#takeAll(this.#views);
-    };
-    const asked = { second: false, problem: "", given: {}, cancel: null, finished };
-    this.#showArrival(`arrival-next ${currentLanguage()}`, asked);
-  }
-
-  #askSecond() {
-    this.#showArrival("arrival-2", { second: true, problem: "", given: {}, cancel: () => this.#show() });
-  }
-
-  /**
-   * @param {string} id of the screen
-   * @param {Omit<import("./arrival.js").ArrivalOptions, "title" | "asksCode" | "arrive">} options
-   */
-  #showArrival(id, options) {
-    const { asks_code: asksCode } = this.study;
-    const title = titleOf(this.study, currentLanguage());
-    const arrive = (/** @type {Record<string, string>} */ parameters) => this.#arrive(parameters, options.second);
-    this.#frame.show(id, () => arrivalScreen({ ...options, title, asksCode, arrive }));
-  }
+  // ---- leaving ----------------------------------------------------------------------------------------------
 
   /** The place that this browser has is given up. @param {string} problem why, empty where a person wants it */
   #leave(problem) {
-    const gone = this.#tokens;
-    this.#forget();
+    const gone = this.#here.tokens;
+    this.#closeStreams();
+    this.#here.forget();
     const again = problem && loadLink() !== null; // the study was mended while they read the consent
-    again ? location.reload() : this.#askWho(problem);
+    again ? location.reload() : this.#arrivals.askWho(problem);
     dropUnsentOf(gone); // with what the screen that closed has kept
-  }
-
-  #forget() {
-    for (const stream of this.#streams) stream.close();
-    this.#streams = [];
-    this.#places = [];
-    this.#views = [];
-    this.#codeOf = 0;
-    savePeople([]);
   }
 
   // ---- news -------------------------------------------------------------------------------------------------
 
   #listen() {
-    for (const stream of this.#streams) stream.close();
-    this.#streams = this.#places.map((place, person) =>
+    this.#closeStreams();
+    this.#streams = this.#here.places.map((place, person) =>
       new LiveStream("/api/study/events", place.token, {
         onNews: (news) => void (news.view ? this.#take(person, news.view) : this.#refresh()),
       }).open(),
     );
   }
 
+  #closeStreams() {
+    for (const stream of this.#streams) stream.close();
+    this.#streams = [];
+  }
+
   #tick() {
-    const playing = this.#views.some(({ step }) => step.state === "playing");
+    const playing = this.#here.views.some(({ step }) => step.state === "playing");
     if (this.#news.ms > (playing ? POLL_PLAYING_MS : POLL_MS)) void this.#refresh();
   }
 
   async #refresh() {
-    if (this.#asking || this.#places.length === 0) return;
+    if (this.#asking || this.#here.places.length === 0) return;
     this.#asking = true;
     this.#news.restart();
     try {
-      const places = this.#places;
+      const places = this.#here.places;
       const views = await this.#persistence.until(() => Promise.all(places.map((place) => place.view())));
-      if (places === this.#places) await this.#takeAll(views);
+      if (places === this.#here.places) await this.#takeAll(views);
     } catch (error) {
       this.#lost(error);
     } finally {
@@ -219,16 +138,18 @@ export class StudyPage {
 
   /** @param {number} person @param {View} view */
   async #take(person, view) {
-    await this.#takeAll(this.#places.map((_, index) => (index === person ? view : this.#views[index])).filter(Boolean));
+    await this.#takeAll(
+      this.#here.places.map((_, index) => (index === person ? view : this.#here.views[index])).filter(Boolean),
+    );
   }
 
   /** @param {View[]} views */
   async #takeAll(views) {
-    if (views.length < this.#places.length) return; // the other person's view is still to come
-    this.#views = this.#withoutDeclined(views);
+    if (views.length < this.#here.places.length) return; // the other person's view is still to come
+    if (this.#here.take(views)) this.#listen();
     this.#news.restart();
-    if (this.#asksNext) return;
-    const [{ language, step }] = this.#views;
+    if (this.#arrivals.asksNext) return;
+    const [{ language, step }] = this.#here.views;
     if (step.kind !== "ended-elsewhere") await this.#follow(language); // nobody's page keeps the language that it has
     this.#show();
   }
@@ -238,61 +159,37 @@ export class StudyPage {
    * @param {Place[]} places @param {View[]} views
    */
   async #takeAllOf(places, views) {
-    await (places === this.#places ? this.#takeAll(views) : this.#refresh());
-  }
-
-  /** Of two, the one who stays when the other has declined. @param {View[]} views */
-  #withoutDeclined(views) {
-    const staying = stillHere(views);
-    if (views.length < 2 || staying.length !== 1) return views;
-    this.#places = staying.map((person) => this.#places[person]);
-    savePeople(this.#tokens);
-    this.#listen();
-    return staying.map((person) => views[person]);
+    await (places === this.#here.places ? this.#takeAll(views) : this.#refresh());
   }
 
   // ---- what is shown ----------------------------------------------------------------------------------------
 
   #show() {
-    if (!areUndecided(this.#views)) keepLink({});
-    const people = this.#turn();
-    const steps = people.map((person) => this.#views[person].step);
+    if (!areUndecided(this.#here.views)) keepLink({});
+    const people = this.#here.turn;
+    const steps = this.#here.steps(people);
     const [step] = steps;
-    this.#frame.setPlace(this.#views[this.#whoCanStop[0] ?? people[0]], people, this.#places.length > 1);
-    if (this.#frame.shows("arrival-2") && OFFERS_SECOND.includes(step.kind) && this.#places.length < 2) return;
+    this.#frame.setPlace(this.#here.views[this.#here.whoCanStop[0] ?? people[0]], people, this.#here.areTwo);
+    if (this.#frame.shows("arrival-2") && OFFERS_SECOND.includes(step.kind) && !this.#here.areTwo) return;
     if (step.state === "card") this.#askedFor = step.key;
     if (step.state === "waiting" && step.key !== this.#askedFor) this.#readyFor = step.key; // said before a reload
     if (step.state === "playing" && step.key === this.#readyFor && this.#play(steps)) return;
     const make = SCREENS[step.kind];
     const { key, kind, state, room, version } = step;
-    const shown = JSON.stringify([people, this.#places.length, key, kind, state, Boolean(room), version]);
+    const shown = JSON.stringify([people, this.#here.places.length, key, kind, state, Boolean(room), version]);
     if (shown !== this.#stepShown) this.#kept = {};
     this.#stepShown = shown;
     if (make) this.#frame.show(`${shown} ${currentLanguage()}`, () => make(this.#context(people)), step);
     else this.#frame.showProblem(say("error.http"), () => location.reload());
-    dropUnsentOf(this.#tokens.filter((_, person) => this.#views[person]?.step.kind === "code"));
-  }
-
-  get #tokens() {
-    return this.#places.map((place) => place.token);
-  }
-
-  #turn() {
-    const people = whoseTurn(this.#views);
-    const finished = this.#views.every(({ step }) => step.kind === "code");
-    return finished && this.#views.length > 1 ? [this.#codeOf] : people;
-  }
-
-  get #whoCanStop() {
-    return this.#turn().filter((person) => this.#views[person].can_stop);
+    dropUnsentOf(this.#here.tokens.filter((_, person) => this.#here.views[person]?.step.kind === "code"));
   }
 
   /** @param {number[]} people @returns {Context} */
   #context(people) {
-    const steps = people.map((person) => this.#views[person].step);
-    const place = this.#places[people[0]];
-    const two = this.#places.length > 1;
-    const bothDone = two && this.#views.every(({ step }) => step.kind === "code");
+    const steps = this.#here.steps(people);
+    const place = this.#here.places[people[0]];
+    const two = this.#here.areTwo;
+    const bothDone = two && this.#here.haveFinished;
     const key = steps[0].key;
     return {
       step: steps[0],
@@ -306,8 +203,8 @@ export class StudyPage {
         return this.#each(people, (one, index) => one.next(key, Array.isArray(given) ? given[index] : given));
       },
       decline: () => this.#each(people, (one) => one.decline()),
-      play: () => void this.#play(this.#turn().map((person) => this.#views[person].step)),
-      addPerson: this.study.one_screen && !two ? () => this.#askSecond() : null,
+      play: () => void this.#play(this.#here.steps(this.#here.turn)),
+      addPerson: this.study.one_screen && !two ? () => this.#arrivals.askSecond() : null,
       pay: this.#pay,
       leaveScreen: cameByLink() ? null : () => this.#leave(""),
       nextCode: bothDone ? () => this.#otherCode() : null,
@@ -320,7 +217,7 @@ export class StudyPage {
   }
 
   #otherCode() {
-    this.#codeOf = 1 - this.#codeOf;
+    this.#here.turnToOtherCode();
     this.#show();
   }
 
@@ -330,8 +227,8 @@ export class StudyPage {
    * @param {(place: Place, index: number) => Promise<View>} ask
    */
   async #each(people, ask) {
-    const places = this.#places;
-    const views = [...this.#views];
+    const places = this.#here.places;
+    const views = [...this.#here.views];
     for (const [index, person] of people.entries())
       views[person] = await this.#persistence.until(() => ask(places[person], index));
     await this.#takeAllOf(places, views);
@@ -361,13 +258,13 @@ export class StudyPage {
   }
 
   async #stop() {
-    const people = this.#whoCanStop;
-    const places = this.#places;
+    const people = this.#here.whoCanStop;
+    const places = this.#here.places;
     const stopped = await askToStop(people, this.#pay, async (person, keep) => {
       const view = await this.#persistence.until(() => places[person].stop(keep));
-      if (places === this.#places) this.#views[person] = view;
+      if (places === this.#here.places) this.#here.views[person] = view;
     });
-    if (stopped) await this.#takeAllOf(places, [...this.#views]);
+    if (stopped) await this.#takeAllOf(places, [...this.#here.views]);
   }
 
   // ---- language ---------------------------------------------------------------------------------------------
@@ -375,14 +272,14 @@ export class StudyPage {
   /** @param {string} language */
   async #setLanguage(language) {
     keepLanguage(language);
-    if (this.#asksNext) return this.#askNext(language);
-    if (this.#places.length === 0) {
+    if (this.#arrivals.asksNext) return this.#arrivals.askNext(language);
+    if (this.#here.places.length === 0) {
       await this.#follow(language);
-      this.#askWho("", recruitmentParameters(location.search)); // of a link that was refused
+      this.#arrivals.askWho("", recruitmentParameters(location.search)); // of a link that was refused
       return;
     }
-    if (this.#views[0]?.step.kind === "ended-elsewhere") await this.#follow(language);
-    const places = this.#places;
+    if (this.#here.views[0]?.step.kind === "ended-elsewhere") await this.#follow(language);
+    const places = this.#here.places;
     const views = await this.#persistence.until(() => Promise.all(places.map((place) => place.view(language))));
     await this.#takeAllOf(places, views);
   }

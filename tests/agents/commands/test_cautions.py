@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from movingout.agents.commands import demos
+from movingout.agents.commands.demonstrations import prove
 from movingout.maps.generated.names import test_maps_caution as caution
 from movingout.server.cli import main
 from tests.agents.learning import recorded
@@ -33,7 +33,7 @@ def test_demonstrations_on_test_maps_and_what_is_trained_on_them(
     people = ["--population", "family:porter", "--people", "2"]
     assert main(["demos", "generate", *people, *few, "--out", str(tmp_path / "demos")]) == 0
     assert capsys.readouterr().err.count(SENTENCE) == said
-    monkeypatch.setattr(demos, "prove", lambda *words: iter(()))
+    monkeypatch.setattr(prove, "prove", lambda *words: iter(()))
     assert main(["demos", "prove", "--split", split, "--out", str(tmp_path / "maps.txt")]) == 0
     assert capsys.readouterr().err.count(SENTENCE) == said
     tiny = ["--updates", "1", "--batch", "4", "--width", "8", "--depth", "1", "--data", str(tmp_path)]

@@ -8,7 +8,9 @@ from bench.site.yaml_page import grid_page, study_page
 from movingout.maps.commands.parser import parsers_below
 from movingout.matches.experiment.grid import Grid
 from movingout.server.cli import COMMANDS, configured
-from movingout.study.design.definition import Block, Consent, Study
+from movingout.study.design.definition import Study
+from movingout.study.design.sections.consent import Consent
+from movingout.study.design.sections.rounds import Block
 
 
 def test_every_command_and_option_is_on_the_page() -> None:

@@ -8,9 +8,9 @@ from pyarrow import parquet
 
 from movingout.matches.experiment.grid import Grid
 from movingout.matches.experiment.plan import matches_of, planned_matches
+from movingout.matches.grid_run import GridRun
 from movingout.matches.match import MatchResult, failed_result
 from movingout.matches.report.parquet import write_parquet
-from movingout.matches.run import GridRun
 
 GRID = Grid.model_validate({"name": "x", "agents": ["idle"], "maps": ["HandOff"], "seeds": 2})
 

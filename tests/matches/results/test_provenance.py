@@ -137,7 +137,7 @@ def test_a_folder_learns_the_code_of_metrics_that_came_later(tmp_path: Path, mon
     later = replace(provenance, metrics={"length": "a"})
     open_folder(out, grid, provenance)
     open_folder(out, grid, replace(provenance, metrics={"length": "b"}))  # no value is of that code
-    monkeypatch.setattr("movingout.matches.run.provenance_of", lambda grid: later)
+    monkeypatch.setattr("movingout.matches.grid_run.provenance_of", lambda grid: later)
     run_grid(grid, out, workers=1)
     open_folder(out, grid, later)
     with pytest.raises(MatchError, match="started with other code of the metric length; choose another folder"):

@@ -1,9 +1,7 @@
-"""A participant in a served study: nothing is kept before consent, there is one code, and reloads keep the place."""
+"""A participant in a served study: nothing is kept before consent, and reloads keep the place."""
 
 import json
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
@@ -12,8 +10,8 @@ from websockets.exceptions import ConnectionClosed
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.study.store.tables import answers, audit, consents, counts, identities, participants, rounds
-from tests.server.live import ADMIN, Person
-from tests.server.study.support import SOLO, Served, Visitor, events_of, served
+from tests.server.live import Person
+from tests.server.study.support import Served, Visitor, served
 
 WAY = [
     "consent", "form", "input-check", "practice", "round", "questionnaire", "round", "questionnaire", "debrief", "code",
@@ -63,9 +61,6 @@ def test_every_finished_round_has_exactly_one_recording_and_nothing_says_who_it_
     for path in tmp_path.rglob("*"):
         if path.is_file() and not path.name.startswith("identity"):
             assert b"5f3c-the-worker" not in path.read_bytes(), path
-
-
-# ---- consent ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("key", ["form", "input-check", "practice", "play/1/HandOff-1", "debrief", "code"])
@@ -121,9 +116,6 @@ def test_who_declines_is_a_number_and_nothing_else(tmp_path: Path) -> None:
         assert study.visitor(PROLIFIC_PID="curious").kind == "consent", "who changes their mind is welcome"
 
 
-# ---- exits --------------------------------------------------------------------------------------------------------
-
-
 def test_controls_that_could_not_be_tried_are_kept_and_the_experimenter_is_told(solo: Served) -> None:
     visitor = solo.visitor().go_to("input-check")
     visitor.next(rtt_ms=8.0, device="keyboard", untried=["grab", "up", "anything else"])
@@ -132,79 +124,6 @@ def test_controls_that_could_not_be_tried_are_kept_and_the_experimenter_is_told(
     assert [(row["actor"], json.loads(row["detail"])) for row in kept] == [("participant", {"untried": ["up", "grab"]})]
     (alert,) = [one for one in solo.running.alerts.to_json() if one["about"] == "controls"]
     assert alert["text"] == f"{visitor.pid} continued without trying: up, grab."
-
-
-def screened_out(visitor: Visitor) -> None:
-    visitor.go_to("input-check")
-    status, answer = visitor.call("next", {"key": "input-check", "rtt_ms": 400.0, "device": "keyboard"})
-    assert (status, answer["error"]["code"]) == (422, "slow")
-    visitor.stop(True)
-
-
-EXITS: list[tuple[str, Callable[[Visitor], object]]] = [
-    ("done", lambda one: one.go_to("code")),
-    ("withdrew", lambda one: one.go_to("form").stop(True)),
-    ("withdrew", lambda one: one.go_to("practice").stop(False)),
-    ("withdrew", lambda one: one.go_to("questionnaire").stop(True)),
-    ("screened-out", screened_out),
-]
-
-
-@pytest.mark.parametrize(("outcome", "leave"), EXITS)
-def test_every_exit_gives_exactly_one_code(solo: Served, outcome: str, leave: Callable[[Visitor], object]) -> None:
-    visitor = solo.visitor()
-    leave(visitor)
-    first = visitor.step
-    assert (first["outcome"], len(first["code"])) == (outcome, 10)
-    for again in ("keep", "delete", "decline", "look"):
-        {"decline": visitor.decline, "look": visitor.look}.get(again, partial(visitor.stop, again == "keep"))()
-        assert (visitor.step["code"], visitor.step["outcome"]) == (first["code"], outcome)
-    codes = [row["code"] for row in solo.running.databases.store.rows(participants) if row["code"]]
-    assert len(set(codes)) == len(codes)
-
-
-@pytest.mark.parametrize(("at", "read"), [("form", False), ("practice", True)])
-def test_who_stops_once_the_game_has_begun_reads_the_debriefing_beside_the_code(
-    solo: Served, at: str, read: bool
-) -> None:
-    visitor = solo.visitor().go_to(at)
-    visitor.stop(False)
-    assert (visitor.step["html"], visitor.step["ask_to_keep"]) == ("<h1>Thank you</h1>\n" if read else None, read)
-
-
-def test_who_stops_and_lets_the_data_be_kept_has_said_so(solo: Served) -> None:
-    visitor = solo.visitor().go_to("form")
-    visitor.stop(True)
-    assert visitor.step["kept"] is True
-
-
-@pytest.mark.slow
-def test_who_withdraws_with_the_data_is_paid_and_leaves_nothing_behind(tmp_path: Path) -> None:
-    with served(tmp_path) as study:
-        visitor = study.visitor().go_to("questionnaire")
-        visitor.answer("teamwork", 5)
-        visitor.stop(False)
-        assert (visitor.step["kept"], bool(visitor.step["code"])) == (False, True)
-        pid, store = visitor.pid, study.running.databases.store
-    found, _ = list_recordings(tmp_path / "recordings")
-    assert found == []
-    with served(tmp_path) as study:
-        store = study.running.databases.store
-        assert (store.rows(rounds), store.rows(answers)) == ([], [])
-        assert [(row["pid"], row["outcome"]) for row in store.rows(participants)] == [(pid, "withdrew")]
-
-
-def test_data_are_deleted_too_when_somebody_says_so_after_the_debrief(solo: Served) -> None:
-    visitor = solo.visitor().go_to("debrief")
-    status, answer = visitor.call("next", {"key": "debrief"})
-    assert (status, answer["error"]["code"]) == (422, "keep")
-    visitor.next(keep=False)
-    assert (visitor.step["outcome"], visitor.step["kept"]) == ("done", False)
-    store = solo.running.databases.store
-    visitor.wait_until(lambda one: not [row for row in store.rows(answers) if row["pid"] == one.pid])
-
-
-# ---- twice, and from elsewhere ------------------------------------------------------------------------------------
 
 
 def test_double_clicks_do_what_one_click_does(solo: Served) -> None:
@@ -221,104 +140,6 @@ def test_double_clicks_do_what_one_click_does(solo: Served) -> None:
     mine = [row for row in solo.running.databases.store.rows(consents) if row["pid"] == visitor.pid]
     assert len(mine) == 1
     assert len([room for room in solo.live.rooms if visitor.pid == room.seats[0].alias]) == 1
-
-
-def test_of_two_with_one_link_the_second_goes_on_and_the_first_is_told(solo: Served) -> None:
-    first = solo.visitor(PROLIFIC_PID="shared")
-    first.agree()
-    with ThreadPoolExecutor(1) as pool:
-        heard = pool.submit(events_of, first, 1)
-        while not solo.running.participants[first.pid].listeners:
-            pass
-        second = solo.visitor(known=[first.token], PROLIFIC_PID="shared")
-        assert heard.result(20) == [{"changed": True}]
-    assert second.kind == "form"
-    assert first.look()["step"]["kind"] == "ended-elsewhere"
-    assert first.look()["position"] == {"done": 0, "total": 0}, "not part 1 of 1"
-    assert first.next()["step"]["kind"] == "ended-elsewhere"
-    assert first.answer("age", 1, key="form")[0] == 409
-    assert second.look()["step"]["kind"] == "form"
-    assert "duplicate" in solo.alerts()
-
-
-def test_a_code_lets_one_participant_in_and_brings_them_back_until_they_have_finished(tmp_path: Path) -> None:
-    with served(tmp_path, codes=True) as study:
-        known = study.live.call("/api/study")[1]
-        assert (known["asks_code"], known["pays"]) == (True, True)
-        for parameters, code in (
-            ({}, "code"), ({"code": "NOBODY"}, "code_unknown"), ({"PROLIFIC_PID": "made-up"}, "code"),
-            ({"workerId": "made-up"}, "code"), ({"code": " "}, "code"),
-        ):  # fmt: skip
-            status, answer = study.arrive(**parameters)
-            assert (status, answer["error"]["code"]) == (403, code)
-        code = study.ask("open-next")["code"]
-        visitor = study.visitor(code=f" {code.lower()} ")
-        visitor.agree()
-        pid = visitor.pid
-        again = study.visitor(code=code)
-        assert (again.kind, again.pid) == ("form", pid)
-        again.stop(True)
-        status, answer = study.arrive(code=code)
-        assert (status, answer["error"]["code"]) == (403, "code_used")
-        assert again.look()["step"]["outcome"] == "withdrew", "their own page still shows the code"
-        reopened = study.visitor(code=code, known=[again.token])
-        assert (reopened.pid, reopened.step["code"]) == (pid, again.step["code"]), (
-            "so does their link, in their browser"
-        )
-
-
-def test_who_guesses_codes_has_to_wait(tmp_path: Path) -> None:
-    with served(tmp_path, codes=True) as study:
-        study.live.host.admission._limits = study.live.host.settings.limits.__class__()
-        found = [study.arrive(code=f"GUESS{number}")[1]["error"]["code"] for number in range(12)]
-    assert found[0] == "code_unknown" and found[-1] == "locked"
-
-
-@pytest.mark.parametrize(
-    "parameters", [{"PROLIFIC_PID": "{{%PROLIFIC_PID%}}"}, {"PROLIFIC_PID": "5f3c", "STUDY_ID": "{{%STUDY_ID%}}"},
-                   {"PROLIFIC_PID": "%7B%7B%25PROLIFIC_PID%25%7D%7D"}, {"workerId": "w" * 201}],
-)  # fmt: skip
-def test_a_link_that_the_platform_did_not_fill_in_makes_nobody_the_same_participant(
-    solo: Served, parameters: dict[str, str]
-) -> None:
-    status, answer = solo.arrive(**parameters)
-    assert (status, answer["error"]["code"]) == (403, "link")
-
-
-def test_a_preview_and_a_foreign_secret_are_told_what_to_do(solo: Served) -> None:
-    status, answer = solo.arrive(assignmentId="ASSIGNMENT_ID_NOT_AVAILABLE", workerId="w")
-    assert (status, answer["error"]["code"]) == (403, "preview")
-    status, answer = solo.live.call("/api/study/view", token="made-up")
-    assert (status, answer["error"]["code"]) == (401, "no_participant")
-
-
-@pytest.mark.slow
-def test_a_study_that_has_everybody_it_needs_says_so(tmp_path: Path) -> None:
-    with served(tmp_path, SOLO.replace("participants: 400", "participants: 1")) as study:
-        first, late = study.visitor(), study.visitor()
-        late.go_to("practice")
-        assert "full" not in study.alerts(), "nobody holds the only slot yet"
-        first.go_to("practice")
-        assert "full" in study.alerts(), "one too many, and the experimenter knows"
-        first.go_to("code")
-        status, answer = study.arrive(PROLIFIC_PID="too-late")
-        assert (status, answer["error"]["code"]) == (403, "study_full")
-        known = study.running.databases.identities.known
-        assert known("prolific", "too-late") is None, "nothing is kept of who was turned away"
-
-
-@pytest.mark.slow
-def test_who_wants_their_data_deleted_leaves_their_place_to_another(tmp_path: Path) -> None:
-    with served(tmp_path, SOLO.replace("participants: 400", "participants: 1")) as study:
-        first = study.visitor().go_to("debrief")
-        first.next(keep=False)
-        assert first.look()["step"]["kind"] == "code"
-        assert study.arrive(PROLIFIC_PID="next")[0] == 200
-        _, state = study.live.call("/api/experimenter/state", token=ADMIN)
-        assert (state["counts"]["finished"], state["counts"]["planned"]) == (0, 1)
-
-
-# ---- on the way ---------------------------------------------------------------------------------------------------
 
 
 def test_the_language_is_the_participants_choice(solo: Served) -> None:

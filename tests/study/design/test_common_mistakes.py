@@ -4,8 +4,7 @@ import pytest
 
 from movingout.study.design.review import review
 from movingout.study.design.study_file import parse_study
-from tests.study.design.small_study import SMALL
-from tests.study.design.test_study_file import faults
+from tests.study.design.small_study import SMALL, faults
 
 
 @pytest.mark.parametrize(

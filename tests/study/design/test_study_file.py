@@ -1,27 +1,16 @@
 """Study files: what is read, and that every fault is found with its line."""
 
-import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from movingout.maps import load_map, map_to_json
-from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
-from movingout.study.design.review import earned, map_warnings, review
+from movingout.study.design.review import earned
 from movingout.study.design.study_file import complete_text, parse_study, read_study
-from movingout.study.design.templates import template_names, template_text
 from movingout.study.errors import StudyError, StudyFileError
-from tests.study.design.small_study import SMALL
-
-
-def faults(text: str) -> list[tuple[int, str, str]]:
-    with pytest.raises(StudyFileError) as caught:
-        parse_study(text)
-    return [(fault.line, fault.path, fault.message) for fault in caught.value.faults]
+from tests.study.design.small_study import SMALL, faults
 
 
 def test_a_small_study_is_read_with_its_defaults() -> None:
@@ -229,56 +218,6 @@ def test_an_unreadable_file_is_one_sentence(tmp_path: Path) -> None:
         read_study(tmp_path / "latin.yaml")
 
 
-@pytest.mark.parametrize("name", template_names())
-def test_every_template_is_a_valid_study_whose_comments_explain_it(name: str) -> None:
-    text = template_text(name)
-    assert isinstance(parse_study(text, name), Study)
-    assert text.count("#") > 15
-    assert all(len(line) <= 120 for line in text.splitlines())
-
-
-def test_the_published_study_is_the_papers() -> None:
-    study = parse_study(template_text("human_study_as_published"))
-    assert study.participants == 32
-    assert [(block.seats, len(block.partners), len(block.maps), block.limit_ticks) for block in study.blocks] == [
-        ("red", 2, 12, 500),
-        ("blue", 2, 12, 500),
-    ]
-    assert {name for block in study.blocks for name in block.after_partner} == {"movingout-paper-nine"}
-
-
-def test_the_papers_study_has_two_models_in_both_seats_that_choose_as_in_the_paper() -> None:
-    study = parse_study(template_text("paper"))
-    (block,) = study.blocks
-    assert (study.participants, block.seats, len(block.maps), block.limit_ticks) == (32, "both", 12, 500)
-    assert [one.agent for one in study.partners] == ["dp@all:lag=1", "bass@all:score=nfd,sampling=4,lag=1"]
-    turns = [(turn.map, turn.seat) for visit in assign(study, 0).visits for turn in visit.turns]
-    assert len(turns) == 48 and {seat for _, seat in turns} == {0, 1}
-
-
-def test_the_papers_second_challenge_has_items_that_its_models_have_not_learned_from() -> None:
-    study, first = parse_study(template_text("paper_challenge_2")), parse_study(template_text("paper"))
-    (block,), (same,) = study.blocks, first.blocks
-    assert (block.challenge, block.split, block.variants) == (2, "evaluation", "shared")
-    alike = same.model_copy(update={"challenge": 2})
-    assert (study.participants, block) == (first.participants, alike)
-    assert [one.agent for one in study.partners] == ["dp@c2:lag=1", "bass@c2:score=nfd,sampling=4,lag=1"]
-    seeds = [
-        {turn.map: turn.variant_seed for visit in assign(study, slot).visits for turn in visit.turns} for slot in (0, 1)
-    ]
-    assert len(seeds[0]) == 12 and None not in seeds[0].values() and seeds[0] == seeds[1]
-
-
-def test_an_unknown_template_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(
-        StudyError,
-        match="known: agent_survey, collect, human_study, human_study_as_published, paper, paper_challenge_2",
-    ):
-        template_text("nope")
-    with pytest.raises(StudyError, match="did you mean paper\\?"):
-        template_text("papr")
-
-
 def test_practice_is_the_tutorial_or_a_free_round() -> None:
     practice = parse_study(SMALL + "practice: tutorial\n").practice
     assert practice is not None and practice.tutorial and practice.map == "Tutorial"
@@ -297,59 +236,6 @@ def test_practice_that_is_neither_is_refused_with_what_works(practice: str, said
     assert path == "practice" and said in message
 
 
-@pytest.mark.parametrize(
-    ("practice", "warned"),
-    [
-        ("tutorial", False),
-        ("{map: Simple, agent: scripted}", True),
-        ("{map: Simple, agent: idle}", False),
-        ("{map: LeftRight, agent: scripted}", False),
-    ],
-)
-def test_a_practice_partner_who_can_finish_alone_is_warned_of(practice: str, warned: bool) -> None:
-    found = review(parse_study(SMALL + f"practice: {practice}\n")).warnings
-    assert any("can deliver everything on Simple alone" in warning for warning in found) == warned
-
-
-def test_own_maps_that_cannot_be_played_or_have_one_name_are_warned_of(tmp_path: Path) -> None:
-    document = map_to_json(load_map("HandOff")) | {"name": "Den", "number": 0}
-    closed = {"walls": [{"x0": -1.2, "y0": 0.05, "x1": 1.2, "y1": 0.0}], "name": "Shut"}
-    files: dict[str, dict[str, Any]] = {"den": {}, "copy": {}, "closed": closed, "numbered": {"number": 3}}
-    for file, changes in files.items():
-        (tmp_path / f"{file}.json").write_text(json.dumps(document | changes))
-    paths = {file: str(tmp_path / f"{file}.json") for file in ("den", "copy", "closed")}
-    study = parse_study(
-        SMALL.replace("FourCorners", ", ".join(paths.values())) + f"practice: {{map: {tmp_path}/numbered.json}}\n"
-    )
-    found = list(map_warnings(study))
-    assert [one.partition(": ")[0] for one in found[:2]] == [
-        f"{paths['closed']} cannot be played as it should",
-        f"{tmp_path}/numbered.json",
-    ]
-    assert found[2:] == [
-        f"{paths['den']} and {paths['copy']} have one name, Den, and are one map in recordings and training sets; "
-        "change it in the files"
-    ]
-    assert set(found) <= set(review(study).warnings)
-
-
-@pytest.mark.parametrize("name", template_names())
-def test_ready_made_studies_practise_with_the_tutorial(name: str) -> None:
-    practice = parse_study(template_text(name)).practice
-    assert practice is not None and practice.tutorial
-
-
-def test_a_wait_that_is_shorter_than_absences_are_noticed_is_warned_of() -> None:
-    def warned(text: str) -> bool:
-        return any("a closed page is noticed after 25 s" in one for one in review(parse_study(text)).warnings)
-
-    blocks = "blocks: [{id: play, maps: [HandOff], limit_ticks: 20}]"
-    pair = f"format: 1\nid: pair\ntitle: T\nparticipants: 4\ngroup: 2\nconsent: {{version: a, text: T}}\n{blocks}\n"
-    assert warned(pair + "pairing: {return_s: 24}\n")
-    assert not warned(pair + "pairing: {return_s: 25}\n")
-    assert not warned(SMALL + "pairing: {return_s: 5}\n"), "who plays with agents keeps nobody waiting"
-
-
 def test_sounds_are_off_unless_the_file_says_on() -> None:
     assert parse_study(SMALL).sounds == "off"
     assert [parse_study(SMALL + f"sounds: {word}\n").sounds for word in ("on", "off", '"on"')] == ["on", "off", "on"]
@@ -361,37 +247,6 @@ def test_sounds_are_off_unless_the_file_says_on() -> None:
 def test_nobody_is_due_parts_of_a_currency_without_cents(currency: str, due: str) -> None:
     study = parse_study(f"{SMALL}pay: {{currency: {currency}, per_hour: 65, maximum: 900}}\n")
     assert str(earned(study, 35)) == due
-
-
-def test_pay_without_a_maximum_is_warned_of() -> None:
-    def warned(pay: str) -> bool:
-        found = review(parse_study(f"{SMALL}pay: {pay}\n")).warnings
-        return any(one.startswith("pay has no maximum") for one in found)
-
-    assert warned("{per_hour: 15}") and not warned("{per_hour: 15, maximum: 20}")
-    assert not [one for one in review(parse_study(SMALL)).warnings if "maximum" in one]
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "warning"),
-    [
-        ("format: 1", "format: 1\nlanguages: [en, en]", "languages: en is named more than once"),
-        ("- id: play", "- id: play\n    split: train", "block play: split has no effect without challenge: 2"),
-        (
-            "- id: play",
-            "- id: play\n    break_after_maps: 2",
-            "block play: no break comes, because break_after_maps is 2 of 2 maps",
-        ),
-    ],
-)
-def test_what_has_no_effect_is_warned_of(old: str, new: str, warning: str) -> None:
-    assert warning in review(parse_study(SMALL.replace(old, new))).warnings
-    assert warning not in review(parse_study(SMALL)).warnings
-
-
-def test_a_break_and_a_split_that_have_an_effect_are_not_warned_of() -> None:
-    text = SMALL.replace("- id: play", "- id: play\n    break_after_maps: 1\n    challenge: 2\n    split: train")
-    assert not [one for one in review(parse_study(text)).warnings if "no effect" in one or "no break" in one]
 
 
 def test_a_faulty_code_is_one_fault() -> None:

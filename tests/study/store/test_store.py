@@ -1,10 +1,7 @@
 """The store: what is written stays, what may not happen does not, on SQLite and on PostgreSQL."""
 
-import os
-import sqlite3
 import stat
 import threading
-import time
 from contextlib import closing
 from dataclasses import replace
 from hashlib import sha256
@@ -17,12 +14,11 @@ from alembic.migration import MigrationContext
 from sqlalchemy import create_engine
 
 from movingout.study.errors import StoreError, StudyError
-from movingout.study.store import IdentityStore, Store, Unit
-from movingout.study.store.clock import now_ms
+from movingout.study.store import Store, Unit
 from movingout.study.store.database import Database, alembic_config
 from movingout.study.store.frozen_study import frozen_study
 from movingout.study.store.removal import decline, rounds_by_participant, with_data, withdraw_data
-from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
+from movingout.study.store.rounds import PlayerOutcome, Rounds
 from movingout.study.store.tables import (
     answers,
     audit,
@@ -34,9 +30,7 @@ from movingout.study.store.tables import (
     rounds,
     units,
 )
-from tests.study.support import Clock, agree, open_identities, open_store, rounds_of
-
-PLAYED = RoundOutcome("time", 500, 0.5, 0.6, 3.5, None, 1.25)
+from tests.study.support import PLAYED, Clock, agree, open_identities, open_store, rounds_of
 
 
 def test_the_migrations_make_exactly_the_tables(place: Path | str) -> None:
@@ -82,14 +76,6 @@ def test_a_store_that_is_opened_again_holds_everything(place: Path | str) -> Non
     again = open_store(place, clock)
     assert again.arrive("P1", "de").step == "practice"
     assert {name: again.rows(table) for name, table in again.tables().items()} == before
-
-
-def test_a_clock_that_is_put_right_does_not_make_a_session_longer(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = now_ms()
-    assert abs(before - time.time_ns() // 1_000_000) < 60_000
-    monkeypatch.setattr(time, "time_ns", lambda: 0)
-    monkeypatch.setattr(time, "time", lambda: 0.0)
-    assert 0 <= now_ms() - before < 60_000
 
 
 def test_a_consent_is_kept_with_the_hash_of_the_shown_text(place: Path | str) -> None:
@@ -254,55 +240,6 @@ def test_what_is_paused_stays_so_until_it_is_let_go_on(place: Path | str) -> Non
     assert (store.paused(), [unit.paused for unit in store.units_on_their_way()]) == (False, [False, False])
 
 
-def test_a_block_lasts_from_its_first_round_to_the_end_of_the_newest(place: Path | str) -> None:
-    clock = Clock()
-    store = open_store(place, clock)
-    agree(store, ["P1"])
-    unit, played = store.form_unit(["P1"]), Rounds(store)
-    first, second, third = rounds_of(unit.slot)[:3]
-    for episode, step, seconds in (("e1", first, 30), ("e2", second, 20)):
-        played.begin(unit, step, episode, [PlayerOutcome("P1", 0, "keyboard")])
-        clock.ms += seconds * 1000
-        played.end(episode, PLAYED)
-    played.begin(unit, third, "e3", [PlayerOutcome("P1", 0, "keyboard")])
-    assert played.block_seconds(unit.id) == {first.block: pytest.approx(50, abs=0.1)}
-
-
-def test_a_pause_or_a_night_takes_five_minutes_of_a_block(place: Path | str) -> None:
-    clock = Clock()
-    store = open_store(place, clock)
-    agree(store, ["P1"])
-    unit, played = store.form_unit(["P1"]), Rounds(store)
-    first, second = rounds_of(unit.slot)[:2]
-    played.begin(unit, first, "e1", [PlayerOutcome("P1", 0, "keyboard")])
-    clock.ms += 3_600_000  # a pause within the round
-    played.end("e1", PLAYED)
-    clock.ms += 86_400_000  # a night
-    played.begin(unit, second, "e2", [PlayerOutcome("P1", 0, "keyboard")])
-    clock.ms += 3 * 86_400_000  # the server was killed, and started again after the weekend
-    played.end("e2", PLAYED, recovered=True)
-    rows = {row["episode"]: row for row in store.rows(rounds)}
-    ticks_s = PLAYED.ticks / 10
-    assert rows["e2"]["ended_ms"] - rows["e2"]["started_ms"] == pytest.approx(1e3 * (ticks_s + 10), abs=1)
-    lasted = (300 + ticks_s) + 300 + (ticks_s + 10)
-    assert played.block_seconds(unit.id) == {first.block: pytest.approx(lasted, abs=0.1)}
-
-
-def test_a_clock_that_is_set_back_takes_nothing_of_a_block(place: Path | str) -> None:
-    clock = Clock()
-    store = open_store(place, clock)
-    agree(store, ["P1"])
-    unit, played = store.form_unit(["P1"]), Rounds(store)
-    steps = rounds_of(unit.slot)[:3]
-    for number, step in enumerate(steps):
-        if number == 2:
-            clock.ms -= 2 * 3_600_000  # between two runs of the server
-        played.begin(unit, step, f"e{number}", [PlayerOutcome("P1", 0, "keyboard")])
-        clock.ms += 60_000
-        played.end(f"e{number}", PLAYED)
-    assert played.block_seconds(unit.id) == {steps[0].block: pytest.approx(180, abs=0.1)}
-
-
 def test_two_at_one_screen_read_on_in_their_language(place: Path | str) -> None:
     store = open_store(place)
     agree(store, ["P1", "P2"])
@@ -329,72 +266,3 @@ def test_what_a_participant_did_goes_at_their_wish_and_the_code_stays(place: Pat
     store.note("Came back for her umbrella.", unit.id)
     assert with_data(store, ["P1"]) == {"P1"}, "a note of later is about them"
     assert [row["action"] for row in store.rows(audit)].count("withdraw") == 1
-
-
-@pytest.mark.parametrize(
-    ("address", "reason"),
-    [
-        ("oracle://host/name", "oracle is not supported|cannot"),
-        ("not an address", "is not the address of a database"),
-        (
-            "postgresql://nobody:hidden@127.0.0.1:1/none",
-            r"//nobody:\*\*\*@127.0.0.1:1/none refused",
-        ),
-    ],
-)
-def test_an_address_that_leads_nowhere_is_one_sentence_without_the_password(address: str, reason: str) -> None:
-    with pytest.raises(StoreError, match=reason):
-        Store(address)
-
-
-def test_a_file_that_is_no_database_is_one_sentence(tmp_path: Path) -> None:
-    (tmp_path / "study.sqlite").write_bytes(b"a letter to my aunt" * 100)
-    with pytest.raises(StoreError, match="the file is damaged, or no database; bring back the last backup"):
-        open_store(tmp_path)
-
-
-def test_a_database_of_a_newer_version_is_one_sentence_and_stays_as_it_is(tmp_path: Path) -> None:
-    path = tmp_path / "study.sqlite"
-    Database(path, "main").close()
-    with closing(sqlite3.connect(path)) as connection, connection:
-        connection.execute("UPDATE alembic_version SET version_num = '0999'")
-    with pytest.raises(StoreError, match=r"study.sqlite was written by a newer version of this program; use that one"):
-        Database(path, "main")
-    with closing(sqlite3.connect(path)) as connection:
-        assert connection.execute("SELECT version_num FROM alembic_version").fetchall() == [("0999",)]
-
-
-def test_a_full_database_refuses_and_keeps_what_was_confirmed(tmp_path: Path) -> None:
-    store = open_store(tmp_path)
-    agree(store, ["P1"])
-    with store.database.write() as connection:
-        pages = connection.exec_driver_sql("PRAGMA page_count").scalar_one()
-        connection.exec_driver_sql(f"PRAGMA max_page_count={pages}")
-    with pytest.raises(StoreError, match="is full; free some space"):
-        for _ in range(100):
-            store.note("x" * 10_000)
-    assert store.has_consented("P1", "1")
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_read_only_folder_is_one_sentence(tmp_path: Path) -> None:
-    tmp_path.chmod(0o500)
-    with pytest.raises(StoreError, match="cannot open the database"):
-        IdentityStore(tmp_path / "identity.sqlite")
-
-
-def test_a_database_that_turns_read_only_is_one_sentence(tmp_path: Path) -> None:
-    store = open_store(tmp_path)
-    with store.database.write() as connection:
-        connection.exec_driver_sql("PRAGMA query_only=ON")
-    with pytest.raises(StoreError, match="readonly database; make the file and its folder writable"):
-        store.note("lost?")
-
-
-def test_a_commit_is_on_the_disk_before_the_method_returns(tmp_path: Path) -> None:
-    store = open_store(tmp_path)
-    agree(store, ["P1"])
-    with sqlite3.connect(tmp_path / "study.sqlite") as other:
-        assert other.execute("PRAGMA journal_mode").fetchone() == ("wal",)
-        assert other.execute("SELECT count(*) FROM consents").fetchone() == (1,)
-    other.close()

@@ -1,18 +1,18 @@
 // Pings on the game page: a key, a button or a tap says "help here"; the marker that both see for two seconds.
 
-import { currentTheme } from "../core/colours.js";
-import { onPress } from "../input/press.js";
-import { TICK_MS } from "../messages.js";
-import { say } from "../text/catalogue.js";
-import { colourName } from "../text/names.js";
-import { ArenaContext } from "../view/arena_context.js";
-import { drawPing } from "../view/ping.js";
-import { arenaPoint, itemAhead, itemAt } from "../view/ping_target.js";
+import { currentTheme } from "../../core/colours.js";
+import { onPress } from "../../input/press.js";
+import { TICK_MS } from "../../messages.js";
+import { say } from "../../text/catalogue.js";
+import { colourName } from "../../text/names.js";
+import { ArenaContext } from "../../view/arena_context.js";
+import { drawPing } from "../../view/ping.js";
+import { arenaPoint, itemAhead, itemAt } from "../../view/ping_target.js";
 
-/** @typedef {import("./game.js").Game} Game */
-/** @typedef {import("../messages.js").ShownPing} ShownPing */
-/** @typedef {import("../view/render.js").GameMap} GameMap */
-/** @typedef {import("../view/render.js").View} View */
+/** @typedef {import("../game.js").Game} Game */
+/** @typedef {import("../../messages.js").ShownPing} ShownPing */
+/** @typedef {import("../../view/render.js").GameMap} GameMap */
+/** @typedef {import("../../view/render.js").View} View */
 
 const PULSE_MS = 700;
 
@@ -25,7 +25,7 @@ export class Pings {
 
   /**
    * @param {Game} game
-   * @param {{send(message: import("../messages.js").SayPing): void, announce(sentence: string): void}} actions
+   * @param {{send(message: import("../../messages.js").SayPing): void, announce(sentence: string): void}} actions
    * @param {{box: HTMLElement, button: HTMLButtonElement}} parts  the box has the canvas, which may be replaced
    */
   constructor(game, actions, { box, button }) {
