@@ -144,8 +144,10 @@ class Fetch:
                     return None
                 self.carry_plan, target = self._planning.result
                 self._approach = self._walk_to(target)
-            elif self._approach.route.cost(float(now.pose[0]), float(now.pose[1])) < 24:
-                return REST
+            elif (self._rearranging and now.intent is not None) or (
+                self._approach.route.cost(float(now.pose[0]), float(now.pose[1])) < 24
+            ):
+                return REST  # what is rearranged may wall the robot in, so that there is no way to its centre
         elif now.space() is not self._space:
             return None
         elif now.partner_item != self._theirs:

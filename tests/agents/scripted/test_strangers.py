@@ -1,11 +1,13 @@
 """The expert with partners of another make: it gives in, takes hold differently, uses its time, and leaves no jam."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from movingout.agents.action_chunk import world_action
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.catalogue import load_agent
 from movingout.agents.observation.seat_observation import observe, start_state
@@ -23,6 +25,7 @@ from movingout.agents.scripted.tasks.fetch import Fetch
 from movingout.agents.scripted.tasks.joint_carry import FUTILE_AFTER
 from movingout.agents.scripted.tasks.lift import WAITS_UNSEEN, YIELDS_AFTER, Lift
 from movingout.maps import load_map
+from movingout.world import World
 from movingout.world.state import WorldState
 from tests.agents.scripted.arena import (
     BLUE,
@@ -248,6 +251,21 @@ def test_an_item_at_hand_is_taken_rather_than_given_way_for() -> None:
     assert isinstance(agent._task, Fetch)
     gap = agent._task._approach.target[:2] - start_state(load_map("PassOrSplit")).item_poses[0, :2]
     assert float(np.hypot(*gap)) == pytest.approx(0.25) and heading_of(*(-gap).tolist()) < 0
+
+
+def test_who_is_walled_in_by_a_small_delivered_item_moves_it_again() -> None:
+    the_map = load_map("HandOff")
+    robots = np.array([[-0.9, 1.02, 0.0], [0.121, -1.08, 0.282]])  # red at the dead end of the lane, behind item 2
+    items = np.array([[-1.1, 1.1, 0.93], [-1.1, 0.95, 0.85], [0.052, -0.844, 1.955], [-0.9, 1.1, 0.75]])
+    world = World.from_state(the_map, _scene("HandOff", robot_poses=robots, item_poses=items))
+    agent = ScriptedAgent()
+    agent.reset(EpisodeInfo(the_map, RED, 0, 500))
+    farthest = -1.0
+    for _ in range(200):
+        away = 0.0, math.pi * (world.tick % 20 < 10), 0.0  # blue is busy where it is
+        world.step(np.array([away, world_action(agent.act(observe(the_map, world.state(), RED))[0])]))
+        farthest = max(farthest, float(world.state().robot_poses[RED, 1]))
+    assert farthest > items[2, 1] + 0.2
 
 
 # ---- the whole -----------------------------------------------------------------------------------------------------
