@@ -46,7 +46,7 @@ def test_the_rooms_of_a_node_that_is_gone_go_on_at_another_and_the_shard_is_give
             await b.step()
             await c.step()
             clock.advance(1)
-        took = [each for each in (b, c) if home in each.node.open]
+        took = [each for each in (b, c) if home in each.node.open_shards]
         assert len(took) == 1 and f"open {home}.2" in took[0].rooms.done
         assert not a.node.serves(home)
         await a.step()
