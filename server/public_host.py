@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import itertools
 import logging
 import time
 from abc import ABC, abstractmethod
@@ -14,11 +13,9 @@ from prometheus_client.core import Metric
 from movingout.maps import MapSpec, MovingOutError
 from movingout.recordings.episode import Outcome
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
-from movingout.server import messages as m
 from movingout.server.agent_workers.agent_use import AgentUse
 from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl, address_group
-from movingout.server.connection.other_nodes import RoomCount
 from movingout.server.notices import NOTHING, ErrorCode, Notice
 from movingout.server.overload import ProcessHealth
 from movingout.server.own_maps.folder import MapFolder
@@ -31,15 +28,7 @@ from movingout.server.persistence.room_store import episodes_of_other_studies
 from movingout.server.rooms.lateness import Lateness
 from movingout.server.rooms.prepared_maps import PreparedMaps, Variant
 from movingout.server.rooms.room import Room
-from movingout.server.rooms.room_notices import (
-    NOBODY_HERE,
-    RECORDED_TODAY,
-    TOO_MANY_ROOMS,
-    OpeningRefused,
-    rooms_open,
-    rooms_unjoined,
-)
-from movingout.server.rooms.room_view import LeftState, PlayedRound, RoomView, end_if_left, left_state, longest_left
+from movingout.server.rooms.room_view import PlayedRound, RoomView
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import hash_token, new_token, token_matches
@@ -238,76 +227,10 @@ class PublicHost(ABC):
         while await self.rounds_left() and time.monotonic() < deadline:
             await asyncio.sleep(DRAIN_LOOK_S)
 
-    # ---- whether a room may be opened -----------------------------------------------------------------------
-
-    async def begin_opening(self, address: str) -> OpeningRefused | None:
-        """Why nobody at this address may open one more room now, None when they may: it may close one left behind.
-
-        After None, tell `admission.opening_ended` when it was opened, or could not be.
-        """
-        owner, other_nodes = self.admission.owner(address), self.admission.other_nodes
-        if not self.admission.may_record(address):
-            return RECORDED_TODAY
-        if not self.admission.may_open_room(address):
-            return TOO_MANY_ROOMS  # first, because asking each of the open rooms may be a call to another process
-        if not await other_nodes.may_record(owner):
-            return RECORDED_TODAY
-        elsewhere = await other_nodes.may_open_room(owner)
-        if elsewhere is None:
-            return TOO_MANY_ROOMS
-        allowed = False
-        self.admission.opening_began(address)  # before this waits, so that who asks meanwhile counts it, too
-        try:
-            refusal = await self._no_place(address, elsewhere)
-            allowed = refusal is None
-        finally:
-            if not allowed:
-                self.admission.opening_ended(address)
-        return refusal
-
-    async def _no_place(self, address: str, elsewhere: RoomCount) -> OpeningRefused | None:
-        """Why the rooms that an address has leave no place for the last of those that are being opened."""
-        limits, new = self.settings.limits, self.admission.being_opened(address)
-        opened = await self._left_states(self.admission.rooms_of(address))
-        unjoined = sum(not room.joined for room in opened)
-        if new + unjoined + elsewhere.unjoined > limits.unjoined_rooms_per_address:
-            return rooms_unjoined(limits.unjoined_rooms_per_address)
-        over = new + len(opened) + elsewhere.open - limits.open_rooms_per_address
-        in_return = min(max(over, 0), new)  # those for the ones before may be closed only after this has asked
-        left = longest_left(opened)
-        if len(left) >= in_return:
-            for room in left:
-                if in_return and await self._close_if_left(room):
-                    in_return -= 1
-        return rooms_open(limits.open_rooms_per_address) if in_return else None
-
-    async def _left_states(self, rooms: Collection[str]) -> list[LeftState]:
-        """What `_left_state` says of each room that is still there."""
-        waiting = iter(rooms)
-        found: list[LeftState | None] = []
-        while some := list(itertools.islice(waiting, ROOMS_AT_ONCE)):
-            found += await asyncio.gather(*map(self._left_state, some))
-        return [state for state in found if state is not None]
-
-    async def _close_if_left(self, room_id: str) -> bool:
-        """Close a room, unless somebody has come since it was asked; whether it is gone."""
-        try:
-            if not await self.ask(room_id, end_if_left):
-                return False
-            await self.close_room(room_id, m.CLOSE_ROOM_OVER, NOBODY_HERE)
-        except NoRoom:
-            pass
-        return True
-
-    async def _left_state(self, room_id: str) -> LeftState | None:
-        """How much a room is needed; None when it is gone."""
-        try:
-            return await self.ask(room_id, left_state)
-        except NoRoom:
-            return None
+    # ---- whether a room may be opened, and recorded --------------------------------------------------------
 
     def refusal(self, for_operator: bool = False) -> Notice:
-        """Why no room can be opened now, NOTHING when one can. Some are kept for the operator; `make_place` before."""
+        """Why no room can be opened now, NOTHING when one can. Some are kept for the operator; see `RoomPlaces`."""
         most = self._most_rooms_for(for_operator)
         if self.stopping or self.draining:
             return Notice("restarting", "The server is being restarted; try again in a minute.")
@@ -322,18 +245,6 @@ class PublicHost(ABC):
         limits = self.settings.limits
         reserve = 0 if operator or not self.settings.lobby else min(limits.rooms_for_operator, limits.rooms // 10)
         return self.most_rooms - reserve
-
-    async def make_place(self, for_operator: bool = False) -> None:
-        """Where all rooms are in use, close the one that was left behind or idle longest, whichever visitor's it is.
-
-        A process that is being replaced is not waited for: the rooms of the others are enough.
-        """
-        if self.refusal(for_operator).code != "rooms_in_use":
-            return  # there is place, or a server that ends opens none
-        opened = [room for _, rooms in self.admission.rooms_by_owner().values() for room in rooms]
-        for room in longest_left(await self._left_states([room for room in opened if self.reaches(room)])):
-            if await self._close_if_left(room):
-                return
 
     def faults(self) -> list[str]:
         """What does not work and will not by itself, in English."""

@@ -22,12 +22,8 @@ from movingout.server.connection.connection_limits import ConnectionLimits, both
 from movingout.server.connection.hosts import find_own_name
 from movingout.server.connection.https_redirect import sent_to_https
 from movingout.server.connection.tls_acceptor import TlsAcceptor
-from movingout.server.connection.uvicorn_protocols import (
-    GOODBYE_S,
-    CountedHttpProtocol,
-    GameWebSocketProtocol,
-    http_protocol,
-)
+from movingout.server.connection.uvicorn_protocols.http_protocol import GameHttpProtocol, http_protocol
+from movingout.server.connection.uvicorn_protocols.websocket_protocol import GOODBYE_S, GameWebSocketProtocol
 from movingout.server.drain_signal import DRAIN, let_in
 from movingout.server.open_files import most_connections
 from movingout.server.security.certificate import Certificate, keep_valid
@@ -170,7 +166,7 @@ class GameServer(uvicorn.Server):
     async def adopt(self, connection: socket.socket) -> None:
         """Serve an accepted connection, from its first byte; it counts from now on. Raises OSError."""
         address = connection.getpeername()[0]
-        protocol = cast(type[CountedHttpProtocol], self.config.http_protocol_class)(**self._parts)
+        protocol = cast(type[GameHttpProtocol], self.config.http_protocol_class)(**self._parts)
         protocol.counted_for = address
         try:
             if not self._connections.opened(address, tls=self.config.is_ssl):

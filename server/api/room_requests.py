@@ -18,6 +18,7 @@ from movingout.server.api.errors import ApiError, unreadable
 from movingout.server.api.map_routes import playable
 from movingout.server.api.named_maps import own_map, unknown_map
 from movingout.server.api.proposed_partner import proposed_partners
+from movingout.server.api.room_places import RoomPlaces
 from movingout.server.connection.admission import address_group
 from movingout.server.own_maps.workers import Busy
 from movingout.server.public_host import Away, PublicHost
@@ -65,7 +66,7 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
     """
     _check_numbers(wanted)
     _check_named(wanted.seats)
-    await host.make_place(for_operator=not address)
+    await RoomPlaces(host).make_place(for_operator=not address)
     refusal = host.refusal(for_operator=not address)
     if refusal:
         raise ApiError(503, "full", refusal.message, refusal=refusal.code, **refusal.values)  # the page says which

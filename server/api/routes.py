@@ -31,6 +31,7 @@ from movingout.server.api.errors import ApiError, error_json, unreadable
 from movingout.server.api.health import health_routes
 from movingout.server.api.map_routes import map_routes
 from movingout.server.api.offered_agents import OfferedAgents
+from movingout.server.api.room_places import RoomPlaces
 from movingout.server.api.room_requests import RoomRequest, open_room
 from movingout.server.connection.admission import address_group
 from movingout.server.notices import Notice
@@ -130,7 +131,7 @@ def _play_routes(host: PublicHost) -> APIRouter:
         wanted = await body_of(request, RoomRequest)
         if not address:
             return await open_room(host, wanted, address)
-        if refusal := await host.begin_opening(address):
+        if refusal := await RoomPlaces(host).begin_opening(address):
             raise ApiError(429, refusal.code, refusal.message, **refusal.values)
         try:
             return await open_room(host, wanted, address)

@@ -69,17 +69,32 @@ class ClusterDatabase:
         """
         async with self._one_at_a_time:
             task = asyncio.create_task(self._work(work))
-            done, _ = await asyncio.wait({task}, timeout=within_s or self._call_s)
-            if not done:
-                given_up, self._connection = self._connection, None
-                task.add_done_callback(lambda task: _forget(task, given_up))
-                task.cancel()
+            if not await self._ends_in_time(task, within_s or self._call_s):
                 raise DatabaseAway(f"the database {self.shown} does not answer in time")
             try:
                 return task.result()
             except (self._driver.Error, OSError) as error:
                 await self.close()
                 raise DatabaseAway(f"the database {self.shown} does not answer: {_reason(error)}") from error
+
+    async def _ends_in_time(self, task: "asyncio.Task[Any]", within_s: float) -> bool:
+        """Whether a call has ended; otherwise it is given up.
+
+        Whoever is cancelled meanwhile waits all the same: the next call could overtake the rest of this one, so that
+        a node that leaves would be told to be serving still.
+        """
+        try:
+            await asyncio.wait({task}, timeout=within_s)
+        except asyncio.CancelledError:
+            task.add_done_callback(lambda task: _forget(task, None))
+            await asyncio.wait({task}, timeout=within_s)
+            raise
+        finally:
+            if not task.done():
+                given_up, self._connection = self._connection, None
+                task.add_done_callback(lambda task: _forget(task, given_up))
+                task.cancel()
+        return task.done()
 
     async def _work(self, work: Any) -> Any:
         if self._connection is None or self._connection.closed:

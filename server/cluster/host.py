@@ -136,7 +136,7 @@ class ClusterHost(Host):
         self.shared_limits.begin(self._secret)
         self.admission.name_owners_by(self._secret)
         self.node.begin()
-        await self.node.opened()
+        await self.node.open_shards.opened()
         await self.start_rooms()
         self.background.repeat("rooms that wait for an agent", self._bring_awaiting, AGENTS_AGAIN_S)
         self.background.repeat("limits of addresses", self.shared_limits.share, SHARE_S)

@@ -8,23 +8,21 @@ import asyncio
 import logging
 import random
 import time
-from collections.abc import Awaitable, Callable, Iterator
-from typing import Protocol
+from collections.abc import Awaitable, Callable
 
-from movingout.maps import MovingOutError
-from movingout.server.cluster.errors import DatabaseAway, NodeEnds, NodeRefused
+from movingout.server.cluster.errors import DatabaseAway, NodeRefused
 from movingout.server.cluster.held_leases import HeldLeases
 from movingout.server.cluster.joining import refuse_unfit
-from movingout.server.cluster.lease_store import (
-    FORGET_S,
-    OPENING,
-    ClusterView,
-    LeaseRow,
-    LeaseStore,
-    NodeIdentity,
-    NodeRow,
+from movingout.server.cluster.lease_division import (
+    free_leases,
+    left_by_last_run,
+    shares_folder,
+    somebody_may_take,
+    to_take_over,
 )
-from movingout.server.cluster.shards import SHARDS, STUDY
+from movingout.server.cluster.lease_store import OPENING, ClusterView, LeaseRow, LeaseStore, NodeIdentity
+from movingout.server.cluster.open_shards import OpenShards, RoomKeeper
+from movingout.server.cluster.shards import SHARDS, STUDY, lease_title
 from movingout.server.cluster.study_tries import StudyTries
 
 log = logging.getLogger(__name__)
@@ -41,33 +39,8 @@ def lease_clock() -> float:
     return time.clock_gettime(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
 
 
-class RoomKeeper(Protocol):
-    """What a node has done with the rooms of its shards (server.cluster.host.ClusterHost)."""
-
-    async def open_shard(self, shard: str, fence: int) -> None:
-        """Go on with the rooms of a shard, as the last node left them. Raises ClusterError."""
-
-    def close_shard(self, shard: str) -> None:
-        """Let go of the rooms, at once and without a word to the disk."""
-
-    def room_counts(self) -> dict[str, int]:
-        """Rooms by shard."""
-
-    def can_give_back(self, shard: str) -> bool:
-        """Whether nothing is left of a shard: no room and no unfinished recording."""
-
-    def forget_shard(self, shard: str, fence: int) -> None:
-        """The shard was given back."""
-
-    def can_see(self, shard: str) -> bool:
-        """Whether the files of a shard lie in the data folder."""
-
-    async def shards_on_disk(self) -> frozenset[str]:
-        """Shards of which rooms or unfinished recordings lie in the data folder."""
-
-
 class ClusterNode:
-    """`open` has the shards whose rooms are here; those of `leases` besides are being opened.
+    """`open_shards` has the shards whose rooms are here; those of `leases` besides are being opened.
 
     With `study`, one node of several runs it: it has the lease STUDY. All nodes of a study share a data folder.
     """
@@ -82,15 +55,13 @@ class ClusterNode:
         self.leases.shared = study  # its rooms wait for the database anyway
         self._study = study
         self.study_tries = StudyTries()
-        self.open: set[str] = set()
+        self.open_shards = OpenShards(rooms, self.leases, self.study_tries, clock)
         self.home = ""
-        self.home_since = 0.0  # when the home shard was opened
         self.problem = ""  # why the database cannot be asked, empty while it can
         self.state = "serving"
         self.view = ClusterView((), ())
         self._rooms = rooms
         self._clock, self._sleep = clock, sleep
-        self._opening: dict[str, asyncio.Task[None]] = {}
         self._left: frozenset[str] = frozenset()
         self._task: asyncio.Task[None] | None = None
 
@@ -101,12 +72,12 @@ class ClusterNode:
 
     def serves(self, shard: str) -> bool:
         """Whether the rooms of a shard are here, and may go on at this moment."""
-        return shard in self.open and self.leases.valid(shard, self._clock())
+        return shard in self.open_shards and self.leases.valid(shard, self._clock())
 
     @property
     def takes_rooms(self) -> bool:
         """Whether a new room would be found: the proxy has had time to learn where the home shard is."""
-        return self.serves(self.home) and self._clock() - self.home_since > ROUTED_S
+        return self.serves(self.home) and self._clock() - self.open_shards.since(self.home) > ROUTED_S
 
     def comes_back_soon(self, shard: str) -> bool | None:
         """Of a shard that is not here: whether another node goes on with its rooms; None when there are none."""
@@ -115,7 +86,7 @@ class ClusterNode:
             return None
         if shard in self.leases or lease.expired_s < self.store.lease_s:
             return True
-        return lease.shared and any(self._may_take(node, lease) for node in self.view.nodes)
+        return lease.shared and somebody_may_take(self.view, lease)
 
     # ---- start and stop -------------------------------------------------------------------------------------
 
@@ -124,7 +95,7 @@ class ClusterNode:
         await self.check()
         await self.look()  # before there are leases that could end meanwhile
         await self._register()
-        self.leases.shared |= self._is_shared(self.view)
+        self.leases.shared |= shares_folder(self.who, self.view)
         await self._take_own()
         await self._take_left()
         if not self.home:
@@ -135,18 +106,12 @@ class ClusterNode:
     def begin(self) -> None:
         self._task = asyncio.create_task(self._run(), name="the leases of this node")
 
-    async def stop_opening(self, shard: str) -> None:
-        """Give up opening a shard, or the study, where that has begun: `leave` waits for everything that is opened."""
-        if (task := self._opening.get(shard)) is not None:
-            task.cancel()
-            await asyncio.gather(task, return_exceptions=True)
-
     async def leave(self) -> None:
         """Hand the rooms over: everything about them is on the disk."""
         if self._task is not None:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
-        await asyncio.gather(*self._opening.values())
+        await self.open_shards.settled()
         try:
             await self.store.leave(self.who)
         except DatabaseAway as error:
@@ -173,8 +138,7 @@ class ClusterNode:
         deadline = self._clock() + 2 * self.store.lease_s
         while self._clock() < deadline:
             self.view = await self.store.view()
-            mine = [lease for lease in self.view.leases if lease.node == self.who.name and lease.run != self.who.run]
-            mine = [lease for lease in mine if lease.folder == self.who.folder and lease.format == self.who.format]
+            mine = left_by_last_run(self.who, self.view)
             for lease in mine:
                 if lease.expired_s >= 0.0:
                     await self._take(lease)
@@ -184,7 +148,7 @@ class ClusterNode:
 
     async def _find_home(self) -> None:
         """Take a free shard for new rooms."""
-        free = self._free()
+        free = free_leases(self.view)
         random.shuffle(free)
         for lease in free:
             if await self._take(lease):
@@ -202,19 +166,11 @@ class ClusterNode:
         """Free shards of which the data folder has something: a server that was no node or another database left it."""
         if self.state != "serving":
             return
-        on_disk, free = self._left, self._free()
+        on_disk, free = self._left, free_leases(self.view)
         self._left = frozenset()
         for lease in [lease for lease in free if lease.shard in on_disk][: max(0, len(free) - SPARE)]:
             if await self._take(lease):
                 log.warning("took the shard %r: no node had its rooms or recordings in the data folder", lease.shard)
-
-    def _free(self) -> list[LeaseRow]:
-        """Leases that nobody has or waits for."""
-        return [
-            lease
-            for lease in self.view.leases
-            if lease.shard in SHARDS and (lease.node is None or lease.expired_s > FORGET_S)
-        ]
 
     async def _take(self, lease: LeaseRow) -> bool:
         asked_at = self._clock()
@@ -254,21 +210,26 @@ class ClusterNode:
         )
         self._say("")
         for shard in self.leases.renewed(kept, asked_at):
-            log.error("the lease of %s is lost: another node goes on with it", _named(shard))
+            log.error("the lease of %s is lost: another node goes on with it", lease_title(shard))
             self._close(shard)
-        self.leases.shared |= self._is_shared(self.view)
-        for lease in self._to_take_over():
-            if await self._take(lease):
+        self.leases.shared |= shares_folder(self.who, self.view)
+        for lease in to_take_over(self.who, self.view):
+            if self._is_here(lease) and await self._take(lease):
                 log.warning("took over the shard %r of node %s with %d rooms", lease.shard, lease.node, lease.rooms)
         await self._take_left()
         if not self.home and self.state == "serving":
             await self._find_home()
         await self._pass_study_on()
         await self._take_study()
-        for shard in self.leases:
-            if shard not in self.open and shard not in self._opening:
-                self._open(shard)
+        self.open_shards.open_all()
         await self._give_back()
+
+    def _is_here(self, lease: LeaseRow) -> bool:
+        """Whether the files of a shard are where they should be; those of this node's own last run are."""
+        if lease.node == self.who.name or self._rooms.can_see(lease.shard):
+            return True
+        log.warning("the rooms of the shard %r are not in the data folder", lease.shard)
+        return False
 
     async def _take_study(self) -> None:
         """Of several nodes that try, one gets it."""
@@ -284,9 +245,9 @@ class ClusterNode:
 
     async def _pass_study_on(self) -> None:
         """What has failed here several times, another node may do; this one, if there is none, or after a pause."""
-        failed = STUDY in self.leases and STUDY not in self._opening and self.study_tries.used_up
+        failed = STUDY in self.leases and not self.open_shards.is_being_opened(STUDY) and self.study_tries.used_up
         lease = self.view.lease(STUDY)
-        if failed and lease is not None and any(self._may_take(node, lease) for node in self.view.nodes):
+        if failed and lease is not None and somebody_may_take(self.view, lease):
             log.error("%s; another node may try now", self.study_tries.problem)
             fence = self.leases.fence(STUDY)
             self.leases.dropped(STUDY)
@@ -296,92 +257,29 @@ class ClusterNode:
 
     def _why_no_study(self) -> str:
         """Told to the others, so that nobody believes that the study is served here before it is."""
-        opening = STUDY in self.leases and STUDY not in self.open
+        opening = STUDY in self.leases and STUDY not in self.open_shards
         return self.study_tries.problem or (OPENING if opening else "")
 
-    def _to_take_over(self) -> Iterator[LeaseRow]:
-        """This node's part of the shards that are to be taken over: every node alive comes to the same division.
-
-        What an earlier run of a node had goes to that node, also when its lease was longer than the node waited.
-        """
-        expired = [each for each in self.view.leases if each.node is not None and each.expired_s > 0]
-        for position, lease in enumerate(lease for lease in expired if lease.shard in SHARDS):
-            able = [node.name for node in self.view.nodes if self._may_take(node, lease)]
-            if lease.node == self.who.name and lease.node in able:
-                yield lease
-            elif self.who.name in able and lease.node not in able and able[position % len(able)] == self.who.name:
-                if self._rooms.can_see(lease.shard):
-                    yield lease
-                else:
-                    log.warning("the rooms of the shard %r are not in the data folder", lease.shard)
-
-    def _may_take(self, node: NodeRow, lease: LeaseRow) -> bool:
-        """Whether a node may go on with an expired lease; the run that let it expire renews it or has lost it."""
-        return (
-            (lease.shared or lease.node == node.name)
-            and node.run != lease.run
-            and node.alive
-            and node.state == "serving"
-            and (node.folder, node.format) == (lease.folder, lease.format)
-        )
-
-    def _is_shared(self, view: ClusterView) -> bool:
-        return any(node.folder == self.who.folder and node.name != self.who.name for node in view.nodes)
-
-    def _open(self, shard: str) -> None:
-        task = asyncio.create_task(self._open_now(shard, self.leases.fence(shard)), name=f"shard {shard}")
-        self._opening[shard] = task
-        task.add_done_callback(lambda _: self._opening.pop(shard, None))
-
-    async def _open_now(self, shard: str, fence: int) -> None:
-        try:
-            await self._rooms.open_shard(shard, fence)
-        except NodeEnds:
-            return
-        except MovingOutError as error:
-            problem = str(error)
-            log.error("%s cannot be opened: %s", _named(shard), error)
-        except Exception as error:  # tried again in a second
-            problem = f"{type(error).__name__}: {error}"
-            log.exception("%s cannot be opened: %s", _named(shard), error)
-        else:
-            self.open.add(shard)
-            self.home_since = self._clock() if shard == self.home else self.home_since
-            if shard == STUDY:
-                self.study_tries.went_well()
-            return
-        self._rooms.close_shard(shard)
-        if shard == STUDY and self.leases.valid(STUDY, self._clock()):
-            self.study_tries.failed(problem)
-
-    async def opened(self) -> None:
-        """Wait until the rooms of all shards are there; a study waits for those of other nodes, too."""
-        for shard in self.leases:
-            if shard not in self.open and shard not in self._opening:
-                self._open(shard)
-        await asyncio.gather(*(task for shard, task in self._opening.items() if shard != STUDY))
-
     async def _give_back(self) -> None:
-        for shard in self.open - {self.home, STUDY}:
-            if self._rooms.can_give_back(shard):
+        for shard in self.open_shards:
+            if shard not in (self.home, STUDY) and self._rooms.can_give_back(shard):
                 fence = self.leases.fence(shard)
                 self.leases.dropped(shard)
-                self.open.discard(shard)
+                self.open_shards.given_back(shard)
                 await self.store.release(self.who, shard, fence)
                 self._rooms.forget_shard(shard, fence)
 
     def _close_lapsed(self) -> None:
         """Rooms whose lease is over wait on the disk; they are opened again when the database says they are ours."""
-        lapsed = [shard for shard in self.open if not self.leases.valid(shard, self._clock())]
+        lapsed = [shard for shard in self.open_shards if not self.leases.valid(shard, self._clock())]
         for shard in lapsed:
-            log.error("the lease of %s is over: it waits", _named(shard))
+            log.error("the lease of %s is over: it waits", lease_title(shard))
             self._close(shard)
 
     def _close(self, shard: str) -> None:
-        self.open.discard(shard)
         if shard == self.home and shard not in self.leases:
             self.home = ""
-        self._rooms.close_shard(shard)
+        self.open_shards.close(shard)
 
     def _say(self, problem: str) -> None:
         if problem and not self.problem:
@@ -391,8 +289,3 @@ class ClusterNode:
         elif self.problem and not problem:
             log.warning("the database answers again")
         self.problem = problem
-
-
-def _named(shard: str) -> str:
-    """What to call a lease in a sentence."""
-    return "the study" if shard == STUDY else f"the shard {shard!r}"

@@ -15,3 +15,8 @@ def shard_of(name: str) -> str:
 def new_id_in(shard: str) -> str:
     """A new id of a room of this shard."""
     return shard + new_id()[1:]
+
+
+def lease_title(shard: str) -> str:
+    """What to call a lease in a sentence."""
+    return "the study" if shard == STUDY else f"the shard {shard!r}"

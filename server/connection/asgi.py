@@ -12,7 +12,7 @@ WIRE = "movingout.wire"  # where the scope's extensions hold the DirectSocket of
 
 
 class DirectSocket(Protocol):
-    """A connection without ASGI's queues (server.connection.uvicorn_protocols.GameWebSocketProtocol)."""
+    """A connection without ASGI's queues (GameWebSocketProtocol in server.connection.uvicorn_protocols)."""
 
     def listen(self, on_binary: OnBinary, on_writable: Callable[[], None]) -> None:
         """Pass every small binary message to `on_binary`; call `on_writable` when more can be written."""

@@ -3,6 +3,7 @@
 from typing import assert_never
 
 from movingout.server import messages as m
+from movingout.server.rooms import player_requests
 from movingout.server.rooms.phases import ALLOWED, Request, names
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.seat import ClientHandle, Seat
@@ -19,7 +20,7 @@ def handle(room: Room, client: ClientHandle, message: m.ClientMessage, now: floa
         case m.Again(seat):
             _ask_again(room, _own(room, client, seat, "again"), now)
         case m.Pause(seat):
-            room.pause(_own(room, client, seat, "pause"), now)
+            player_requests.pause(room, _own(room, client, seat, "pause"), now)
         case m.SayPing() if not room.config.pings:
             raise WrongRequest("pings_off", "there are no pings in this room")
         case m.SayPing(seat, item):
@@ -27,11 +28,11 @@ def handle(room: Room, client: ClientHandle, message: m.ClientMessage, now: floa
             for each in room.seating.clients:
                 each.tell(ping)
         case m.Leave(seat):
-            room.leave(_own(room, client, seat, "leave"), now)
+            player_requests.leave(room, _own(room, client, seat, "leave"), now)
         case m.Skip() if room.config.study or not room.config.tutorial:
             raise WrongRequest("no_tutorial", "only a tutorial of the lobby is skipped; in a study its page does that")
         case m.Skip(seat):
-            room.skip(_own(room, client, seat, "skip"))
+            player_requests.skip(room, _own(room, client, seat, "skip"))
         case m.Keyframe():
             client.tell(room.full_state())
         case m.Focus(visible):
@@ -55,13 +56,13 @@ def _own(room: Room, client: ClientHandle, index: int, request: Request) -> Seat
 def _set_ready(room: Room, seat: Seat, ready: bool, now: float) -> None:
     if (seat.ready, seat.wants_again) != (ready, False):
         _count_change(seat, now)
-        room.set_ready(seat, ready, now)
+        player_requests.set_ready(room, seat, ready, now)
 
 
 def _ask_again(room: Room, seat: Seat, now: float) -> None:
     if not (seat.ready and seat.wants_again):
         _count_change(seat, now)
-        room.ask_again(seat, now)
+        player_requests.ask_again(room, seat, now)
 
 
 def _count_change(seat: Seat, now: float) -> None:

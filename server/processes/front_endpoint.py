@@ -12,7 +12,7 @@ from movingout.server import messages as m
 from movingout.server.connection.asgi import WIRE, Message, Receive, Send, refuse
 from movingout.server.connection.closing import CloseConnection, say_goodbye
 from movingout.server.connection.endpoint import handshake_refusal
-from movingout.server.connection.uvicorn_protocols import GameWebSocketProtocol
+from movingout.server.connection.uvicorn_protocols.websocket_protocol import GameWebSocketProtocol
 from movingout.server.notices import Notice
 from movingout.server.processes.channel import ProcessGone
 from movingout.server.processes.front import Front

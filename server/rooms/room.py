@@ -17,8 +17,8 @@ from movingout.server.rooms import room_notices as notices
 from movingout.server.rooms import time_limits as limits
 from movingout.server.rooms.pause import RoundPause, give_up, play_on
 from movingout.server.rooms.phases import BETWEEN_ROUNDS, IN_ROUND, PhaseEvent, next_phase, possible
-from movingout.server.rooms.round import TickTiming
 from movingout.server.rooms.round_series import AT_THE_START, RoomProgress, RoundSeries
+from movingout.server.rooms.rounds.round import TickTiming
 from movingout.server.rooms.seat import ClientHandle, Seat
 from movingout.server.rooms.seat_assignment import SeatAssignment
 from movingout.server.rooms.services import RoomConfig, Services, WrongRequest
@@ -73,7 +73,7 @@ class Room:
         for grant in taken:
             self.seats[grant.seat].ready |= self.config.tutorial and self.phase == "lobby"  # it begins by itself
             self._returned(self.seats[grant.seat], now)
-        self._announce(now)
+        self.announce(now)
         self._services.changed(self.id)
         return welcome
 
@@ -86,7 +86,7 @@ class Room:
             self._dropped(seat, now)
         if not self.seating.clients:
             self._empty_since = now
-        self._announce(now)
+        self.announce(now)
 
     def close(self, code: int, notice: Notice, outcome: Outcome = "stopped") -> None:
         """End everything: the round with `outcome`, every connection with `code`."""
@@ -127,14 +127,14 @@ class Room:
         """Everything that depends on time; called every 100 ms, `skipped` is the number of ticks left out."""
         self._due = due
         self._expire(now)
-        self._try_start(now)
+        self.try_start(now)
         if self.phase == "countdown" and self._may_play(due):
             self._play()
         if self.phase == "playing":
             self.missed_ticks += skipped
             self._step(TickTiming(due, max(0.0, now - due) * 1e3, skipped), now)
         if now - self._announced >= limits.ANNOUNCE_S:
-            self._announce(now)
+            self.announce(now)
 
     def beat(self) -> None:
         """Half a tick after a bundle: a few bytes, so that TCP notices a loss sooner."""
@@ -147,9 +147,9 @@ class Room:
         if self.phase == "paused":
             self.round.pauses.count([] if self.held else self.seats, now)
             if now >= self.until and not self.held and play_on(self.seats):
-                self._try_start(now)
+                self.try_start(now)
             elif now >= self.until:
-                self._finish(*give_up(self.seats, self.config.resume_s, self.round.pauses))
+                self.finish(*give_up(self.seats, self.config.resume_s, self.round.pauses))
         elif self.phase in ("lobby", "round_over"):
             for seat in self.seats:
                 if seat.token is not None and not seat.present and now - seat.absent_since >= self.config.resume_s:
@@ -169,13 +169,13 @@ class Room:
             self._services.changed(self.id)
         elif self.phase == "round_over":
             seat.gone = True
-            self._enter(PhaseEvent.SERIES_ENDED, notices.about("not_back", [seat], "did not come back."))
+            self.enter(PhaseEvent.SERIES_ENDED, notices.about("not_back", [seat], "did not come back."))
 
     def _step(self, timing: TickTiming, now: float) -> None:
         try:
             bundle = self.round.step(self.seats, now, timing)
         except WorldError as error:
-            self._finish("error", Notice("simulation_failed", f"The simulated world failed: {error}"))
+            self.finish("error", Notice("simulation_failed", f"The simulated world failed: {error}"))
             return
         for client in self.seating.clients:
             client.show(self.round.state.tick, bundle, now)
@@ -184,7 +184,7 @@ class Room:
         if (outcome := self.round.outcome()) is None:
             self.round.ask_agents(self.seats, timing.due + TICK_SECONDS)
         else:
-            self._finish(outcome, NOTHING)
+            self.finish(outcome, NOTHING)
 
     # ---- from phase to phase --------------------------------------------------------------------------------
 
@@ -193,9 +193,9 @@ class Room:
         try:
             self.series.seat_agents(self.round)
         except MovingOutError as error:  # other rooms have them all now
-            self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
+            self.enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
 
-    def _try_start(self, now: float) -> None:
+    def try_start(self, now: float) -> None:
         """Start the countdown when everybody is ready, and no `hold` or `hold_next` stands against it."""
         self.hold_next(self._held_next)
         if self.held or not possible(self.phase, PhaseEvent.ALL_READY) or not self.seating.clients:
@@ -206,7 +206,7 @@ class Room:
             return
         countdown_s = min(self.config.countdown_s, limits.PRACTICE_COUNTDOWN_S if self.config.practice else math.inf)
         notice = notices.agent_notice(self.seats, with_cautions=not self.round.started and not self.config.study)
-        self._enter(PhaseEvent.ALL_READY, notice, self._due + TICK_SECONDS + countdown_s)
+        self.enter(PhaseEvent.ALL_READY, notice, self._due + TICK_SECONDS + countdown_s)
         self.round.ask_agents(self.seats, self.until)
 
     def _next_round(self, now: float) -> bool:
@@ -219,7 +219,7 @@ class Room:
                 return False
             self.round = self.series.follow(again)
         except MovingOutError as error:  # the map has no variant, or no worker has time for the agent any more
-            self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
+            self.enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
             return False
         for message in (*self.series.messages(self.round), self.full_state()):
             self.seating.tell(message)
@@ -240,16 +240,16 @@ class Room:
             if seat.client is not None and seat.controls.newest is not None:  # it came while nothing was recorded
                 self.round.record_input(seat.controls.newest, seat.rtt_ms)
         self.round.note_focus(self.seats)
-        self._enter(PhaseEvent.START, NOTHING)
+        self.enter(PhaseEvent.START, NOTHING)
 
-    def _finish(self, outcome: Outcome, notice: Notice) -> None:
-        """The round is over: announce the result and finish the recording."""
+    def finish(self, outcome: Outcome, notice: Notice) -> None:
+        """The round is over: announce the result and finish the recording. Raises PhaseError outside of a round."""
         self._end_round(outcome)
         self._over_since = self._due
         for seat in self.seats:
             seat.ready = False
         goes_on = self.series.more and outcome in FINISHED
-        self._enter(PhaseEvent.ROUND_ENDED if goes_on else PhaseEvent.SERIES_ENDED, notice)
+        self.enter(PhaseEvent.ROUND_ENDED if goes_on else PhaseEvent.SERIES_ENDED, notice)
 
     def _end_round(self, outcome: Outcome) -> None:
         self.seating.tell(result := self.series.end(self.round, outcome))
@@ -260,63 +260,36 @@ class Room:
         self.phase, self.notice, self.until = next_phase(self.phase, event), notice, until
         self.unchanged_since = self._due
 
-    def _enter(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
-        """Change the phase and announce it."""
+    def enter(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
+        """Change the phase and announce it. Raises PhaseError when the event cannot happen now."""
         self._move(event, notice, until)
         self.seating.tell(self.state())
         self._services.changed(self.id)
 
-    # ---- people come, go and ask ----------------------------------------------------------------------------
+    # ---- people come and go, and the experimenter stops the clock -------------------------------------------
 
     def _returned(self, seat: Seat, now: float) -> None:
         if self.phase == "paused":
             self.round.note("return", seat.index)
-            self._enter_pause(now)
-            self._try_start(now)
+            self.enter_pause(now)
+            self.try_start(now)
 
     def _dropped(self, seat: Seat, now: float) -> None:
         if self.phase in ("lobby", "round_over", "series_over"):
             seat.ready = False
         elif self.round.started:
             self.round.note_drop(seat, self.seats)
-            self._enter_pause(now)
+            self.enter_pause(now)
             self._expire(now)
         else:
             seat.ready = False
-            self._enter(PhaseEvent.CALLED_OFF, notices.about("lost", [seat], "lost the connection."))
+            self.enter(PhaseEvent.CALLED_OFF, notices.about("lost", [seat], "lost the connection."))
 
-    def _enter_pause(self, now: float) -> None:
+    def enter_pause(self, now: float) -> None:
         """Pause, or stay paused, until everybody is present and ready."""
         waiting = RoundPause.waiting_for(self.seats, self.config.resume_s, self.round.pauses, now)
         pause = RoundPause.held(self.held, now) if self.held else waiting
-        self._enter(PhaseEvent.INTERRUPTED, pause.notice, pause.until)
-
-    def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
-        """A player is ready, or no longer ready, to play on. Raises WrongRequest for one pause too many."""
-        stops = self.phase == "countdown" and not ready
-        if stops and self.round.started:
-            self.round.pauses.ask(seat, self.seats)
-        seat.ready, seat.wants_again = ready, False
-        if stops and not self.round.started:
-            self._enter(PhaseEvent.CALLED_OFF, NOTHING)
-        elif stops or self.phase == "paused":
-            self._enter_pause(now)
-        else:
-            self._announce(now)
-        self._try_start(now)
-
-    def ask_again(self, seat: Seat, now: float) -> None:
-        """A player wants to play the same map again."""
-        seat.ready = seat.wants_again = True
-        self._announce(now)
-        self._try_start(now)
-
-    def pause(self, seat: Seat, now: float) -> None:
-        """A player pauses the round until ready again. Raises WrongRequest for one pause too many."""
-        self.round.pauses.ask(seat, self.seats)
-        seat.ready = False
-        self.round.note("pause", seat.index)
-        self._enter_pause(now)
+        self.enter(PhaseEvent.INTERRUPTED, pause.notice, pause.until)
 
     def hold(self, notice: Notice, now: float) -> None:
         """The experimenter pauses the room; only `release` ends that."""
@@ -324,9 +297,9 @@ class Room:
         if self.phase == "playing":
             self.round.note("pause")
         if self.phase in ("playing", "paused") or (self.phase == "countdown" and self.round.started):
-            self._enter_pause(now)
+            self.enter_pause(now)
         elif self.phase == "countdown":
-            self._enter(PhaseEvent.CALLED_OFF, notice)
+            self.enter(PhaseEvent.CALLED_OFF, notice)
 
     def hold_next(self, notice: Notice) -> None:
         """Let no further round begin; one that has begun goes on."""
@@ -339,22 +312,8 @@ class Room:
         """The experimenter ends the pause: a countdown starts as soon as everybody is present and ready."""
         self.held = NOTHING
         if self.phase == "paused":
-            self._enter_pause(now)
-        self._try_start(now)
-
-    def retire(self, seat: Seat, now: float) -> None:
-        """A player has practised enough: the seat stays idle, and the other may play on."""
-        seat.retire()
-        self.series.replace_learner(self.round, seat)
-        if self.phase == "paused":
-            self._enter_pause(now)
-        self._announce(now)
-        self._try_start(now)
-
-    def skip(self, seat: Seat) -> None:
-        """A player ends the tutorial before its last step."""
-        self.round.note_skip(seat.index)
-        self._finish("stopped", NOTHING)
+            self.enter_pause(now)
+        self.try_start(now)
 
     def focus(self, client: ClientHandle, visible: bool) -> None:
         """A page is hidden, which releases its controls, or visible; while the clock stands it is noted later."""
@@ -362,20 +321,6 @@ class Room:
             seat.show(visible)
         if self.phase == "playing":
             self.round.note_focus(self.seats)
-
-    def leave(self, seat: Seat, now: float) -> None:
-        """A player leaves for good."""
-        left = notices.about("left", [seat], "left the game.")
-        if not self.round.started and self.phase in ("lobby", "countdown") and seat.shared:
-            free = notices.about("seat_free", [seat], "left; the seat is free again.")
-            seat.vacate()
-            self._enter(PhaseEvent.CALLED_OFF, free)
-            return
-        seat.client, seat.absent_since, seat.gone = None, now, True
-        if self.round.started and self.phase in IN_ROUND:
-            self._finish("left", left)
-        else:
-            self._enter(PhaseEvent.SERIES_ENDED, left)
 
     # ---- what clients see -----------------------------------------------------------------------------------
 
@@ -395,6 +340,7 @@ class Room:
     def full_state(self) -> m.FullState:
         return self.round.full_state((self._due + TICK_SECONDS * (self.phase == "playing")) * 1e3)
 
-    def _announce(self, now: float) -> None:
+    def announce(self, now: float) -> None:
+        """Tell everybody the state, which may have changed within its phase."""
         self._announced = now
         self.seating.tell(self.state())

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
 from movingout.server.notices import Notice
+from movingout.server.rooms import player_requests
 from movingout.server.rooms.phases import IN_ROUND
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_notices import NOBODY_HERE, ROOM_IDLE
@@ -141,7 +142,7 @@ def release(room: Room) -> RoomView:
 
 def retire(room: Room, seat: int) -> None:
     """A player has practised enough; the other may play on."""
-    room.retire(room.seats[seat], time.monotonic())
+    player_requests.retire(room, room.seats[seat], time.monotonic())
 
 
 def note_skip(room: Room, seat: int) -> None:

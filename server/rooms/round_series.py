@@ -11,7 +11,7 @@ from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms.room_notices import recording_problem
-from movingout.server.rooms.round import LiveRound
+from movingout.server.rooms.rounds.round import LiveRound
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig, Services
 from movingout.server.rooms.tutorial import PARTNER_NAME, TutorialProgress, tutorial_map

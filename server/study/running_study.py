@@ -8,9 +8,11 @@ import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from math import inf
+from pathlib import Path
 
 from movingout.server.public_host import PublicHost
 from movingout.server.study.alerts import Alerts
+from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.arrivals.arrival_link import PLATFORMS
 from movingout.server.study.arrivals.signed_links import LinkSigner
 from movingout.server.study.databases import StudyDatabases
@@ -45,22 +47,15 @@ class RunningStudy:
         folder: StudyFolder,
         file_text: str,
         host: PublicHost,
-        *,
-        needs_code: bool = False,
-        needs_signature: bool = False,
-        any_device: bool = False,
-        simulated: bool = False,
+        admission: Admission,
         in_charge: Callable[[], bool] = always,
     ) -> None:
         self.alerts = Alerts()
-        self.databases = StudyDatabases(folder, file_text, self.alerts, simulated)
+        self.databases = StudyDatabases(folder, file_text, self.alerts, admission.simulated)
         self.study = folder.study.allocated_by(frozen_study(self.databases.store).allocation)
         self.host = host
-        self.needs_code = needs_code
-        self.needs_signature = needs_signature
-        self.any_device = any_device  # whether a platform's link leads back to its place in any browser
+        self.admission = admission
         self.signer = LinkSigner.in_folder(folder.own, folder.study.id)
-        self.simulated = simulated
         self.let_go = False  # whether another server goes on with it
         self._in_charge = in_charge  # whether no other server runs the study meanwhile
         self._lock = asyncio.Lock()
@@ -68,19 +63,26 @@ class RunningStudy:
         self.participants = Participants(self.study, self.databases)
         self.units = Units(self.study, self.participants, self.databases, self.alerts)
         self.progress = Progress(self.study, self.participants, self.units, self.databases, self._hold)
-        self.rooms = StudyRooms(
-            RoomSetup(self.study, host, simulated),
-            host=host,
+        self.rooms = self._make_rooms()
+        self.notes = ExperimenterNotes(self.databases, self.participants)
+        self.deletions = self._make_deletions(folder.recordings)
+        self.departures = self._make_departures()
+
+    def _make_rooms(self) -> StudyRooms:
+        return StudyRooms(
+            RoomSetup(self.study, self.host, self.admission.simulated),
+            host=self.host,
             databases=self.databases,
             alerts=self.alerts,
             transaction=self.transaction,
             on_saved=self.progress.round_ended,
             on_recovered=self.progress.catch_up,
         )
-        self.notes = ExperimenterNotes(self.databases, self.participants)
-        self.deletions = Deletions(
-            folder.recordings,
-            host=host,
+
+    def _make_deletions(self, recordings: Path) -> Deletions:
+        return Deletions(
+            recordings,
+            host=self.host,
             databases=self.databases,
             alerts=self.alerts,
             participants=self.participants,
@@ -88,7 +90,9 @@ class RunningStudy:
             finished=self.rooms.finished,
             notes=self.notes,
         )
-        self.departures = Departures(
+
+    def _make_departures(self) -> Departures:
+        return Departures(
             databases=self.databases,
             participants=self.participants,
             units=self.units,
@@ -110,7 +114,7 @@ class RunningStudy:
 
         Anybody who knows somebody's id on a platform can make that link; the other links are secrets themselves.
         """
-        free = self.any_device or session.any_device or not session.has_consented
+        free = self.admission.any_device or session.any_device or not session.has_consented
         return session.source in PLATFORMS and not free
 
     @asynccontextmanager

@@ -22,7 +22,8 @@ from movingout.server.cluster.study.room_works import WORKS as ROOM_CALLS
 from movingout.server.connection.asgi import Message, Receive, Send
 from movingout.server.settings import Settings
 from movingout.server.study.api.app import add_study_errors, study_pages
-from movingout.server.study.api.served_study import Admission, ServedStudy
+from movingout.server.study.api.served_study import ServedStudy
+from movingout.server.study.arrivals.admission import Admission
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StoreError
 

@@ -74,7 +74,7 @@ class StudyNodeHost(ClusterHost):
     async def stop(self) -> None:
         """A study that is still being begun is given up: its lease would run out before it is given back."""
         await self.suspend()  # from now on no study is begun here
-        await self.node.stop_opening(STUDY)
+        await self.node.open_shards.stop_opening(STUDY)
         self.study.let_go()
         await self.study.end()
         await super().stop()
@@ -151,7 +151,7 @@ class StudyNodeHost(ClusterHost):
         return NOTHING
 
     def shards_here(self) -> list[str]:
-        return [shard for shard in self.node.open if shard in SHARDS and self.node.serves(shard)]
+        return [shard for shard in self.node.open_shards if shard in SHARDS and self.node.serves(shard)]
 
     def is_gone(self, room_id: str) -> bool:
         return self.node.serves(shard_of(room_id)) and room_id not in self._awaiting_agents

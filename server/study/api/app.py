@@ -14,7 +14,8 @@ from movingout.server.app import assemble
 from movingout.server.connection.asgi import App
 from movingout.server.notices import ErrorCode
 from movingout.server.public_host import PublicHost
-from movingout.server.study.api.served_study import Admission, ServedStudy
+from movingout.server.study.api.served_study import ServedStudy
+from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.participant_actions import StepRefused
 from movingout.server.study.running_study import RunningStudy
 from movingout.study.data.study_folder import StudyFolder

@@ -65,15 +65,16 @@ class ParticipantApi:
             "title": study.title.text(study.languages[0]),
             "titles": {language: study.title.text(language) for language in study.languages},
             "languages": list(study.languages),
-            "asks_code": self._running.needs_code,
+            "asks_code": self._running.admission.needs_code,
             "group": study.group,
             "one_screen": study.group == 2 and study.pairing.one_screen == "on",
             "pays": study.pay is not None,
-            "simulated": self._running.simulated,
+            "simulated": self._running.admission.simulated,
         }
 
     async def arrive(self, request: Request) -> dict[str, Any]:
         gate, running = self._running.host.admission, self._running
+        codes, signed = running.admission.needs_code, running.admission.needs_signature
         wanted, address = await body_of(request, ArriveRequest), address_of(request)
         if not gate.may_arrive(address):
             raise _too_many()
@@ -81,7 +82,7 @@ class ParticipantApi:
         self._limit_unknown(address, *known, *([wanted.beside] if wanted.beside else []))
         try:
             arrival = await self._guest(wanted) or read_arrival(
-                wanted.parameters, running.needs_code, running.signer, needs_signature=running.needs_signature
+                wanted.parameters, codes, running.signer, needs_signature=signed
             )
             group = address_group(address)
             done = await self._session_service.arrive(arrival, wanted.language, wanted.beside, known, group)
@@ -98,7 +99,8 @@ class ParticipantApi:
 
     async def _guest(self, wanted: ArriveRequest) -> Arrival | None:
         """The second person at one screen, who has no link, where only links and codes of the experimenter admit."""
-        invites = self._running.needs_signature and not self._running.needs_code
+        admission = self._running.admission
+        invites = admission.needs_signature and not admission.needs_code
         if not invites or not wanted.beside or wanted.parameters:
             return None
         return await self._session_service.arrival_beside(wanted.beside)

@@ -1,7 +1,6 @@
 """A running study with the routes of its pages: what a server starts, and stops when another one goes on with it."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 from fastapi import APIRouter
 
@@ -9,21 +8,13 @@ from movingout.server.public_host import PublicHost
 from movingout.server.study.api import experimenter, participant
 from movingout.server.study.api.dashboard import Dashboard
 from movingout.server.study.api.participant_view import ParticipantViews
+from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.experimenter_actions import ExperimenterActions
 from movingout.server.study.metrics import study_faults, study_metrics
 from movingout.server.study.monitor import StudyMonitor
 from movingout.server.study.running_study import RunningStudy, always
 from movingout.study.data.study_folder import StudyFolder
-
-
-class Admission(NamedTuple):
-    """Who may take part."""
-
-    needs_code: bool = False
-    needs_signature: bool = False
-    any_device: bool = False
-    simulated: bool = False
 
 
 class ServedStudy:
@@ -41,7 +32,7 @@ class ServedStudy:
         in_charge: Callable[[], bool] = always,
     ) -> None:
         self._host = host
-        self.running = RunningStudy(folder, file_text, host, **admission._asdict(), in_charge=in_charge)
+        self.running = RunningStudy(folder, file_text, host, admission, in_charge)
         self.monitor = StudyMonitor(self.running)
         self.session_service = SessionService(self.running)
         views = ParticipantViews(self.running)

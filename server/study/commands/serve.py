@@ -38,7 +38,7 @@ from movingout.server.public_host import PublicHost
 from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Limits, Settings
 from movingout.server.study.api.app import create_study_app
-from movingout.server.study.api.served_study import Admission
+from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.commands.partner_timing import tell_ready
 from movingout.server.study.commands.serve_node import folder_of_node, serve_node
 from movingout.server.uvicorn_server import game_server, listen
@@ -203,7 +203,7 @@ def _settings(args: argparse.Namespace, study: str) -> Settings:
 
 def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> str:
     """The links to print after the start."""
-    kind = " for simulated participants only" if app.state.running.simulated else ""
+    kind = " for simulated participants only" if app.state.running.admission.simulated else ""
     bases, token = addresses(settings), app.state.host.admin_token
     lines = ["", f"{folder.study.title.text()} ({folder.study.id}) is being served{kind}.", ""]
     lines += [f"  Participants   {base}/study" for base in bases]

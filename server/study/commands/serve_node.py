@@ -12,7 +12,7 @@ from movingout.server.logs import log_to
 from movingout.server.persistence.data_folder import exclusive_data_folder, refuse_served_folder
 from movingout.server.persistence.recording_uploads import check_bucket
 from movingout.server.settings import Settings
-from movingout.server.study.api.served_study import Admission
+from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.commands.partner_timing import tell_ready
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.study.commands.data import earlier_seats_told

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from movingout.recordings import read_episode
 from movingout.recordings.storage.listing import read_summary
-from movingout.server.rooms.quality import RoundQuality
 from movingout.server.rooms.room_view import PlayedRound
+from movingout.server.rooms.rounds.quality import RoundQuality
 from movingout.server.study.unit import RunningRound, StudyUnit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome
 from movingout.world.metrics import Metrics, from_numbers

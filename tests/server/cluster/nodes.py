@@ -53,19 +53,21 @@ MADE: list["Node"] = []
 class Node:
     """A node whose second passes when a test says so."""
 
-    def __init__(self, clock: TestClock, name: str, study: bool = False, **who: str) -> None:
-        self.rooms = FakeRooms()
+    def __init__(
+        self, clock: TestClock, name: str, study: bool = False, rooms: FakeRooms | None = None, **who: str
+    ) -> None:
+        self.rooms = rooms or FakeRooms()
         self.node = ClusterNode(identity(name, **who), clock.store(), self.rooms, clock, clock.sleep, study)
         MADE.append(self)
 
     async def start(self) -> "Node":
         await self.node.join()
-        await self.node.opened()
+        await self.node.open_shards.opened()
         return self
 
     async def step(self) -> None:
         await self.node.step()
-        await self.node.opened()
+        await self.node.open_shards.opened()
         await asyncio.sleep(0)  # nobody waits for the study
 
 

@@ -161,7 +161,7 @@ def test_a_node_without_its_database_says_so_and_not_that_it_restarts(
     with node(tmp_path, database, "a") as a:
         wait_for_rooms(a)
         monkeypatch.setattr(host(a).node, "_say", lambda _: None)
-        monkeypatch.setattr(host(a).node, "home_since", math.inf)  # as when its lease has run out
+        monkeypatch.setattr(host(a).node.open_shards, "since", lambda _: math.inf)  # as when its lease has run out
         assert a.call("/readyz")[1]["reasons"] == ["The server is being restarted; try again in a minute."]
         monkeypatch.setattr(host(a).node, "problem", "the database of the cluster is away")
         assert a.call("/readyz") == (503, {"ready": False, "reasons": ["the database of the cluster is away"]})

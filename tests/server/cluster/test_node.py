@@ -3,6 +3,7 @@
 import asyncio
 from pathlib import Path
 
+import psycopg
 import pytest
 
 from movingout.server.cluster import joining
@@ -45,7 +46,7 @@ def test_the_rooms_of_a_node_that_is_gone_go_on_at_another_and_the_shard_is_give
             await b.step()
             await c.step()
             clock.advance(1)
-        took = [each for each in (b, c) if home in each.node.open]
+        took = [each for each in (b, c) if home in each.node.open_shards]
         assert len(took) == 1 and f"open {home}.2" in took[0].rooms.done
         assert not a.node.serves(home)
         await a.step()
@@ -222,6 +223,36 @@ def test_the_loop_of_a_node_outlives_a_database_that_is_away(
     said = [record.getMessage() for record in caplog.records]
     assert len([line for line in said if "does not answer: gone" in line]) == 1  # once, not every second
     assert said[-1] == "the database answers again"
+
+
+def test_a_node_that_leaves_while_it_renews_its_leases_has_left(clock: TestClock) -> None:
+    """The rest of the renewal came after the end, and said that the node serves still."""
+
+    async def story() -> None:
+        a = await Node(clock, "a").start()
+        with psycopg.connect(clock.url) as other:
+            other.execute("SELECT FROM movingout_cluster.lease FOR UPDATE")  # so that the renewal takes a while
+            a.node.begin()
+            await waits_for_a_lock(clock)
+            leaving = asyncio.create_task(a.node.leave())
+            await asyncio.sleep(0.1)
+            other.commit()
+            await leaving
+        await asyncio.sleep(0.1)
+        store = clock.store()
+        view = await store.view()
+        await store.close()
+        home = view.lease(a.node.home)
+        assert [node.state for node in view.nodes] == ["ended"]
+        assert home is not None and home.expired_s >= 0.0
+
+    together(story)
+
+
+async def waits_for_a_lock(clock: TestClock) -> None:
+    with psycopg.connect(clock.url, autocommit=True) as connection:
+        while not connection.execute("SELECT FROM pg_locks WHERE NOT granted").fetchall():
+            await asyncio.sleep(0.01)
 
 
 def test_files_that_are_not_there_are_not_taken_over(clock: TestClock) -> None:

@@ -10,7 +10,9 @@ import pytest
 from movingout.server.cli import main
 from movingout.server.cluster.commands import cluster
 from movingout.server.cluster.errors import NodeEnds
+from movingout.server.cluster.held_leases import HeldLeases
 from movingout.server.cluster.lease_store import ClusterView, LeaseRow, NodeRow
+from movingout.server.cluster.open_shards import OpenShards
 from movingout.server.cluster.report import unserved_study
 from movingout.server.cluster.shards import STUDY
 from movingout.server.cluster.study.host import StudyNodeHost
@@ -72,7 +74,7 @@ def test_a_node_that_ends_does_not_wait_for_the_rooms_of_others_to_begin_the_stu
 
 
 def test_a_node_that_ends_while_the_last_rooms_are_found_does_not_begin_the_study(
-    clock: TestClock, caplog: pytest.LogCaptureFixture
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     """Nobody would have ended it. Nor is it a fault of the node that it does not."""
 
@@ -81,13 +83,15 @@ def test_a_node_that_ends_while_the_last_rooms_are_found_does_not_begin_the_stud
             self.stopping = True
             return []
 
-    async def story() -> None:
-        node = (await Node(clock, "a", study=True).start()).node
-        node._rooms = Ending([])
-        await node._open_now(STUDY, 1)
-        assert STUDY not in node.open and node.study_tries.problem == ""
+    async def begin() -> None:
+        leases, tries = HeldLeases(), StudyTries()
+        leases.taken(STUDY, fence=1, asked_at=0.0)
+        shards = OpenShards(Ending([]), leases, tries, lambda: 0.0)
+        shards.open_all()
+        await shards.settled()
+        assert STUDY not in shards and tries.problem == ""
 
-    together(story)
+    asyncio.run(begin())
     assert not caplog.records
 
 
@@ -124,8 +128,8 @@ def test_a_node_that_cannot_begin_the_study_is_not_well(tmp_path: Path, clock: T
 
 def test_a_node_that_cannot_begin_the_study_leaves_it_to_another_one(clock: TestClock) -> None:
     async def story() -> None:
-        a, b = [await Node(clock, name, study=True).start() for name in "ab"]
-        a.node._rooms = NoStudy()
+        a = await Node(clock, "a", study=True, rooms=NoStudy()).start()
+        b = await Node(clock, "b", study=True).start()
         for _ in range(TRIES):
             await a.step()
             assert STUDY in a.node.leases and not a.node.serves(STUDY) and a.node.study_tries.problem == WHY
@@ -146,8 +150,8 @@ def test_a_node_that_cannot_begin_the_study_leaves_it_to_another_one(clock: Test
 
 def test_a_node_that_drains_no_longer_says_that_the_study_cannot_begin_once_another_serves_it(clock: TestClock) -> None:
     async def story() -> None:
-        a, b = [await Node(clock, name, study=True).start() for name in "ab"]
-        a.node._rooms = NoStudy()
+        a = await Node(clock, "a", study=True, rooms=NoStudy()).start()
+        b = await Node(clock, "b", study=True).start()
         for _ in range(TRIES + 1):
             await a.step()
         assert STUDY not in a.node.leases and a.node.study_tries.problem == WHY
@@ -162,8 +166,8 @@ def test_a_node_that_drains_no_longer_says_that_the_study_cannot_begin_once_anot
 
 def test_a_node_that_is_alone_goes_on_trying_to_begin_the_study(clock: TestClock) -> None:
     async def story() -> None:
-        a, rooms = await Node(clock, "a", study=True).start(), NoStudy()
-        a.node._rooms = rooms
+        rooms = NoStudy()
+        a = await Node(clock, "a", study=True, rooms=rooms).start()
         for _ in range(2 * TRIES):
             await a.step()
             assert a.node.leases.fence(STUDY) == 1 and a.node.study_tries.problem == WHY
@@ -177,9 +181,7 @@ def test_a_node_that_is_alone_goes_on_trying_to_begin_the_study(clock: TestClock
 
 def test_while_no_node_can_begin_the_study_all_say_so_without_a_break(clock: TestClock) -> None:
     async def story() -> None:
-        nodes = [await Node(clock, name, study=True).start() for name in "ab"]
-        for each in nodes:
-            each.node._rooms = NoStudy()
+        nodes = [await Node(clock, name, study=True, rooms=NoStudy()).start() for name in "ab"]
         fences, complained = set[int](), set[str]()
         for _ in range(60):
             for each in nodes:
@@ -207,8 +209,7 @@ def test_while_no_node_can_begin_the_study_all_say_so_without_a_break(clock: Tes
 def test_status_does_not_say_that_a_node_runs_a_study_which_it_cannot_begin(
     clock: TestClock, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    a = Node(clock, "a", study=True)
-    a.rooms = a.node._rooms = NoStudy()
+    a = Node(clock, "a", study=True, rooms=NoStudy())
 
     async def story() -> None:
         await a.start()

@@ -17,6 +17,7 @@ from movingout.server.connection import client_connection
 from movingout.server.host import Host
 from movingout.server.persistence.room_snapshot import room_file
 from movingout.server.persistence.room_store import RoomStore, episodes_of_other_studies
+from movingout.server.rooms.player_requests import leave
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import hash_token
@@ -33,7 +34,7 @@ def test_a_finished_round_of_a_study_leaves_no_room_file(tmp_path: Path, study: 
     file = host.settings.rooms / f"{room.id}.json"
     host.store.flush()
     assert "person-1" in file.read_text()
-    room.leave(seats[0], now=0.0)
+    leave(room, seats[0], now=0.0)
     room.suspend()
     host.save(room)  # as a server does that stops
     host.store.close()

@@ -6,6 +6,7 @@ import pytest
 from movingout.server import messages as m
 from movingout.server.persistence.room_snapshot import room_again, room_file
 from movingout.server.persistence.room_store import RoomFile
+from movingout.server.rooms import player_requests
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_notices import RESTART_SOON
 from tests.server.support import Ear, Table
@@ -44,7 +45,7 @@ def test_between_two_rounds_they_hear_it_too() -> None:
 def test_why_a_game_ended_stays_unless_somebody_wants_to_play_again() -> None:
     table = Table()
     blue, _ = table.play()
-    table.room.leave(table.seats[1], table.now)
+    player_requests.leave(table.room, table.seats[1], table.now)
     table.room.hold_next(RESTART_SOON)
     assert (table.phase, table.room.state().reason_code) == ("series_over", "left")
     assert restored(table).reason_code == "left"
@@ -58,7 +59,7 @@ def test_a_restart_keeps_who_left_so_that_a_page_says_it_in_its_language(name: s
     table = Table()
     table.play()
     table.seats[1].name = name
-    table.room.leave(table.seats[1], table.now)
+    player_requests.leave(table.room, table.seats[1], table.now)
     told = restored(table)
     assert (told.reason_code, told.reason_values) == ("left", {"players": [name or "red"]})
     assert told.reason == f"{name or 'Red'} left the game."
@@ -67,7 +68,7 @@ def test_a_restart_keeps_who_left_so_that_a_page_says_it_in_its_language(name: s
 def test_a_file_of_before_has_its_reason_in_english_alone() -> None:
     table = Table()
     table.play()
-    table.room.leave(table.seats[1], table.now)
+    player_requests.leave(table.room, table.seats[1], table.now)
     kept = msgspec.to_builtins(room_file(table.room, 0.0))
     for field in ("reason_code", "reason_values"):
         del kept[field]

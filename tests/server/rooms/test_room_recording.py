@@ -8,7 +8,7 @@ import pytest
 
 from movingout.recordings import EpisodeWriter, read_episode, verify
 from movingout.server import messages as m
-from movingout.server.rooms.round import LiveRound
+from movingout.server.rooms.rounds.round import LiveRound
 from movingout.world import WorldError
 from tests.server.support import FakeServices, Table
 

@@ -9,6 +9,7 @@ import pytest
 from movingout.recordings import read_episode
 from movingout.server import messages as m
 from movingout.server.notices import Notice
+from movingout.server.rooms import player_requests
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import Refused, WrongRequest
 from movingout.server.security.tokens import hash_token
@@ -194,7 +195,7 @@ def test_who_has_practised_enough_leaves_the_other_to_practise_on() -> None:
     table = study_table(practice=True, limit_ticks=1200)
     blue, red = seated(table)
     table.ready(blue, red)
-    table.room.retire(table.seats[1], table.now)
+    player_requests.retire(table.room, table.seats[1], table.now)
     table.room.depart(red, table.now)
     tick = table.room.round.state.tick
     table.step(5)

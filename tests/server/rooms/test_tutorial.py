@@ -15,6 +15,7 @@ from movingout.recordings.storage.finished import recover_journal
 from movingout.recordings.verification import verify
 from movingout.server import messages as m
 from movingout.server.agent_workers.agent_seat import AgentAnswer
+from movingout.server.rooms import player_requests
 from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.server.rooms.services import WrongRequest
 from movingout.server.rooms.tutorial import STEPS, partner_seat, tutorial_map
@@ -196,7 +197,7 @@ def test_a_player_who_has_had_enough_is_replaced_by_the_partner() -> None:
     while table.phase in ("lobby", "countdown"):
         table.step()
     table.step(20)
-    table.room.retire(table.seats[1], table.now)
+    player_requests.retire(table.room, table.seats[1], table.now)
     assert table.seats[1].kind == "agent"
     play(table, Learner(table, blue, 0))
     assert shown(blue)[-1].finished

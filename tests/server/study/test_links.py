@@ -14,6 +14,7 @@ from movingout.server.cli import main
 from movingout.server.host import Host
 from movingout.server.settings import Settings
 from movingout.server.study.api import participant_view
+from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.arrivals.arrival_link import LINK, Arrival, ArrivalRefused, read_arrival
 from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.arrivals.signed_links import LinkSigner
@@ -311,7 +312,9 @@ async def is_full(study: RunningStudy) -> bool:
 
 
 def fresh(folder: Path) -> RunningStudy:
-    return RunningStudy(StudyFolder(parse_study(TWO_PAIRS), folder), TWO_PAIRS, Host(Settings(data=folder)))
+    return RunningStudy(
+        StudyFolder(parse_study(TWO_PAIRS), folder), TWO_PAIRS, Host(Settings(data=folder)), Admission()
+    )
 
 
 def test_pairs_that_lack_one_and_who_played_with_an_agent_instead_leave_their_place_to_others(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from sqlalchemy import update
 from movingout.server.host import Host
 from movingout.server.settings import Settings
 from movingout.server.study import running_study
+from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.arrivals.arrival_link import LINK
 from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.earnings import minutes_here
@@ -116,7 +117,7 @@ def test_a_pause_is_paid_whether_who_left_in_it_is_ended_in_it_or_after_it(solo:
 
 def begun(folder: Path, clock: Clock) -> RunningStudy:
     """A study that is not served."""
-    study = RunningStudy(StudyFolder(parse_study(SOLO), folder), SOLO, Host(Settings(data=folder)))
+    study = RunningStudy(StudyFolder(parse_study(SOLO), folder), SOLO, Host(Settings(data=folder)), Admission())
     study.databases.store.now = clock
     return study
 

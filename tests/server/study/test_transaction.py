@@ -13,6 +13,7 @@ from movingout.server.host import Host
 from movingout.server.notices import NOTHING
 from movingout.server.rooms.room_view import room_view
 from movingout.server.settings import Settings
+from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.departures import Departures
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.participants import Participants
@@ -100,7 +101,7 @@ def run(tmp_path: Path, test: Callable[[RunningStudy], Awaitable[None]]) -> None
 
     async def with_study() -> None:
         folder = StudyFolder(parse_study(SOLO), tmp_path)
-        study = RunningStudy(folder, SOLO, Host(Settings(data=tmp_path)))
+        study = RunningStudy(folder, SOLO, Host(Settings(data=tmp_path)), Admission())
         try:
             await test(study)
         finally:
@@ -172,7 +173,7 @@ def test_nothing_changes_while_another_server_may_run_the_study(tmp_path: Path) 
     async def test() -> None:
         in_charge = True
         folder = StudyFolder(parse_study(SOLO), tmp_path)
-        study = RunningStudy(folder, SOLO, Host(Settings(data=tmp_path)), in_charge=lambda: in_charge)
+        study = RunningStudy(folder, SOLO, Host(Settings(data=tmp_path)), Admission(), in_charge=lambda: in_charge)
         try:
             _, session, unit = await at_practice(study)
             in_charge = False

@@ -13,7 +13,8 @@ from fastapi import FastAPI
 from movingout.server.cluster.shards import STUDY
 from movingout.server.cluster.study import app
 from movingout.server.settings import Settings
-from movingout.server.study.api.served_study import Admission, ServedStudy
+from movingout.server.study.api.served_study import ServedStudy
+from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.participants import Participants
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study

@@ -3,14 +3,11 @@
 import asyncio
 import socket
 from collections.abc import Callable
-from typing import Any
 
 import pytest
-from uvicorn.protocols.http.flow_control import FlowControl
 
-from movingout.server.connection.connection_limits import ConnectionLimits
-from movingout.server.connection.taken_bytes import taken_bytes
-from movingout.server.connection.uvicorn_protocols import http_protocol
+from movingout.server.connection.uvicorn_protocols.reader_deadline import ReaderDeadline
+from movingout.server.connection.uvicorn_protocols.taken_bytes import taken_bytes
 from movingout.server.settings import Limits
 
 
@@ -51,14 +48,11 @@ class Line:
         self.aborted = True
 
 
-def sending(line: Line, timer: Timer) -> Any:
-    """The protocol of a connection on which an answer waits."""
-    limits = Limits()
-    kind = http_protocol(limits, ConnectionLimits(limits, (), lambda: 0.0))
-    protocol: Any = object.__new__(kind)
-    protocol.loop, protocol.transport, protocol.flow = timer, line, FlowControl(line)  # type: ignore[arg-type]
-    protocol.pause_writing()
-    return protocol
+def sending(line: Line, timer: Timer) -> ReaderDeadline:
+    """The deadline of a connection on which an answer waits."""
+    reader = ReaderDeadline(timer, line, Limits().unread_s)  # type: ignore[arg-type]
+    reader.look_anew()
+    return reader
 
 
 @pytest.mark.parametrize(("per_s", "dropped"), [(12_000, False), (1_000, False), (900, True), (0, True)])
@@ -88,18 +82,18 @@ def test_whoever_stops_taking_is_dropped_and_whoever_has_taken_all_is_not() -> N
 @pytest.mark.parametrize("waits", ["the rest", "more"])
 def test_where_the_system_does_not_count_an_answer_that_flows_is_not_dropped_until_it_stops(waits: str) -> None:
     line, timer = Line(65_000), Timer()
-    protocol = sending(line, timer)
+    reader = sending(line, timer)
     for _ in range(3):
         line.waiting = 15_000  # most is taken, and as much is written again
-        protocol.resume_writing()
+        reader.look_anew()
         line.waiting = 65_000
-        protocol.pause_writing()
+        reader.look_anew()
     line.waiting = 29_000  # 1.2 KB/s
     timer.fire()
     assert not line.aborted
     if waits == "the rest":
         line.waiting = 15_000
-        protocol.resume_writing()
+        reader.look_anew()
     timer.fire()
     assert line.aborted, "nothing more was taken"
 

@@ -15,12 +15,12 @@ from movingout.recordings.episode import Episode, EventKind, Outcome
 from movingout.server import messages as m
 from movingout.server.frames import Bundle, BundleEvent, Input
 from movingout.server.notices import NOTHING, Notice
-from movingout.server.rooms.deliverers import Deliverers
 from movingout.server.rooms.input_buffer import NEUTRAL, TickInput
 from movingout.server.rooms.pause import PauseBudget
-from movingout.server.rooms.pings import RoundPings
-from movingout.server.rooms.quality import RoundQuality
-from movingout.server.rooms.round_recorder import RoundRecorder
+from movingout.server.rooms.rounds.deliverers import Deliverers
+from movingout.server.rooms.rounds.pings import RoundPings
+from movingout.server.rooms.rounds.quality import RoundQuality
+from movingout.server.rooms.rounds.round_recorder import RoundRecorder
 from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.server.rooms.tutorial import TutorialProgress
 from movingout.world import World

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from movingout.server.rooms.quality import RoundQuality
+from movingout.server.rooms.rounds.quality import RoundQuality
 
 STILL, MOVING, GRASPING = (0.0, 0.0, 0.0), (0.5, 1.0, 0.0), (0.0, 0.0, 1.0)
 

@@ -1,6 +1,6 @@
 """Who brought an item home, from the hands after each tick."""
 
-from movingout.server.rooms.deliverers import TOGETHER_TICKS, Deliverers
+from movingout.server.rooms.rounds.deliverers import TOGETHER_TICKS, Deliverers
 
 
 def seen(items: int, *held: tuple[int, int]) -> Deliverers:
