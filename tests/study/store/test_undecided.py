@@ -66,9 +66,9 @@ def test_notes_about_who_has_consented_stay(place: Path | str) -> None:
 
 
 def test_only_those_who_are_dropped_are_looked_at_and_a_code_stays_good(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    place: Path | str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    identities = open_identities(tmp_path)
+    identities = open_identities(place)
     gone, here, coded = (identities.pid(source, "5f3c")[0] for source in ("prolific", "mturk", "code"))
     for pid in (gone, here, coded):
         identities.open_session(pid, f"hash of {pid}")
@@ -79,6 +79,9 @@ def test_only_those_who_are_dropped_are_looked_at_and_a_code_stays_good(
     assert [identities.of_session(f"hash of {pid}") for pid in (here, coded)] == [here, None]
     assert identities.parameters() == {here: {"SESSION_ID": here}, coded: {}}, "nothing is kept of who came with a code"
     assert identities.database.is_unscrubbed()
-    identities.database.scrub()
-    identities.drop_visitors([coded])
-    assert not identities.database.is_unscrubbed(), "nothing was left to overwrite"
+    for said in ({"SESSION_ID": "of who got no page"}, {}):
+        identities.database.scrub()
+        identities.keep_parameters(coded, said)
+        identities.drop_visitors([coded])
+        assert identities.parameters()[coded] == {}
+        assert identities.database.is_unscrubbed() == bool(said), "overwritten is what there was"
