@@ -13,6 +13,7 @@ from movingout.study.data.erasure import due_now, purge
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StudyError
 from movingout.study.store import IdentityStore, Store
+from movingout.study.store.database import Kind
 from movingout.study.store.removal import UNDECIDED_S
 from tests.server.study.support import SOLO, served
 from tests.study.support import Clock, agree, open_identities, open_store, study
@@ -74,7 +75,7 @@ def test_a_backup_holds_identities_as_of_the_moment_of_its_database(
     unknown, coded = identities.pid("prolific", "5f3b")[0], identities.pid("code", "ABCD")[0]
     identities.open_session(unknown, "hash of somebody of a newer database")
 
-    def save(address: str | None, file: Path, kind: backup.Kind, target: Path) -> None:
+    def save(address: str | None, file: Path, kind: Kind, target: Path) -> None:
         really(address, file, kind, target)
         if kind == "main":
             come(store, identities, "5f3c")
