@@ -158,7 +158,9 @@ def test_the_second_transaction_begins_when_the_first_has_ended(tmp_path: Path) 
     run(tmp_path, test)
 
 
-def test_while_somebodys_change_takes_long_others_are_shown_their_page_and_answers_are_saved(tmp_path: Path) -> None:
+def test_while_somebodys_change_takes_long_others_are_shown_their_page_and_answers_are_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Changes queue; while a room of one opens slowly, nobody's view or answer waits for it."""
 
     async def test(study: RunningStudy) -> None:
@@ -182,7 +184,7 @@ def test_while_somebodys_change_takes_long_others_are_shown_their_page_and_answe
             await study.participants.move(tx, other, "form")
         item = study.study.questionnaire("demographics", "en").items[0]
         answer = StudyAnswerRequest("form", item.id, 0)
-        study.host.open_room = open_slowly  # type: ignore[method-assign]
+        monkeypatch.setattr(study.host, "open_room", open_slowly)
         async with asyncio.timeout(WAIT_S), asyncio.TaskGroup() as tasks:
             tasks.create_task(note("opened", open_room(study, unit, session)))
             await opening.wait()
