@@ -47,8 +47,9 @@ class StudyDatabases:
                 self._refuse_lost(folder)
                 code = code_versions() | agent_code(folder.study)
                 models = model_hashes(folder.study)
-                asked = freeze_study(self.store, folder.study.id, file_text, code, models, simulated)
-                self.identities.drop_visitors([*asked])
+                forget = self.identities.drop_visitors
+                freeze_study(self.store, folder.study.id, file_text, code, models, simulated, forget)
+                self._forget_half_arrived()
             except StudyError:
                 self.identities.close()
                 raise
@@ -78,6 +79,14 @@ class StudyDatabases:
                 f"the database {address} of study {folder.study.id} is empty, but the identities of participants are "
                 f"there ({known}): it was moved or lost. {_WHAT_HELPS}"
             )
+
+    def _forget_half_arrived(self) -> None:
+        """Delete ids that a kill left of people before it was written down that they came.
+
+        At a start nobody else writes: no other server serves the study, and nobody is just arriving.
+        """
+        known = {one.pid for one in self.store.everybody()}
+        self.identities.drop_visitors([one.pid for one in self.identities.without(known) if one.half_arrived])
 
     def _refuse_unknown(self, folder: StudyFolder) -> None:
         """Raises StudyError where people have taken part whose identities are not there any more, and makes none anew.

@@ -94,8 +94,7 @@ class Participants:
 
     async def decline(self, tx: Transaction, session: ParticipantSession) -> None:
         """No consent: delete everything about them; only the number of those who declined is kept."""
-        await tx.run(decline, self._store, session.pid)
-        await tx.run(self._identities.drop, [session.pid])
+        await tx.run(decline, self._store, session.pid, self._identities.drop)
         self._unscrubbed = True
         session.declined = True
         self._declined.append(session)
@@ -123,8 +122,7 @@ class Participants:
         """
         pids = [session.pid for session in self._gone(now)[:MOST_AT_ONCE]]
         if pids:
-            await tx.run(drop_undecided, self._store, pids)
-            await tx.run(self._identities.drop_visitors, pids)
+            await tx.run(drop_undecided, self._store, pids, self._identities.drop_visitors)
             self._unscrubbed = True
             for pid in pids:
                 del self._sessions[pid]

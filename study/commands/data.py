@@ -82,6 +82,11 @@ def configure(commands: Any) -> None:
     )
     add_place(purging)
     purging.add_argument("--apply", action="store_true", help="really remove")
+    purging.add_argument(
+        "--unknown",
+        action="store_true",
+        help="also identities of people whom the database does not know, as where an older one was put back",
+    )
     purging.set_defaults(perform=_purge)
 
 
@@ -156,7 +161,7 @@ def _purge(args: argparse.Namespace) -> int:
     folder = folder_of(args)
     with closing(folder.open_existing()) as store, folder.exclusive() if args.apply else nullcontext():
         folder = _keeping_promises(folder, store, args.file)
-        found = purge(folder, store) if args.apply else due_now(folder, store)
+        found = (purge if args.apply else due_now)(folder, store, unknown_too=args.unknown)
     document = {"applied": args.apply, "identities": list(found.identities), "participants": list(found.trials)}
     document["without_consent"] = list(found.undecided)
     document["may_take_part_again"] = found.may_return

@@ -5,6 +5,7 @@ import json
 import shlex
 import sys
 from collections.abc import Callable
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ from rich.table import Table
 from movingout.maps.commands.parser import add_out
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.study.commands import backup, data
+from movingout.study.commands.place import add_databases, databases
+from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import Visit, letters
 from movingout.study.design.consent_text import unfilled
 from movingout.study.design.definition import Study
@@ -58,6 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[ar
     check.add_argument(
         "--slow-agents", action="store_true", help="for study serve --slow-agents: warn of partners that are too slow"
     )
+    add_databases(check)
     check.set_defaults(perform=_check)
     data.configure(commands)
     backup.configure(commands)
@@ -96,6 +100,9 @@ def _check(args: argparse.Namespace) -> int:
             print(json.dumps({"ready": False, "faults": faults}, indent=2, ensure_ascii=False))
         return 1
     found = partners_timed(own_agents_tried(review(study)))
+    if (found.refused or found.slow) and _has_begun(args, study):
+        goes_on = f"the study {study.id} has begun: it is served all the same, and goes on as it is"
+        found = replace(found, warnings=(*found.warnings, goes_on, *found.refused, *found.slow), refused=(), slow=())
     if args.slow_agents:
         found = replace(found, warnings=(*found.warnings, *found.slow), slow=())
     if args.json:
@@ -103,6 +110,17 @@ def _check(args: argparse.Namespace) -> int:
     else:
         _print(found)
     return 0 if found.ready else 1
+
+
+def _has_begun(args: argparse.Namespace, study: Study) -> bool:
+    """Whether a study that has begun with this file lies where its data usually are, or where the options say.
+
+    Raises StudyError for a PostgreSQL database that was named and cannot be read.
+    """
+    folder = StudyFolder(study, args.data, *databases(args))
+    with nullcontext() if folder.database else suppress(StudyError):
+        return folder.has_begun_with(args.file)
+    return False
 
 
 def _print(found: Review) -> None:
@@ -131,6 +149,9 @@ def _print(found: Review) -> None:
         console.print(f"[red]too slow:[/red] {escape(sentence)}", soft_wrap=True)
     for sentence in (*found.missing, *found.refused, *found.untranslated, *found.unfilled):
         console.print(f"[red]missing:[/red] {escape(sentence)}", soft_wrap=True)
+    if found.refused or found.slow:
+        begun = "one that has begun with this file is served all the same; --data or --database says where its data are"
+        console.print(f"no study begins like this; {begun}", soft_wrap=True)
     counts = ", ".join(_counts(found))
     console.print(f"{'ready' if found.ready else 'not ready'}{': ' if counts else ''}{counts}", soft_wrap=True)
 

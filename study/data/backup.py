@@ -29,6 +29,7 @@ from movingout.study.design.sections.study_model import Name
 from movingout.study.errors import StudyError
 from movingout.study.store.database import Kind
 from movingout.study.store.frozen_study import frozen_study
+from movingout.study.store.identity import IdentityStore
 from movingout.study.store.store import Store
 from movingout.study.store.tables import rounds
 
@@ -79,9 +80,14 @@ def back_up(
 def _write(
     folder: StudyFolder, part: Path, target: Path, identities: bool, previous: Path | None, now: float
 ) -> BackedUp:
+    if identities:
+        _save(folder.identities, folder.own / IDENTITY, "identity", part / IDENTITY)
+        before = _opened(part / IDENTITY)
+        (part / IDENTITY).unlink()
     _save(folder.database, folder.own / MAIN, "main", part / MAIN)
     if identities:
         _save(folder.identities, folder.own / IDENTITY, "identity", part / IDENTITY)
+        _leave_out_arrivals(part, before)
         with suppress(FileNotFoundError):
             shutil.copy2(folder.own / LINK_KEY, part / LINK_KEY)
     with closing(Store(part / MAIN)) as store:
@@ -115,6 +121,24 @@ def _write(
     size = sum(path.stat().st_size for path in part.rglob("*") if path.is_file())
     copied = len(set(episodes)) - len(absent)
     return BackedUp(target, folder.study.id, len(files), size, copied, missing, identities, warnings)
+
+
+def _opened(identity_file: Path) -> set[str]:
+    """Those of these identities who have got a page of the study."""
+    with closing(IdentityStore(identity_file)) as kept:
+        return {one.pid for one in kept.without(()) if one.used}
+
+
+def _leave_out_arrivals(part: Path, before: Collection[str]) -> None:
+    """Take who came after the copy of the main database out of that of identities, as if it were of the same moment.
+
+    Else the main one would seem to be an older one that was put back, and `study purge` refuse.
+    """
+    with closing(Store(part / MAIN)) as store, closing(IdentityStore(part / IDENTITY)) as kept:
+        left = kept.without({one.pid for one in store.everybody()})
+        kept.drop_visitors([one.pid for one in left if one.used and one.pid not in before])
+        kept.database.scrub_rest()
+    _fold_in(part / IDENTITY)
 
 
 def _begun(folder: StudyFolder, store: Store) -> tuple[Study, tuple[str, ...]]:

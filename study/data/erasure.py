@@ -1,7 +1,7 @@
 """Deletes a participant, on request or at the end of retention: recordings, identity, then the rows."""
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.design.sections.retention import period_days
 from movingout.study.errors import StudyError
+from movingout.study.store.database import shown
 from movingout.study.store.identity import CODE, IdentityStore, Leftover
 from movingout.study.store.removal import (
     UNDECIDED_S,
@@ -89,10 +90,10 @@ def _named(folder: StudyFolder, store: Store, name: str) -> str:
     return store.participant(found[0] if found else name).pid
 
 
-def _due(study: Study, store: Store, kept: IdentityStore | None) -> DueForErasure:
+def _due(study: Study, store: Store, kept: IdentityStore | None, *, unknown_too: bool) -> DueForErasure:
     """Who is past the retention period; for participants who have not finished it starts when they were last seen.
 
-    Identities are due of those who are still `kept`.
+    Identities are due of those who are still `kept`. Raises StudyError.
     """
     now = store.now()
     known = kept.everybody() if kept else {}
@@ -108,7 +109,10 @@ def _due(study: Study, store: Store, kept: IdentityStore | None) -> DueForErasur
             trials.append(one.pid)
         elif one.pid in known and _expired(one, study.retention.identity, now):
             identities.append(one.pid)
-    leftovers = kept.without({one.pid for one in everybody} - {*visitors}) if kept else []
+    taking_part = {one.pid for one in everybody}
+    leftovers = kept.without(taking_part - {*visitors}) if kept else []
+    if not unknown_too:
+        _refuse_older(study, store, [one for one in leftovers if one.used and one.pid not in taking_part])
     codes, gone = _left_over(study, leftovers, now)
     recruits = _is_recruiting(study, store)
     identities += [] if recruits else codes  # one that was handed out long ago stays good
@@ -116,6 +120,20 @@ def _due(study: Study, store: Store, kept: IdentityStore | None) -> DueForErasur
     returning = [pid for pid in (*identities, *trials) if pid in known and known[pid][0] != CODE]
     may_return = len(returning) if recruits else 0
     return DueForErasure(tuple(identities), tuple(trials), may_return, tuple(visitors))
+
+
+def _refuse_older(study: Study, store: Store, unknown: Sequence[Leftover]) -> None:
+    """Raises StudyError where people have come of whom the main database knows nothing: an older one was put back.
+
+    Everybody is written down there before they get a page, and deleted there after their identity.
+    """
+    if unknown:
+        raise StudyError(
+            f"{len(unknown)} of the identities are of people who opened the study, but {shown(store.database.address)} "
+            f"of study {study.id} does not know them: it is older than the identities, as where a copy of before was "
+            "put back. Nothing was removed. Bring the newest one back, or a whole backup into a new folder (movingout "
+            "study restore). If there is no newer one, or only a server of an earlier version was killed, add --unknown"
+        )
 
 
 def _left_over(study: Study, leftovers: Iterable[Leftover], now: int) -> tuple[list[str], list[str]]:
@@ -141,16 +159,19 @@ def _is_recruiting(study: Study, store: Store) -> bool:
     return planned_done(done, study.units, study.group) < study.units
 
 
-def due_now(folder: StudyFolder, store: Store) -> DueForErasure:
-    """What `purge` would remove."""
+def due_now(folder: StudyFolder, store: Store, *, unknown_too: bool = False) -> DueForErasure:
+    """What `purge` would remove. Raises StudyError."""
     with folder.existing_identities() as identities:
-        return _due(folder.study, store, identities)
+        return _due(folder.study, store, identities, unknown_too=unknown_too)
 
 
-def purge(folder: StudyFolder, store: Store) -> DueForErasure:
-    """Remove what is due, also from the files where that was interrupted before; returns what was removed."""
+def purge(folder: StudyFolder, store: Store, *, unknown_too: bool = False) -> DueForErasure:
+    """Remove what is due, also from the files where that was interrupted before; returns what was removed.
+
+    Raises StudyError where identities are of people whom the main database does not know, unless `unknown_too`.
+    """
     with folder.existing_identities() as identities:
-        found = _due(folder.study, store, identities)
+        found = _due(folder.study, store, identities, unknown_too=unknown_too)
         gone = tuple(pid for pid in found.identities if identities and identities.forget(pid))
         if identities:
             identities.drop_visitors(found.undecided)

@@ -9,11 +9,11 @@ from filelock import FileLock, Timeout
 
 from movingout.maps.files.ownership import make_file, make_folder
 from movingout.study.design.definition import Study
-from movingout.study.design.study_file import parse_study, plain_text
+from movingout.study.design.study_file import complete_text, parse_study, plain_text
 from movingout.study.errors import StudyError
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import alone
-from movingout.study.store.frozen_study import frozen_study
+from movingout.study.store.frozen_study import frozen_study, has_begun
 from movingout.study.store.identity import IdentityStore
 from movingout.study.store.store import Store
 
@@ -111,6 +111,13 @@ class StudyFolder:
         """The store of a study that was run. Raises StudyError when it never was."""
         self.check_was_run()
         return self.open(now)
+
+    def has_begun_with(self, file: Path) -> bool:
+        """Whether somebody has consented here to the study that the file describes, as it is now. Raises StudyError."""
+        with closing(self.open_existing()) as store:
+            begun_with = plain_text(frozen_study(store).file_text) if has_begun(store) else None
+        # studies of earlier versions began without the texts that the study keeps in files
+        return begun_with in (plain_text(file.read_text(encoding="utf-8")), plain_text(complete_text(file)))
 
     def check_was_run(self) -> None:
         """Raises StudyError where neither a file nor an address of a database is there."""

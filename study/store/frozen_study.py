@@ -12,7 +12,7 @@ from sqlalchemy import Connection, Row, insert, select, update
 from movingout.study.design.definition import ALLOCATION
 from movingout.study.errors import StudyError
 from movingout.study.store.audit import record
-from movingout.study.store.removal import remove_undecided, undecided_in
+from movingout.study.store.removal import Forget, no_identities, remove_undecided, undecided_in
 from movingout.study.store.store import Store
 from movingout.study.store.tables import audit, participants, study, units
 
@@ -33,14 +33,20 @@ class FrozenStudy:
 
 
 def freeze_study(
-    store: Store, id: str, file_text: str, code: Mapping[str, str], models: Mapping[str, str], simulated: bool = False
+    store: Store,
+    id: str,
+    file_text: str,
+    code: Mapping[str, str],
+    models: Mapping[str, str],
+    simulated: bool = False,
+    forget: Forget = no_identities,
 ) -> set[str]:
     """Store what the study is run with. It may not change once a participant has consented; before, the newest counts.
 
     Newer software is allowed, since a bug may have to be fixed in the middle of a study, and is audited.
     Data of `simulated` participants are never mixed with data of people. Raises StudyError where it would change.
-    Returns who was asked for their consent before a change, and has not given it: they are deleted and begin anew,
-    because their page may show what they read then.
+    Returns who was asked for their consent before a change, and has not given it: they are deleted, by `forget` their
+    identities too, and begin anew, because their page may show what they read then.
     """
     asked = set[str]()
     digest = sha256(file_text.encode()).hexdigest()
@@ -60,7 +66,7 @@ def freeze_study(
         elif not _begun(connection):
             if (known.file_sha256, known.simulated) != (digest, simulated):
                 asked = undecided_in(connection)
-                remove_undecided(store, connection, [*asked])
+                remove_undecided(store, connection, [*asked], forget)
             connection.execute(update(study).values(**row))
         else:
             _check_same(store, connection, known, row)

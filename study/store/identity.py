@@ -39,6 +39,11 @@ class Leftover(NamedTuple):
     at_ms: int  # when it was first seen, in ms since the epoch; of a code, when it was made
     used: bool  # whether a browser came with it
 
+    @property
+    def half_arrived(self) -> bool:
+        """Whether they have got no page yet, and so were written down nowhere else: it is the last step of arriving."""
+        return self.source != CODE and not self.used
+
 
 class IdentityStore:
     """Recruitment ids and the pseudonyms that stand for them everywhere else."""

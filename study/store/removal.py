@@ -1,6 +1,6 @@
 """Deletes the rows of a participant; a tombstone says how many there were."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Table, delete, exists, insert, or_, select, update
@@ -23,6 +23,14 @@ from movingout.study.store.tables import (
 
 MOST_AT_ONCE = 5000  # participants whom one query names
 UNDECIDED_S = 1800.0  # how long somebody who has not consented yet may be away
+
+Forget = Callable[[Sequence[str]], object]
+"""Deletes the identities of these pseudonyms. It comes first: a kill in between leaves a row here that is found again,
+not an id of nobody."""
+
+
+def no_identities(pids: Sequence[str]) -> None:
+    """Where there are none to forget."""
 
 
 def episodes_of(store: Store, pid: str) -> tuple[str, ...]:
@@ -121,27 +129,28 @@ def is_erased(store: Store, pid: str) -> bool:
         return connection.execute(query).first() is not None
 
 
-def decline(store: Store, pid: str) -> None:
+def decline(store: Store, pid: str, forget: Forget = no_identities) -> None:
     """A participant does not consent: only the count of such people is kept. Raises StudyError after a consent."""
     with store.database.write() as connection:
         if connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
             raise StudyError("consent was given already; to leave, stop the study and choose whether the data are kept")
-        remove_undecided(store, connection, [pid])
+        remove_undecided(store, connection, [pid], forget)
         kind = sqlite if connection.dialect.name == "sqlite" else postgresql
         added = kind.insert(counts).values(name="declined", number=1)
         connection.execute(added.on_conflict_do_update(index_elements=["name"], set_={"number": counts.c.number + 1}))
 
 
-def drop_undecided(store: Store, pids: Sequence[str]) -> None:
+def drop_undecided(store: Store, pids: Sequence[str], forget: Forget = no_identities) -> None:
     """Delete people who opened the link and never said whether they consent; nothing of them is kept."""
     with store.database.write() as connection:
-        remove_undecided(store, connection, pids)
+        remove_undecided(store, connection, pids, forget)
 
 
-def remove_undecided(store: Store, connection: Connection, pids: Sequence[str]) -> None:
+def remove_undecided(store: Store, connection: Connection, pids: Sequence[str], forget: Forget) -> None:
     """Delete those of them without a consent, and the notes about them, which `Database.scrub` overwrites."""
     chosen = participants.c.pid.in_(pids) & participants.c.pid.not_in(select(consents.c.pid))
     gone = connection.execute(delete(participants).where(chosen).returning(participants.c.pid)).scalars().all()
+    forget(gone)
     about = connection.execute(select(notes.c.id, notes.c.text)).all()
     named = [row.id for row in about if any(pid in row.text for pid in gone)]
     if named:

@@ -40,8 +40,8 @@ def open_store(folder: Path | str, clock: Clock | None = None, text: str = TEXT)
     return store
 
 
-def open_identities(folder: Path) -> IdentityStore:
-    identities = IdentityStore(folder / "identity.sqlite", Clock())
+def open_identities(folder: Path | str) -> IdentityStore:
+    identities = IdentityStore(folder / "identity.sqlite" if isinstance(folder, Path) else folder, Clock())
     OPENED.append(identities)
     return identities
 

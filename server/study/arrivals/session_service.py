@@ -57,7 +57,7 @@ class SessionService:
         async with self._turn(address) as tx:
             if isinstance(first, ParticipantSession) and first.record.unit is not None:
                 await self._refuse_new(tx, arrival)
-            pid = await self._pid(tx, arrival)
+            pid, is_new = await self._pid(tx, arrival)
             before = running.participants.get(pid)
             replaces = here.index(before) if before is not None and before in here else None
             if before is not None and replaces is None:
@@ -65,7 +65,8 @@ class SessionService:
             session = before or await self._admit(tx, pid, arrival.source, language)
             if arrival.source == CODE and session.finished and replaces is None:  # their own page has their code
                 raise ArrivalRefused("code_used", "This code was used already, by somebody who has finished.")
-            if before is not None and arrival.parameters and not session.finished:  # they took another assignment
+            if arrival.parameters and not (is_new or session.finished):
+                # they took another assignment, or come for the first time with a code, which was made without any
                 await tx.run(self._identities.keep_parameters, pid, arrival.parameters)
             if session.listeners:
                 running.alerts.add("duplicate", f"{pid} opened a second window; the first one was closed.", pid=pid)
@@ -138,17 +139,17 @@ class SessionService:
         if self._running.study.group > 1 and (pid is None or self._running.participants.get(pid) is None):
             raise _partner_came()
 
-    async def _pid(self, tx: Transaction, arrival: Arrival) -> str:
+    async def _pid(self, tx: Transaction, arrival: Arrival) -> tuple[str, bool]:
+        """The pseudonym, and whether it is new, and what else the link said kept with it. Raises ArrivalRefused."""
         known = await tx.run(self._identities.known, arrival.source, arrival.external_id)
         if known is not None:
-            return known
+            return known, False
         if arrival.expired:
             raise ArrivalRefused("link_expired", "This link has expired. Please ask the experimenter for another one.")
         if arrival.source == CODE:
             raise ArrivalRefused("code_unknown", "This code is not known. Please check it, or ask the experimenter.")
         self._refuse_when_full()  # before anything about them is kept
-        pid, _ = await tx.run(self._identities.pid, arrival.source, arrival.external_id, arrival.parameters)
-        return pid
+        return await tx.run(self._identities.pid, arrival.source, arrival.external_id, arrival.parameters)
 
     def _refuse_other_device(self, session: ParticipantSession) -> None:
         if not self._running.device_bound(session):

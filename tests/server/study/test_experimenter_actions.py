@@ -362,6 +362,15 @@ def test_payments_name_the_assignment_that_was_taken_last(solo: Served) -> None:
     assert found == {"WORKER": ("A2", "H2"), "member": ("'=S", "T")}
 
 
+def test_payments_name_the_assignment_of_who_came_once_with_a_code(tmp_path: Path) -> None:
+    with served(tmp_path, codes=True) as study:
+        code = study.ask("open-next")["code"]
+        study.visitor(code=code, workerId="WORKER", assignmentId="A1", hitId="H1").go_to("form").stop(True)
+        _, text = study.live.call("/api/experimenter/payments.csv", token=ADMIN)
+    (row,) = csv.DictReader(io.StringIO(text.decode("utf-8-sig")))
+    assert (row["id"], row["assignment"], row["task"]) == (code, "A1", "H1")
+
+
 @pytest.mark.slow
 def test_payments_say_who_is_paid_what(solo: Served) -> None:
     visitor = solo.visitor(PROLIFIC_PID="=to-be-paid")

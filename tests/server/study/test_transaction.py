@@ -13,8 +13,10 @@ from movingout.server.host import Host
 from movingout.server.notices import NOTHING
 from movingout.server.rooms.room_view import room_view
 from movingout.server.settings import Settings
+from movingout.server.study.api.participant_view import ParticipantViews
 from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.departures import Departures
+from movingout.server.study.participant_actions import ParticipantActions, StudyAnswerRequest
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.participants import Participants
 from movingout.server.study.progress import Progress
@@ -28,6 +30,7 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StoreFenced
 from movingout.study.store.tables import participants
+from tests.server.live import WAIT_S
 from tests.server.study.support import SOLO
 
 READERS = {
@@ -152,6 +155,51 @@ def test_the_second_transaction_begins_when_the_first_has_ended(tmp_path: Path) 
 
         await asyncio.gather(change("first"), change("second"))
         assert order == ["first begins", "first ends", "second begins", "second ends"]
+
+    run(tmp_path, test)
+
+
+def test_while_somebodys_change_takes_long_others_are_shown_their_page_and_answers_are_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Changes queue; while a room of one opens slowly, nobody's view or answer waits for it."""
+
+    async def test(study: RunningStudy) -> None:
+        _, session, unit = await at_practice(study)
+        opening, goes_on, order = asyncio.Event(), asyncio.Event(), list[str]()
+        actions, views = ParticipantActions(study), ParticipantViews(study)
+        really = study.host.open_room
+
+        async def open_slowly(*given: Any) -> str:
+            opening.set()
+            await goes_on.wait()
+            return await really(*given)
+
+        async def note(name: str, work: Awaitable[object]) -> None:
+            await work
+            order.append(name)
+
+        async with study.transaction() as tx:
+            other = await study.participants.arrive(tx, "PCCCCCC", "en", "link")
+            await tx.run(study.databases.store.consent, other.pid, "1", "en", "text", [])
+            await study.participants.move(tx, other, "form")
+        item = study.study.questionnaire("demographics", "en").items[0]
+        answer = StudyAnswerRequest("form", item.id, 0)
+        monkeypatch.setattr(study.host, "open_room", open_slowly)
+        async with asyncio.timeout(WAIT_S), asyncio.TaskGroup() as tasks:
+            tasks.create_task(note("opened", open_room(study, unit, session)))
+            await opening.wait()
+            tasks.create_task(note("stop", actions.stop(other, True)))
+            await note("view", views.view(other))
+            await note("answer", actions.answer(other, answer))
+            goes_on.set()
+        assert order[:2] == ["view", "answer"] and {*order[2:]} == {"opened", "stop"}
+
+    async def open_room(study: RunningStudy, unit: StudyUnit, session: ParticipantSession) -> None:
+        async with study.transaction() as tx:
+            step = session.step
+            assert step is not None
+            await study.rooms.open(tx, unit, step)
 
     run(tmp_path, test)
 

@@ -387,9 +387,13 @@ def test_who_never_consented_is_purged_where_a_kill_came_between_the_two_databas
     for pid in (gone, coded):
         store.arrive(pid, "en")
     drop_undecided(store, [gone, coded])
-    assert purge(folder, store).undecided == (), "somebody may be arriving just now"
+    assert purge(folder, store, unknown_too=True).undecided == (), "somebody may be arriving just now"
     clock.ms += round(1e3 * UNDECIDED_S)
-    assert {*due_now(folder, store).undecided} == {*purge(folder, store).undecided} == {gone, coded}
+    assert (
+        {*due_now(folder, store, unknown_too=True).undecided}
+        == {*purge(folder, store, unknown_too=True).undecided}
+        == {gone, coded}
+    )
     assert identities.everybody() == {coded: ("code", "ABCDEFGH")}
     assert identities.of_session("hash of their browser") is None
-    assert due_now(folder, store).undecided == ()
+    assert due_now(folder, store, unknown_too=True).undecided == ()

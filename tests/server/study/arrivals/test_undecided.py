@@ -71,6 +71,25 @@ def test_what_was_noted_about_who_leaves_without_a_consent_is_nowhere(tmp_path: 
         assert files == [], "it is overwritten"
 
 
+def test_an_id_that_a_kill_left_of_who_was_arriving_goes_at_the_next_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(pid: str, language: str) -> None:
+        raise StoreError("killed")
+
+    with served(tmp_path) as study:
+        here, code = study.visitor(PROLIFIC_PID="reads").pid, study.ask("open-next")["code"]
+        monkeypatch.setattr(study.running.databases.store, "arrive", killed)
+        assert study.arrive(PROLIFIC_PID="arriving")[0] == 507
+        assert len(study.running.databases.identities.everybody()) == 3
+    with served(tmp_path) as study:
+        identities = study.running.databases.identities
+        assert sorted(identities.everybody().values()) == [("code", code), ("prolific", "reads")]
+        assert identities.external(here) == ("prolific", "reads")
+        assert identities.database.is_unscrubbed(), "it is overwritten soon"
+        assert study.visitor(PROLIFIC_PID="arriving").kind == "consent"
+
+
 def test_after_a_typo_is_mended_the_study_begins_and_who_had_looked_is_asked_again(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         visitor = study.visitor(PROLIFIC_PID="looks")

@@ -1,5 +1,6 @@
 """`movingout study serve`: what it prints, and what it refuses in a sentence."""
 
+import json
 import re
 import threading
 from collections.abc import Callable
@@ -165,6 +166,16 @@ def test_agents_that_keep_a_study_from_beginning_are_a_warning_in_one_that_has_b
     assert main(["study", "serve", str(file), "--data", str(data), "--port", "0"]) == 0
     warned = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: ")]
     assert len(warned) == 1 and said in warned[0]
+    checked = ["study", "check", str(file), "--json", "--data"]
+    assert main([*checked, str(tmp_path / "elsewhere")]) == 1
+    assert [*map(str, json.loads(capsys.readouterr().out)["missing"])] == [warned[0].removeprefix("warning: ")]
+    main([*checked, str(data)])
+    told = json.loads(capsys.readouterr().out)
+    assert warned[0].removeprefix("warning: ") in told["warnings"], "in the same words"
+    assert not told["missing"] and any("has begun" in sentence for sentence in told["warnings"])
+    file.write_text(file.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
+    main([*checked, str(data)])
+    assert json.loads(capsys.readouterr().out)["missing"], "as this file it has not begun"
 
 
 def test_a_study_that_was_served_and_met_nobody_has_not_begun(

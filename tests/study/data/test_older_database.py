@@ -1,0 +1,91 @@
+"""A database of a study that is older than that of its identities: nobody is removed whom it merely does not know."""
+
+import shutil
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from movingout.server.cli import main
+from movingout.study.data import backup
+from movingout.study.data.backup import back_up
+from movingout.study.data.erasure import due_now, purge
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.errors import StudyError
+from movingout.study.store import IdentityStore, Store
+from movingout.study.store.database import Kind
+from movingout.study.store.removal import UNDECIDED_S
+from tests.server.study.support import SOLO, served
+from tests.study.support import Clock, agree, open_identities, open_store, study
+
+
+def come(store: Store, identities: IdentityStore, external_id: str) -> str:
+    """Somebody arrives, gets a page and consents; returns the pseudonym."""
+    pid, _ = identities.pid("prolific", external_id)
+    agree(store, [pid])
+    identities.open_session(pid, f"hash of {external_id}")
+    return pid
+
+
+def test_beside_an_older_database_a_start_removes_nobody_and_purge_asks_for_an_option(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, data, before = tmp_path / "study.yaml", tmp_path / "data", tmp_path / "before.sqlite"
+    file.write_text(SOLO, encoding="utf-8")
+    with served(data) as running:
+        running.visitor(PROLIFIC_PID="early").agree()
+        own = running.folder.own
+    shutil.copy2(own / "study.sqlite", before)
+    with served(data) as running:
+        late = running.visitor(PROLIFIC_PID="late")
+        late.agree()
+        pid = late.pid
+    shutil.copy2(before, own / "study.sqlite")
+    with served(data):
+        pass
+    for option in ([], ["--apply"]):
+        assert main(["study", "purge", str(file), "--data", str(data), *option]) == 2
+        told = capsys.readouterr().err
+        assert "1 of the identities are of people who opened the study" in told and "--unknown" in told
+    with closing(IdentityStore(own / "identity.sqlite")) as identities:
+        assert identities.external(pid) == ("prolific", "late")
+    assert main(["study", "purge", str(file), "--data", str(data), "--unknown", "--apply"]) == 0
+
+
+def test_with_the_option_who_is_unknown_goes_after_half_an_hour_and_nobody_else(tmp_path: Path) -> None:
+    folder, clock = StudyFolder(study(), tmp_path), Clock()
+    store, identities = open_store(folder.own, clock), open_identities(folder.own)
+    known, unknown = come(store, identities, "5f3a"), identities.pid("prolific", "5f3b")[0]
+    assert due_now(folder, store).undecided == (), "who is just arriving is no sign of an older database"
+    identities.open_session(unknown, "hash of their browser")
+    for look in (due_now, purge):
+        with pytest.raises(StudyError, match="it is older than the identities"):
+            look(folder, store)
+    clock.ms += round(1e3 * UNDECIDED_S)
+    assert purge(folder, store, unknown_too=True).undecided == (unknown,)
+    assert [*identities.everybody()] == [known]
+
+
+def test_a_backup_holds_identities_as_of_the_moment_of_its_database(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, really = StudyFolder(study(), tmp_path), backup._save
+    store, identities = open_store(folder.own), open_identities(folder.own)
+    known = come(store, identities, "5f3a")
+    unknown, coded = identities.pid("prolific", "5f3b")[0], identities.pid("code", "ABCD")[0]
+    identities.open_session(unknown, "hash of somebody of a newer database")
+
+    def save(address: str | None, file: Path, kind: Kind, target: Path) -> None:
+        really(address, file, kind, target)
+        if kind == "main":
+            come(store, identities, "5f3c")
+            agree(store, [coded])
+            identities.open_session(coded, "hash of who came with the code")
+
+    monkeypatch.setattr(backup, "_save", save)
+    back_up(folder, tmp_path / "made", 1_800_000_000.0)
+    assert b"5f3c" not in (tmp_path / "made" / "identity.sqlite").read_bytes()
+    assert [path.name for path in (tmp_path / "made").glob("identity*")] == ["identity.sqlite"]
+    with closing(IdentityStore(tmp_path / "made" / "identity.sqlite")) as kept:
+        assert {*kept.everybody()} == {known, unknown, coded}
+        assert kept.of_session("hash of who came with the code") is None, "the code is good, nobody has come with it"
