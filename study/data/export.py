@@ -8,6 +8,7 @@ import csv
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import file_digest
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import Any
 
 from sqlalchemy import BigInteger, Boolean, Column, Float, Integer, Table
 
+from movingout.maps import MapError
 from movingout.maps.extras import needs_extra
 from movingout.maps.suggestion import counted
 from movingout.recordings.episode import FINISHED
@@ -108,6 +110,7 @@ def _tables(study: Study, store: Store) -> dict[str, list[Row]]:
     tables["participants"] = [row for row in tables["participants"] if row["pid"] not in waiting]
     _mark_newest(tables["answers"])
     tables["allocation"] = list(_allocation(study, tables["units"]))
+    _name_maps(study, [*tables["rounds"], *tables["allocation"]])
     return tables
 
 
@@ -162,6 +165,17 @@ def _mark_newest(answers: list[Row]) -> None:
     newest = {(row["pid"], row["step"], row["item"]): row["id"] for row in answers}
     for row in answers:
         row["counts"] = newest[row["pid"], row["step"], row["item"]] == row["id"]
+
+
+def _name_maps(study: Study, rows: Iterable[Row]) -> None:
+    """Give rows the name that recordings have for their map: of a file it is the name inside, not the path."""
+    names: dict[str, str | None] = {}
+    for row in rows:
+        if row["map"] not in names:
+            names[row["map"]] = None
+            with suppress(MapError):  # its file has gone since: what was played is worth exporting all the same
+                names[row["map"]] = study.load_map(row["map"]).name
+        row["map_name"] = names[row["map"]]
 
 
 def _allocation(study: Study, units: Iterable[Row]) -> Iterable[Row]:

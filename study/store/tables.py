@@ -148,7 +148,8 @@ rounds = Table(
         "map",
         Text,
         nullable=False,
-        doc="as study.yaml names it; recordings of a map file, and what is made of them, have the name in the file",
+        doc="as study.yaml names it; recordings of a map file, and what is made of them, have the name in the file: "
+        "`map_name`",
     ),
     Column("variant_seed", BigInteger, doc="of a randomised map, empty for the map as designed"),
     Column(

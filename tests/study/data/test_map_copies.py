@@ -34,6 +34,10 @@ def test_backups_and_exports_have_the_maps_where_the_study_names_them(
     place, store, _ = fill(tmp_path / "data", study, OWN, 1)
     back_up(place, tmp_path / "backup", 1_800_000_000.0)
     export_study(place, store, tmp_path / "export", Options())
+    for table in ("rounds", "allocation"):
+        rows = json.loads((tmp_path / "export" / f"{table}.json").read_text(encoding="utf-8"))
+        named = {row["map"]: row["map_name"] for row in rows}
+        assert named["maps/den.json:mirror"] == "Den:mirror" and named["PriorityPick"] == "PriorityPick", table
     shutil.rmtree(tmp_path / "here")
     monkeypatch.chdir(tmp_path / "data")
     assert read_study(tmp_path / "export" / "study.yaml").load_map("maps/den.json:mirror").name == "Den:mirror"
