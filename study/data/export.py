@@ -32,6 +32,7 @@ from movingout.study.data.map_copies import copy_own_maps
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
+from movingout.study.design.steps import steps
 from movingout.study.errors import StudyError
 from movingout.study.questionnaire import NO_ANSWER
 from movingout.study.store.frozen_study import code_by_time, frozen_study
@@ -181,20 +182,20 @@ def _name_maps(study: Study, rows: Iterable[Row]) -> None:
 def _allocation(study: Study, units: Iterable[Row]) -> Iterable[Row]:
     """The planned rounds of each unit, in order."""
     for unit in units:
-        position = 0
-        for visit in assign(study, unit["slot"]).visits:
-            for turn in visit.turns:
-                position += 1
-                yield {
-                    "unit": unit["id"],
-                    "slot": unit["slot"],
-                    "position": position,
-                    "block": visit.block,
-                    "partner": visit.partner,
-                    "map": turn.map,
-                    "seat": turn.seat,
-                    "variant_seed": turn.variant_seed,
-                }
+        planned = (step for step in steps(study, assign(study, unit["slot"])) if step.turn)
+        for position, step in enumerate(planned, 1):
+            assert step.turn
+            yield {
+                "unit": unit["id"],
+                "slot": unit["slot"],
+                "position": position,
+                "step": step.key,
+                "block": step.block,
+                "partner": step.partner,
+                "map": step.turn.map,
+                "seat": step.turn.seat,
+                "variant_seed": step.turn.variant_seed,
+            }
 
 
 def _manifest(folder: Path, rounds: Iterable[Row], done: Exported) -> list[Row]:
