@@ -4,6 +4,7 @@ import json
 import re
 import typing
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,10 @@ from movingout.study.errors import StudyError, StudyFileError
 
 FILE_KEY = "file"
 QUOTED_MARK, QUOTED_CRLF = '"\\U0000feff', "\\r\\n"  # in texts of files, as earlier versions kept them
+_ID_LINE = re.compile(
+    rb"""^(?:\xef\xbb\xbf|\xff\xfe|\xfe\xff)?id[ \t]*:[ \t]*["']?([a-z0-9][a-z0-9-]{0,47})["']?[ \t]*(?:#.*)?\r?$""",
+    re.MULTILINE,
+)
 _ESCAPE = re.compile(r"\\r\\n|\\.", re.DOTALL)
 
 
@@ -79,18 +84,31 @@ def retention_of(text: str) -> Retention:
         raise StudyError(f"the periods of `retention` cannot be read: {error}") from None
 
 
-def unread_study(path: Path) -> Study:
-    """What stands for a study whose file has faults where its data are only copied: its id and its place, no more.
+def unread_study(path: Path, only: str = "") -> Study:
+    """What stands for a study whose file cannot be read where its data are only copied: its id and its place, no more.
 
-    Raises StudyError where even the id cannot be read.
+    The id is that of the file, of its line `id: NAME` where it is no YAML; where it has none, `only`. Raises StudyError
+    where there is none either.
     """
-    try:
-        document: Any = YamlDocument(_text(path)).value
-        study = Study.model_construct(id=TypeAdapter[str](Name).validate_python(document["id"]), blocks=())
-    except (YamlError, TypeError, KeyError, ValidationError) as error:
-        raise StudyError(f"the id of the study in {path} cannot be read: {error}") from None
+    name = _id_of(path) or only
+    if not name:
+        raise StudyError(f"the id of the study in {path} cannot be read")
+    study = Study.model_construct(id=name, blocks=())
     study._map_files = MapFiles(path.parent)
     return study
+
+
+def _id_of(path: Path) -> str:
+    """The id in a file, whatever else is wrong with it; "" for none."""
+    try:
+        content = read_input(path)
+    except OSError:
+        return ""
+    with suppress(UnicodeDecodeError, YamlError, TypeError, KeyError, ValidationError):
+        document: Any = YamlDocument(content.decode("utf-8")).value
+        return TypeAdapter[str](Name).validate_python(document["id"])
+    found = _ID_LINE.search(content.replace(b"\0", b""))  # which UTF-16 has between the letters
+    return found[1].decode() if found else ""
 
 
 def complete_text(path: Path) -> str:
