@@ -163,8 +163,10 @@ def _quoted(text: str) -> str:
 def _text(path: Path) -> str:
     try:
         return read_input(path).decode("utf-8")
-    except UnicodeDecodeError:
-        raise StudyFileError(path.name, [FileFault(1, "the file", "is not UTF-8 text")]) from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        problem = "is not UTF-8 text; in the editor, save it with the encoding UTF-8"
+        raise StudyFileError(path.name, [FileFault(line, "the file", problem)]) from None
     except OSError as error:
         raise StudyError(f"cannot read {path}: {error.strerror or error}") from None
 
@@ -234,7 +236,7 @@ def _fault(document: YamlDocument, error: Any) -> FileFault:
     path = document.path_of(error["loc"], missing=error["type"] == "missing")
     message = error["msg"].removeprefix("Value error, ")
     if error["type"] == "extra_forbidden":
-        message = _unknown_field(path)
+        message = _unknown_field(path, error["input"])
     elif error["type"] == "missing":
         message = "this field is missing"
     elif error["type"] == "tuple_type":
@@ -250,8 +252,10 @@ def _fault(document: YamlDocument, error: Any) -> FileFault:
     return FileFault(document.line(path), path_text(path), message[:1].lower() + message[1:])
 
 
-def _unknown_field(path: FieldPath) -> str:
-    return f"there is no such field; {known_names(str(path[-1]), _model_at(path[:-1]).model_fields)}"
+def _unknown_field(path: FieldPath, value: object) -> str:
+    split = "in {...} a comma ends a text: put one with commas in quotes, and write 10.5, not 10,5; "
+    known = known_names(str(path[-1]), _model_at(path[:-1]).model_fields)
+    return f"there is no such field; {split if value is None else ''}{known}"
 
 
 def _fields_needed(path: FieldPath, value: object) -> str:
