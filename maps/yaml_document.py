@@ -131,9 +131,11 @@ def path_text(path: FieldPath) -> str:
 
 
 def list_needed(value: object) -> str:
-    """What to say of a value where a list is needed: how the list of this one entry is written."""
+    """What to say of a value where a list is needed: how the list of this one entry, or of these, is written."""
     if not isinstance(value, str):
         return "a list is needed here"
+    if re.fullmatch(r"[A-Za-z0-9_./-]+(, *[A-Za-z0-9_./-]+)+", value):
+        return f"a list is needed here; write [{value}]"
     plain = re.fullmatch(r"[A-Za-z0-9_./-]+", value)
     return f"a list is needed here; for one entry, write [{value if plain else json.dumps(value, ensure_ascii=False)}]"
 

@@ -240,7 +240,7 @@ def _fault(document: YamlDocument, error: Any) -> FileFault:
     elif error["type"] == "missing":
         message = "this field is missing"
     elif error["type"] == "tuple_type":
-        message = list_needed(None if path[-1] == "partners" else error["input"])  # these are no names, but objects
+        message = list_needed(None if path == ("partners",) else error["input"])  # these are no names, but objects
     elif error["type"] == "model_type":
         message = _fields_needed(path, error["input"])
     elif error["type"] in ("too_short", "string_too_short"):

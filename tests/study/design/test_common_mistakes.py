@@ -26,6 +26,20 @@ def test_where_fields_are_needed_they_are_named() -> None:
     assert faults(f"{SMALL}pay: 12\n") == [(24, "pay", "fields are needed here; known: currency, per_hour, maximum")]
 
 
+def test_options_that_are_truth_values_or_numbers_are_told_to_be_put_in_quotes() -> None:
+    question = "{id: best, kind: choice, text: Which, options: [yes, 2]}"
+    found = faults(SMALL.replace("{id: attention, kind: likert7, text: Please choose 2., expected: 2}", question))
+    assert [message for _, _, message in found] == [
+        f"should be a text, or one per language: {{en: ..., de: ...}}, not {value}: write it in quotes"
+        for value in (True, 2)
+    ]
+
+
+def test_several_names_without_brackets_are_told_how_their_list_is_written() -> None:
+    ((_, _, message),) = faults(SMALL.replace("[one, two]", "one, two"))
+    assert message == "a list is needed here; write [one, two]"
+
+
 def test_a_comma_that_ends_a_text_or_a_number_in_braces_is_told_of() -> None:
     for text in (
         f"{SMALL}pay: {{per_hour: 10,50}}\n",
