@@ -15,6 +15,27 @@ BLANKS = ("Zs", "Cf")  # no-break and narrow spaces, soft hyphens, joiners: word
 MAX_BYTES = 1 << 20
 _MOST_NODES = 20_000  # aliases can blow a small file up
 _LONGEST_NUMBER = 64  # letters; reading longer ones takes time that grows with the square
+_BEGUN = r"simple key|quoted scalar found unexpected end"  # what the parser says of something that began before
+_ADVICE = (
+    (r"'\\t'", "indent with spaces, not with tabs"),
+    (r"simple key", "a field is NAME: VALUE, with a space after the colon"),
+    (r"unknown escape", "in double quotes a backslash is written twice; in the path of a file, write /"),
+    (r"quoted scalar", "the closing quotation mark is missing"),
+    (r"single document", "remove the line ---: a file holds one document"),
+    (
+        r"flow mapping|flow sequence|flow node",
+        "in {...} and [...], put a text with any of ? : , ' [ ] { } - in double quotes; else a bracket is not closed",
+    ),
+    (
+        r"mapping values",
+        'put a text with a colon in it in quotes, as "Note: read this"; else this line is indented wrongly',
+    ),
+    (r"start any token|an alias|an anchor|block scalar|block node|not allowed here", "put this text in double quotes"),
+    (
+        r"<block end>|<document start>",
+        "this line is indented unlike its neighbours, or quotation marks around a text go wrong",
+    ),
+)  # by what the parser says, the first that fits
 _TEXT = "tag:yaml.org,2002:str"
 
 
@@ -46,9 +67,7 @@ class YamlDocument:
                 _refuse_aliases(text)
             self.value = self._value(root, (), ()) if root else None
         except yaml.MarkedYAMLError as error:
-            mark = error.problem_mark or error.context_mark
-            problem = " ".join(part for part in (error.context, error.problem) if part)
-            raise _error((mark.line if mark else 0) + 1, (), f"this is not YAML: {problem}") from None
+            raise _not_yaml(error) from None
         except RecursionError:
             raise _error(1, (), "lists or mappings are nested too deeply") from None
         finally:
@@ -112,15 +131,26 @@ def path_text(path: FieldPath) -> str:
 
 
 def list_needed(value: object) -> str:
-    """What to say of a value where a list is needed: how the list of this one entry is written."""
+    """What to say of a value where a list is needed: how the list of this one entry, or of these, is written."""
     if not isinstance(value, str):
         return "a list is needed here"
+    if re.fullmatch(r"[A-Za-z0-9_./-]+(, *[A-Za-z0-9_./-]+)+", value):
+        return f"a list is needed here; write [{value}]"
     plain = re.fullmatch(r"[A-Za-z0-9_./-]+", value)
     return f"a list is needed here; for one entry, write [{value if plain else json.dumps(value, ensure_ascii=False)}]"
 
 
 def _error(line: int, path: FieldPath, message: str) -> YamlError:
     return YamlError(FileFault(line, path_text(path), message))
+
+
+def _not_yaml(error: yaml.MarkedYAMLError) -> YamlError:
+    """What the parser says, and what would be right where people often write something else."""
+    problem = " ".join(part for part in (error.context, error.problem) if part)
+    advice = next((f"; {words}" for pattern, words in _ADVICE if re.search(pattern, problem)), "")
+    begun = re.search(_BEGUN, problem)  # noticed later, perhaps lines later
+    mark = (error.context_mark if begun else None) or error.problem_mark or error.context_mark
+    return _error((mark.line if mark else 0) + 1, (), f"this is not YAML: {problem}{advice}")
 
 
 def _refuse_aliases(text: str) -> None:

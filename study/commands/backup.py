@@ -46,7 +46,7 @@ def _back_up(args: argparse.Namespace) -> int:
     target = args.out or Path(f"{folder.study.id}-backup-{time.strftime('%Y%m%d-%H%M%S')}")
     done = back_up(folder, target, time.time(), identities=not args.no_identities, previous=args.previous)
     if faults:
-        done = replace(done, warnings=(*done.warnings, f"the study file cannot be read: {faults}"))
+        done = replace(done, warnings=(*done.warnings, faults))
     if args.json:
         print(json.dumps({"backup": str(done.folder), "files": done.files, "bytes": done.size,
                           "recordings": done.recordings, "missing": done.missing,

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from movingout.maps.commands.parser import filled, folder
 from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.definition import Study
 from movingout.study.design.study_file import read_study, unread_study
 from movingout.study.errors import StudyError, StudyFileError
 from movingout.study.store.identity import identities_in
@@ -45,13 +46,24 @@ def folder_of(args: argparse.Namespace) -> StudyFolder:
 
 
 def folder_of_any(args: argparse.Namespace) -> tuple[StudyFolder, str]:
-    """The same also where the study file has faults, such as maps that lie elsewhere; and these, empty for none.
+    """The same also where the study file has faults, is no YAML or has gone; and a sentence about that, "" for none.
 
-    Of the study there is then but its id. Raises StudyError.
+    Of the study there is then but its id: that of the file, or of the only study in the data folder. Raises StudyError.
     """
+    addresses = databases(args)
     try:
-        return folder_of(args), ""
-    except StudyFileError as error:
-        with suppress(StudyError):
-            return StudyFolder(unread_study(args.file), args.data, *databases(args)), str(error)
-        raise
+        return StudyFolder(read_study(args.file), args.data, *addresses), ""
+    except StudyError as error:
+        study = _unread(args.file, args.data, error)
+        told = f"the study file cannot be read: {error}" if isinstance(error, StudyFileError) else str(error)
+        return StudyFolder(study, args.data, *addresses), f"{told}\nthe data of the study {study.id} were copied"
+
+
+def _unread(file: Path, data: Path, problem: StudyError) -> Study:
+    there = sorted(path.name for path in (data / "studies").glob("*/") if path.suffix != ".part")
+    with suppress(StudyError):
+        return unread_study(file, there[0] if len(there) == 1 else "")
+    if not there:
+        raise problem from None
+    several = f"{data} has data of {', '.join(there)}; say which in a line of the file, id: NAME"
+    raise StudyError(f"{problem}\n{several}") from None

@@ -33,19 +33,26 @@ class DerivedColumn(NamedTuple):
     meaning: str
 
 
+_MAP_NAME = (
+    "its name in recordings and `training/`, of a map file the name inside; where several files have one name, "
+    "`training/` adds .1, .2, and only `map` tells them apart here"
+)
 DERIVED: Mapping[str, Mapping[str, DerivedColumn]] = {
     "answers": {"counts": DerivedColumn(bool, "whether it is the newest answer to its item, the one that counts")},
+    "rounds": {"map_name": DerivedColumn(str, _MAP_NAME)},
     "allocation": {
         "unit": DerivedColumn(int, "number of the unit"),
         "slot": DerivedColumn(int, "slot of the allocation, from 0"),
         "position": DerivedColumn(
             int, "which planned round of the unit this is, from 1; rounds.position counts repeated ones, too"
         ),
+        "step": DerivedColumn(str, "key of the step: with `unit` it leads to the attempts in `rounds`"),
         "block": DerivedColumn(str, "block of the study"),
         "partner": DerivedColumn(str, "id of the partner; in pairs empty"),
-        "map": DerivedColumn(str, "as `rounds` calls it"),
+        "map": DerivedColumn(str, "as study.yaml names it"),
         "seat": DerivedColumn(int, "of the first of the unit: 0 blue, 1 red"),
         "variant_seed": DerivedColumn(int, "of a randomised map, empty for the map as designed"),
+        "map_name": DerivedColumn(str, _MAP_NAME),
     },
     "recordings": {
         "episode": DerivedColumn(str, "id of the recording"),

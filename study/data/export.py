@@ -8,6 +8,7 @@ import csv
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import file_digest
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import Any
 
 from sqlalchemy import BigInteger, Boolean, Column, Float, Integer, Table
 
+from movingout.maps import MapError
 from movingout.maps.extras import needs_extra
 from movingout.maps.suggestion import counted
 from movingout.recordings.episode import FINISHED
@@ -30,6 +32,7 @@ from movingout.study.data.map_copies import copy_own_maps
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
+from movingout.study.design.steps import steps
 from movingout.study.errors import StudyError
 from movingout.study.questionnaire import NO_ANSWER
 from movingout.study.store.frozen_study import code_by_time, frozen_study
@@ -108,6 +111,7 @@ def _tables(study: Study, store: Store) -> dict[str, list[Row]]:
     tables["participants"] = [row for row in tables["participants"] if row["pid"] not in waiting]
     _mark_newest(tables["answers"])
     tables["allocation"] = list(_allocation(study, tables["units"]))
+    _name_maps(study, [*tables["rounds"], *tables["allocation"]])
     return tables
 
 
@@ -164,23 +168,34 @@ def _mark_newest(answers: list[Row]) -> None:
         row["counts"] = newest[row["pid"], row["step"], row["item"]] == row["id"]
 
 
+def _name_maps(study: Study, rows: Iterable[Row]) -> None:
+    """Give rows the name that recordings have for their map: of a file it is the name inside, not the path."""
+    names: dict[str, str | None] = {}
+    for row in rows:
+        if row["map"] not in names:
+            names[row["map"]] = None
+            with suppress(MapError):  # its file has gone since: what was played is worth exporting all the same
+                names[row["map"]] = study.load_map(row["map"]).name
+        row["map_name"] = names[row["map"]]
+
+
 def _allocation(study: Study, units: Iterable[Row]) -> Iterable[Row]:
     """The planned rounds of each unit, in order."""
     for unit in units:
-        position = 0
-        for visit in assign(study, unit["slot"]).visits:
-            for turn in visit.turns:
-                position += 1
-                yield {
-                    "unit": unit["id"],
-                    "slot": unit["slot"],
-                    "position": position,
-                    "block": visit.block,
-                    "partner": visit.partner,
-                    "map": turn.map,
-                    "seat": turn.seat,
-                    "variant_seed": turn.variant_seed,
-                }
+        planned = (step for step in steps(study, assign(study, unit["slot"])) if step.turn)
+        for position, step in enumerate(planned, 1):
+            assert step.turn
+            yield {
+                "unit": unit["id"],
+                "slot": unit["slot"],
+                "position": position,
+                "step": step.key,
+                "block": step.block,
+                "partner": step.partner,
+                "map": step.turn.map,
+                "seat": step.turn.seat,
+                "variant_seed": step.turn.variant_seed,
+            }
 
 
 def _manifest(folder: Path, rounds: Iterable[Row], done: Exported) -> list[Row]:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from datetime import date
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, Field, RootModel, model_validator
@@ -40,7 +41,8 @@ class LocalizedText(RootModel[dict[Language, _Text]]):
     @classmethod
     def _plain(cls, value: Any) -> Any:
         if not isinstance(value, str | dict):
-            raise ValueError("should be a text, or one per language: {en: ..., de: ...}")
+            quotes = f", not {value}: write it in quotes" if isinstance(value, bool | int | float | date) else ""
+            raise ValueError(f"should be a text, or one per language: {{en: ..., de: ...}}{quotes}")
         return {DEFAULT: value} if isinstance(value, str) else value
 
     def text(self, language: str = DEFAULT) -> str:

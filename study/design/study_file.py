@@ -4,6 +4,7 @@ import json
 import re
 import typing
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,10 @@ from movingout.study.errors import StudyError, StudyFileError
 
 FILE_KEY = "file"
 QUOTED_MARK, QUOTED_CRLF = '"\\U0000feff', "\\r\\n"  # in texts of files, as earlier versions kept them
+_ID_LINE = re.compile(
+    rb"""^(?:\xef\xbb\xbf|\xff\xfe|\xfe\xff)?id[ \t]*:[ \t]*["']?([a-z0-9][a-z0-9-]{0,47})["']?[ \t]*(?:#.*)?\r?$""",
+    re.MULTILINE,
+)
 _ESCAPE = re.compile(r"\\r\\n|\\.", re.DOTALL)
 
 
@@ -81,18 +86,31 @@ def retention_of(text: str) -> Retention:
         raise StudyError(f"the periods of `retention` cannot be read: {error}") from None
 
 
-def unread_study(path: Path) -> Study:
-    """What stands for a study whose file has faults where its data are only copied: its id and its place, no more.
+def unread_study(path: Path, only: str = "") -> Study:
+    """What stands for a study whose file cannot be read where its data are only copied: its id and its place, no more.
 
-    Raises StudyError where even the id cannot be read.
+    The id is that of the file, of its line `id: NAME` where it is no YAML; where it has none, `only`. Raises StudyError
+    where there is none either.
     """
-    try:
-        document: Any = YamlDocument(_text(path)).value
-        study = Study.model_construct(id=TypeAdapter[str](Name).validate_python(document["id"]), blocks=())
-    except (YamlError, TypeError, KeyError, ValidationError) as error:
-        raise StudyError(f"the id of the study in {path} cannot be read: {error}") from None
+    name = _id_of(path) or only
+    if not name:
+        raise StudyError(f"the id of the study in {path} cannot be read")
+    study = Study.model_construct(id=name, blocks=())
     study._map_files = MapFiles(path.parent)
     return study
+
+
+def _id_of(path: Path) -> str:
+    """The id in a file, whatever else is wrong with it; "" for none."""
+    try:
+        content = read_input(path)
+    except OSError:
+        return ""
+    with suppress(UnicodeDecodeError, YamlError, TypeError, KeyError, ValidationError):
+        document: Any = YamlDocument(content.decode("utf-8")).value
+        return TypeAdapter[str](Name).validate_python(document["id"])
+    found = _ID_LINE.search(content.replace(b"\0", b""))  # which UTF-16 has between the letters
+    return found[1].decode() if found else ""
 
 
 def complete_text(path: Path) -> str:
@@ -147,8 +165,10 @@ def _quoted(text: str) -> str:
 def _text(path: Path) -> str:
     try:
         return read_input(path).decode("utf-8")
-    except UnicodeDecodeError:
-        raise StudyFileError(path.name, [FileFault(1, "the file", "is not UTF-8 text")]) from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        problem = "is not UTF-8 text; in the editor, save it with the encoding UTF-8"
+        raise StudyFileError(path.name, [FileFault(line, "the file", problem)]) from None
     except OSError as error:
         raise StudyError(f"cannot read {path}: {error.strerror or error}") from None
 
@@ -218,11 +238,11 @@ def _fault(document: YamlDocument, error: Any) -> FileFault:
     path = document.path_of(error["loc"], missing=error["type"] == "missing")
     message = error["msg"].removeprefix("Value error, ")
     if error["type"] == "extra_forbidden":
-        message = _unknown_field(path)
+        message = _unknown_field(path, error["input"])
     elif error["type"] == "missing":
         message = "this field is missing"
     elif error["type"] == "tuple_type":
-        message = list_needed(None if path[-1] == "partners" else error["input"])  # these are no names, but objects
+        message = list_needed(None if path == ("partners",) else error["input"])  # these are no names, but objects
     elif error["type"] == "model_type":
         message = _fields_needed(path, error["input"])
     elif error["type"] in ("too_short", "string_too_short"):
@@ -234,8 +254,10 @@ def _fault(document: YamlDocument, error: Any) -> FileFault:
     return FileFault(document.line(path), path_text(path), message[:1].lower() + message[1:])
 
 
-def _unknown_field(path: FieldPath) -> str:
-    return f"there is no such field; {known_names(str(path[-1]), _model_at(path[:-1]).model_fields)}"
+def _unknown_field(path: FieldPath, value: object) -> str:
+    split = "in {...} a comma ends a text: put one with commas in quotes, and write 10.5, not 10,5; "
+    known = known_names(str(path[-1]), _model_at(path[:-1]).model_fields)
+    return f"there is no such field; {split if value is None else ''}{known}"
 
 
 def _fields_needed(path: FieldPath, value: object) -> str:

@@ -16,6 +16,7 @@ from movingout.study.store.removal import Forget, no_identities, remove_undecide
 from movingout.study.store.store import Store
 from movingout.study.store.tables import audit, participants, study, units
 
+_FILE = "its file or a text beside it"
 MAP = "map:"  # before the name of a map of one's own, among the models
 
 
@@ -127,9 +128,10 @@ def _check_same(store: Store, connection: Connection, known: Row[Any], row: Mapp
             f"choose another --data folder{look}"
         )
     for what in _changes(known, row):
+        how = " (`movingout study backup` writes it as it was, study.yaml, to be served)" if what == _FILE else ""
         raise StudyError(
             f"study {known.id} has begun, and {what} has changed since; "
-            "restore it, or begin a new study with another --data folder, which knows nobody who has taken part: "
+            f"restore it{how}, or begin a new study with another --data folder, which knows nobody who has taken part: "
             "exclude them where you recruit; signed links stay good if the id stays and studies/ID/link-key is "
             "copied before the first start"
         )
@@ -143,7 +145,7 @@ def _changes(known: Row[Any], row: Mapping[str, Any]) -> Iterator[str]:
     if known.id != row["id"]:
         yield "its id"
     if known.file_sha256 != row["file_sha256"]:
-        yield "its file or a text beside it"
+        yield _FILE
     before, now = json.loads(known.models), json.loads(row["models"])
     for name in sorted(before.keys() & now.keys()):  # earlier versions kept no hashes of maps, …
         if before[name] not in ("", now[name]):  # … nor of files and of agents with options

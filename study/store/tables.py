@@ -148,7 +148,8 @@ rounds = Table(
         "map",
         Text,
         nullable=False,
-        doc="as study.yaml names it; recordings of a map file, and what is made of them, have the name in the file",
+        doc="as study.yaml names it; recordings of a map file, and what is made of them, have the name in the file: "
+        "`map_name`",
     ),
     Column("variant_seed", BigInteger, doc="of a randomised map, empty for the map as designed"),
     Column(
@@ -197,7 +198,12 @@ answers = Table(
     metadata,
     Column("id", Integer, primary_key=True, doc="grows with time; the newest answer to an item counts"),
     Column("pid", ForeignKey("participants.pid"), nullable=False, index=True, doc="participant"),
-    Column("step", Text, nullable=False, doc="key of the step"),
+    Column(
+        "step",
+        Text,
+        nullable=False,
+        doc="key of the step; of questions after a round that of the round, a slash and `questionnaire`",
+    ),
     Column("questionnaire", String(48), nullable=False, doc="questionnaire"),
     Column("partner", String(48), nullable=False, doc="whom it is about, as in rounds, empty for nobody"),
     Column("item", String(40), nullable=False, doc="question"),

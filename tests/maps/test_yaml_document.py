@@ -44,6 +44,31 @@ def test_what_cannot_be_read_is_named_with_line_and_path(text: str, message: str
     assert str(caught.value).startswith(message)
 
 
+@pytest.mark.parametrize(
+    ("text", "line", "advice"),
+    [
+        ("a:\n  - {text: Why?, kind: text}\n", 2, "in double quotes"),
+        ("a: {text: 'It wasn't'}\n", 1, "in double quotes"),
+        ("a:\n\t- b\n", 2, "indent with spaces"),
+        ("a: 1\nb:2\nc: 3\n", 2, "with a space after the colon"),
+        ("a: 1\nb = 2\nc: 3\n", 2, "NAME: VALUE"),
+        ("title: Trust: a study\n", 1, "a text with a colon"),
+        ("a:\n  b: 1\n   c: 2\n", 3, "indented wrongly"),
+        ("a:\n  b: 1\n c: 2\n", 3, "unlike its neighbours"),
+        ("a: @home\n", 1, "put this text in double quotes"),
+        ('a: "own\\den.json"\n', 1, "write /"),
+        ("b: 1\na: 'x\nc: 2\n", 2, "closing quotation mark"),
+        ("a: 1\n---\nb: 2\n", 2, "remove the line ---"),
+    ],
+)
+def test_common_slips_are_told_what_would_be_right_with_the_line_on_which_they_are(
+    text: str, line: int, advice: str
+) -> None:
+    with pytest.raises(YamlError) as caught:
+        YamlDocument(text)
+    assert caught.value.fault.line == line and advice in caught.value.fault.message
+
+
 def test_texts_keep_the_spaces_and_hyphens_of_word_processors() -> None:
     text = "z.\u00a0B. 5\u202f%, Haft\u00adpflicht, \N{ZERO WIDTH JOINER}"
     assert YamlDocument(f"a: '{text}'").value == {"a": text}

@@ -24,8 +24,9 @@ export const MOST = { walls: 64, goals: 64, items: 7 };
 export const STEP = 0.05; // of the grid
 export const TURN = Math.PI / 12;
 const LONGEST_NAME = 40;
-/** What tells titles apart and is in no name: letters, digits, pictures, flags; not "°" or "→". */
-const LOST = /(?!\p{ASCII})[\p{L}\p{N}\p{Extended_Pictographic}\p{RI}]/u;
+/** What tells titles apart and is in no name: letters, digits, pictures, flags, arrows; not "°" or "–". */
+const LOST =
+  /(?!\p{ASCII})[\p{L}\p{N}\p{Extended_Pictographic}\p{RI}\u2190-\u21ff\u27f0-\u27ff\u2900-\u297f\u2b00-\u2bff]/u;
 const LEAST_SIDE = 0.02;
 const LEAST_SCALE = 0.03;
 const MOST_SCALE = 0.4;
@@ -48,8 +49,8 @@ export function emptyMap(title) {
 }
 
 /**
- * The name that a title makes: "Die große Garage" -> "DieGrosseGarage". Of a title with letters or pictures that no
- * name has, "Карта Маши", the name ends in a sign of the title: other titles make other names.
+ * The name that a title makes: "Die große Garage" -> "DieGrosseGarage". Of a title with letters, pictures or arrows
+ * that no name has, "Карта Маши", the name ends in a sign of the title: other titles make other names.
  * @param {string} title
  */
 export function nameOf(title) {

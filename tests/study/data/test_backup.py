@@ -199,8 +199,25 @@ def test_a_backup_is_made_where_the_study_file_has_faults(
     assert "wrote" in told and "warning: the study file cannot be read: study.yaml has 1 fault" in told
     assert (tmp_path / "again" / "study.yaml").read_text() == (first / "study.yaml").read_text(), "as it began"
     assert restore(tmp_path / "again", tmp_path / "other").recordings == 1
+    broken = f"title: 'Ada's'\n  - id: other\n{SOLO}"
+    for number, content in enumerate((broken.encode(), broken.encode("utf-16"), b"id: [1]\nblocks: 3", b"\0", None)):
+        file.unlink() if content is None else file.write_bytes(content)
+        assert main([*command[:-1], str(tmp_path / f"broken-{number}")]) == 0, content
+        assert "the data of the study solo were copied" in capsys.readouterr().out
+
+
+def test_a_backup_says_where_nothing_tells_which_study_of_several_is_meant(
+    backed_up: tuple[Path, Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, data = tmp_path / "study.yaml", tmp_path / "data"
+    restore(backed_up[0], data)
+    (data / "studies" / "another").mkdir()
     file.write_text("id: [1]\nblocks: 3")
-    assert main([*command[:-1], str(tmp_path / "third")]) == 2, "whose data would that be?"
+    command = ["study", "backup", str(file), "--data", str(data), "-o", str(tmp_path / "again")]
+    assert main(command) == 2, "whose data would that be?"
+    assert "has data of another, solo; say which in a line of the file, id: NAME" in capsys.readouterr().err
+    file.write_text("title: 'Ada's'\nid: solo  # ours\n")
+    assert main(command) == 0
 
 
 @pytest.mark.parametrize("name", ["Pilot #2", "100%25", "sure?"])

@@ -107,6 +107,9 @@ def test_a_round_that_was_played_again_is_counted_as_such(tmp_path: Path, capsys
     common = [str(file), "--data", str(tmp_path / "data"), "-o", str(tmp_path / "out")]
     assert main(["study", "export", *common]) == 0
     assert "1 participant, 3 rounds (1 of them further attempts), 10 answers" in capsys.readouterr().out
+    planned = [(row["unit"], row["step"]) for row in read_csv(tmp_path / "out" / "allocation.csv")]
+    played = [(row["unit"], row["step"]) for row in read_csv(tmp_path / "out" / "rounds.csv")]
+    assert sorted(played) == sorted([*planned, planned[0]]), "each attempt leads to the round that was planned"
     book = (tmp_path / "out" / "codebook.md").read_text()
     assert "there may be more rows than planned rounds" in book
     assert "recordings of a map file, and what is made of them, have the name in the file" in book

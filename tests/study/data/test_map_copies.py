@@ -11,7 +11,7 @@ from movingout.server.cli import main
 from movingout.study.data.backup import MANIFEST, back_up, restore
 from movingout.study.data.export import Options, export_study
 from movingout.study.data.map_copies import copy_own_maps
-from movingout.study.design.study_file import read_study
+from movingout.study.design.study_file import complete_text, read_study
 from movingout.study.design.templates import template_text
 from tests.study.filled import fill
 
@@ -34,6 +34,10 @@ def test_backups_and_exports_have_the_maps_where_the_study_names_them(
     place, store, _ = fill(tmp_path / "data", study, OWN, 1)
     back_up(place, tmp_path / "backup", 1_800_000_000.0)
     export_study(place, store, tmp_path / "export", Options())
+    for table in ("rounds", "allocation"):
+        rows = json.loads((tmp_path / "export" / f"{table}.json").read_text(encoding="utf-8"))
+        named = {row["map"]: row["map_name"] for row in rows}
+        assert named["maps/den.json:mirror"] == "Den:mirror" and named["PriorityPick"] == "PriorityPick", table
     shutil.rmtree(tmp_path / "here")
     monkeypatch.chdir(tmp_path / "data")
     assert read_study(tmp_path / "export" / "study.yaml").load_map("maps/den.json:mirror").name == "Den:mirror"
@@ -54,6 +58,7 @@ def test_a_backup_has_the_maps_that_the_study_began_with_and_the_check_needs_the
         return capsys.readouterr().out
 
     assert "the study file has changed since the study began" in backed_up("backup")
+    assert complete_text(tmp_path / "backup" / "study.yaml") == text, "so that it can be served from there"
     assert main(["study", "restore", str(tmp_path / "backup"), "--check"]) == 0
     (tmp_path / "here" / "maps" / "den.json").unlink()
     assert "cannot be read as it began" in backed_up("without")

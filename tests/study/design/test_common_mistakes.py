@@ -1,9 +1,12 @@
 """What people write into their first study file, and are told about it."""
 
+from pathlib import Path
+
 import pytest
 
 from movingout.study.design.review import review
-from movingout.study.design.study_file import parse_study
+from movingout.study.design.study_file import parse_study, read_study
+from movingout.study.errors import StudyFileError
 from tests.study.design.small_study import SMALL, faults
 
 
@@ -20,6 +23,41 @@ def test_partners_that_are_only_named_are_told_how_they_are_written(agent: str, 
 
 def test_where_fields_are_needed_they_are_named() -> None:
     assert faults(f"{SMALL}pay: 12\n") == [(24, "pay", "fields are needed here; known: currency, per_hour, maximum")]
+
+
+def test_options_that_are_truth_values_or_numbers_are_told_to_be_put_in_quotes() -> None:
+    question = "{id: best, kind: choice, text: Which, options: [yes, 2]}"
+    found = faults(SMALL.replace("{id: attention, kind: likert7, text: Please choose 2., expected: 2}", question))
+    assert [message for _, _, message in found] == [
+        f"should be a text, or one per language: {{en: ..., de: ...}}, not {value}: write it in quotes"
+        for value in (True, 2)
+    ]
+
+
+def test_several_names_without_brackets_are_told_how_their_list_is_written() -> None:
+    ((_, _, message),) = faults(SMALL.replace("[one, two]", "one, two"))
+    assert message == "a list is needed here; write [one, two]"
+
+
+def test_a_comma_that_ends_a_text_or_a_number_in_braces_is_told_of() -> None:
+    for text in (
+        f"{SMALL}pay: {{per_hour: 10,50}}\n",
+        SMALL.replace("text: Please choose 2.", "text: Please, choose 2."),
+    ):
+        ((_, _, message),) = faults(text)
+        assert "in {...} a comma ends a text" in message
+    ((_, _, message),) = faults(f"{SMALL}pays: 3\n")
+    assert "comma" not in message
+
+
+def test_a_file_in_another_encoding_is_told_so_with_its_line(tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_bytes(SMALL.replace("Please choose", "Bitte wähle").encode("cp1252"))
+    with pytest.raises(StudyFileError) as caught:
+        read_study(tmp_path / "study.yaml")
+    line = next(number for number, line in enumerate(SMALL.splitlines(), 1) if "Please choose" in line)
+    assert str(caught.value).endswith(
+        f"study.yaml:{line}: the file: is not UTF-8 text; in the editor, save it with the encoding UTF-8"
+    )
 
 
 def test_an_expected_answer_that_is_a_truth_value_is_warned_of_and_read_as_earlier_versions_did() -> None:

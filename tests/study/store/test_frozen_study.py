@@ -22,6 +22,8 @@ def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str)
         StudyError, match="study agent-survey has begun, and its file or a text beside it has changed since"
     ):
         open_store(place, text=TEXT)
+    with pytest.raises(StudyError, match=r"restore it \(`movingout study backup` writes it as it was"):
+        open_store(place, text=TEXT)
     with pytest.raises(StudyError, match=r"knows nobody who has taken part: exclude them .*/link-key is copied"):
         open_store(place, text=TEXT)
     freeze_study(store, "agent-survey", TEXT + "# before anybody came\n", {"movingout": "mended"}, {"scripted": ""})

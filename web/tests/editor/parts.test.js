@@ -26,9 +26,9 @@ test("a title makes a name that a map may have", () => {
   assert.equal(parts.nameOf("a".repeat(60)).length, 40);
 });
 
-test("a sign that is no letter, digit or picture is left out of the name and adds nothing to it", () => {
+test("a sign that is no letter, digit, picture or arrow is left out of the name and adds nothing to it", () => {
   assert.equal(parts.nameOf("20° turn"), "Map20Turn");
-  assert.equal(parts.nameOf("A → B"), "AB");
+  assert.equal(parts.nameOf("A – B"), "AB");
   assert.equal(parts.nameOf("½ way"), "Map12Way");
   assert.equal(parts.nameOf("a\u200db"), "AB");
   assert.notEqual(parts.nameOf("🇫🇷"), parts.nameOf("🇩🇪"));
@@ -42,6 +42,13 @@ test("titles that differ in letters which no name has make different names", () 
   for (const name of names) assert.match(name, /^[A-Za-z][A-Za-z0-9-]{0,39}$/);
   assert.match(parts.nameOf(`${"a".repeat(60)} 地図`), /^Aa{31,}-[a-z0-9]{1,7}$/);
   assert.equal(parts.nameOf("Карта й "), parts.nameOf("Карта й".normalize("NFD")));
+});
+
+test("titles that differ in their arrows make different names", () => {
+  const titles = ["A → B", "A ← B", "A ↔ B", "A ⇒ B", "A ⟶ B", "A ⤴ B", "A ⬆ B", "A B"];
+  const names = titles.map(parts.nameOf);
+  assert.equal(new Set(names).size, titles.length);
+  for (const name of names) assert.match(name, /^AB(-[a-z0-9]{1,7})?$/);
 });
 
 test("a drawn rectangle has an area and stays inside, whatever the pointer does", () => {
