@@ -10,7 +10,10 @@ from movingout.world.errors import WorldError
 
 
 class Window:
-    """Opens with the first picture; stays closed when its user has closed it."""
+    """Opens with the first picture; stays closed when its user has closed it.
+
+    pygame has one window: several environments of a process take turns in it, and it goes with the first that closes.
+    """
 
     def __init__(self, title: str, pictures_per_second: int) -> None:
         """Raises WorldError, which says what to install, without pygame."""
@@ -30,7 +33,7 @@ class Window:
         """Show a picture (H, W, 3), no sooner than its turn. Raises WorldError where there is no display."""
         if self._closed:
             return
-        if self._screen is None:
+        if self._screen is None or self._screen is not self._pygame.display.get_surface():
             self._screen = self._opened(pixels.shape[1], pixels.shape[0])
         self._screen.blit(self._pygame.surfarray.make_surface(pixels.swapaxes(0, 1)), (0, 0))
         self._pygame.display.flip()

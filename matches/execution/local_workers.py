@@ -17,6 +17,10 @@ from movingout.matches.match import Match, match_to_json, result_from_json
 
 _GRACE_S = 30.0  # how long after the agents' own limit a worker without a heartbeat is killed
 _START_S = 900.0  # the same until it is ready: imports take minutes on a busy machine, which is no agent's fault
+PROGRAM = (  # Ctrl-C is for the driver, which stops its workers, also while they still import
+    "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); "
+    "from movingout.matches.execution.worker import main; main()"
+)
 _AWAY_S = 5.0  # a second's wait that takes longer: everything stood still, as by Ctrl-Z or where a cluster suspends it
 
 
@@ -27,7 +31,7 @@ class _WorkerProcess:
         paths = [path or str(Path.cwd()) for path in sys.path]
         environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(paths)}
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "movingout.matches.execution.worker"], env=environment, encoding="utf-8",
+            [sys.executable, "-P", "-c", PROGRAM], env=environment, encoding="utf-8",
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         )  # fmt: skip
         self._reader = threading.Thread(target=self._read_lines, args=(number, inbox), daemon=True)

@@ -1,4 +1,4 @@
-"""A worker process, `python -m movingout.matches.execution.worker`: jobs on stdin, results on stdout, as JSON lines.
+"""A worker process of `local_workers`: jobs on stdin, results on stdout, as JSON lines.
 
 It is a program of its own rather than a fork of the caller, so that it works from a notebook and from a script without
 a main guard, and so that a crash is no more than a closed pipe to the caller. What agents print goes to stderr.
@@ -7,7 +7,6 @@ a main guard, and so that a crash is no more than a closed pipe to the caller. W
 import json
 import os
 import queue
-import signal
 import sys
 import threading
 from collections.abc import Iterator
@@ -21,7 +20,6 @@ from movingout.matches.match import match_from_json
 
 def main() -> None:
     """Play jobs until standard input ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the driver, which stops its workers
     output = WorkerOutput(os.fdopen(os.dup(1), "w", encoding="utf-8"))
     os.dup2(2, 1)
     lines = _lines()
@@ -77,7 +75,3 @@ def _lines() -> Iterator[str]:
     threading.Thread(target=read, daemon=True).start()
     while True:
         yield lines.get()
-
-
-if __name__ == "__main__":
-    main()

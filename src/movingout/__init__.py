@@ -80,14 +80,18 @@ def __dir__() -> list[str]:
 
 
 class _GymnasiumFinder:
-    """Waits for `import gymnasium`, and makes `gymnasium.make("MovingOut-v1")` known to it."""
+    """Waits for `import gymnasium`, and makes `gymnasium.make("MovingOut-v1")` known to it.
+
+    It stays: who only asks whether Gymnasium is there, as TorchRL does, finds it without importing it.
+    """
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> "ModuleSpec | None":
         """The spec of gymnasium, whose loader also registers our environment; None for all else."""
         if name != "gymnasium" or self not in sys.meta_path:
             return None
-        sys.meta_path.remove(self)
-        spec = importlib.util.find_spec(name)
+        others = sys.meta_path[sys.meta_path.index(self) + 1 :]
+        found = (finder.find_spec(name, path, target) for finder in others if hasattr(finder, "find_spec"))  # type: ignore[arg-type]
+        spec = next((spec for spec in found if spec is not None), None)
         if spec is not None and spec.loader is not None:
             spec.loader.exec_module = _registering(spec.loader.exec_module)  # type: ignore[method-assign, assignment]
         return spec

@@ -250,6 +250,22 @@ def test_a_window_shows_every_state(monkeypatch: pytest.MonkeyPatch) -> None:
         env.reset()
 
 
+def test_a_window_that_another_environment_closed_opens_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """pygame has one for all: after `display.quit()` the picture of the others cannot be drawn on."""
+    pygame = mock.MagicMock(error=OSError)
+    pygame.display.set_mode.side_effect = lambda size: pygame.display.get_surface()
+    monkeypatch.setitem(sys.modules, "pygame", pygame)
+    first, second = MovingOutEnv(render_mode="human"), MovingOutEnv(render_mode="human")
+    first.reset()
+    second.reset()
+    first.close()
+    pygame.display.get_surface.return_value = mock.MagicMock()  # what set_mode gives from now on
+    gone = pygame.display.set_mode.call_count
+    second.step({"blue": STILL, "red": STILL})
+    second.step({"blue": STILL, "red": STILL})
+    assert pygame.display.set_mode.call_count == gone + 1
+
+
 def test_wrong_arguments_and_actions_are_refused() -> None:
     with pytest.raises(
         WorldError, match="unknown reward 'dense'; known: paper-dense, paper-agent-distance, paper-sparse"

@@ -104,9 +104,16 @@ def test_copies_and_pickles_start_anew_with_the_same_arguments() -> None:
         np.testing.assert_array_equal(twin.reset(seed=1)[0], env.reset(seed=1)[0])
 
 
-@pytest.mark.parametrize("modules", ["gymnasium, movingout", "movingout, gymnasium"])
-def test_gymnasium_knows_it_whichever_is_imported_first(modules: str) -> None:
-    code = f"import {modules}; print(gymnasium.make({ENV_ID!r}, partner='idle').reset(seed=0)[1]['partner'])"
+@pytest.mark.parametrize(
+    "statements",  # the last as importing TorchRL does
+    [
+        "import gymnasium, movingout",
+        "import movingout, gymnasium",
+        "import movingout; import importlib.util; importlib.util.find_spec('gymnasium'); import gymnasium",
+    ],
+)
+def test_gymnasium_knows_it_whichever_is_imported_or_looked_for_first(statements: str) -> None:
+    code = f"{statements}; print(gymnasium.make({ENV_ID!r}, partner='idle').reset(seed=0)[1]['partner'])"
     assert (
         subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True).stdout
         == "idle\n"

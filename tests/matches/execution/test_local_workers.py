@@ -1,7 +1,11 @@
 """Workers as processes: which silence is taken for a hang."""
 
+import os
 import queue
+import subprocess
+import sys
 from collections.abc import Sequence
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -48,3 +52,14 @@ def test_one_that_never_starts_or_is_silent_while_it_plays_is_lost(monkeypatch: 
 def test_after_a_command_was_stopped_and_goes_on_its_workers_are_heard_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """As by Ctrl-Z, or where a cluster suspends a job: the matches of every worker counted as failed."""
     assert _first_message(monkeypatch, [0, 0, 1, 1, 1001, 1001, 1002, 1002, 1003, 1003], workers=2) == "done"
+
+
+def test_ctrl_c_at_the_terminal_does_not_end_a_worker_that_still_imports(tmp_path: Path) -> None:
+    package = tmp_path / "movingout" / "matches" / "execution"
+    package.mkdir(parents=True)
+    interrupted = "import os, signal; os.kill(os.getpid(), signal.SIGINT)"
+    (package / "worker.py").write_text(f"{interrupted}\ndef main():\n    print('plays')\n")
+    command = [sys.executable, "-S", "-P", "-c", local_workers.PROGRAM]  # -S: only the package above
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (ended.stdout, ended.stderr) == ("plays\n", "")
