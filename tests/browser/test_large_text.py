@@ -111,6 +111,20 @@ def test_where_controls_are_tried_the_name_of_the_device_covers_no_word(open_pag
     assert boxes[0] and boxes[1] and boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"]
 
 
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_on_the_narrowest_screen_maps_are_chosen_and_drawn_without_scrolling_to_the_side(
+    open_page: OpenPage, language: str
+) -> None:
+    for path, selector in {"/": ".map canvas", "/editor": "#arena"}.items():
+        page = open_page(f"{path}?lang={language}", None, viewport={"width": 320, "height": 568}, has_touch=True)
+        expect(page.locator(selector).first).to_be_visible()
+        expect(page.locator("html")).to_have_attribute("lang", language)
+        columns = "maps => new Set(maps.map((map) => map.getBoundingClientRect().left)).size"
+        assert path != "/" or page.locator(".map").evaluate_all(columns) == 2, "letters of the usual size"
+        page.evaluate(TWICE)
+        assert overflow(page) <= 0, path
+
+
 @pytest.mark.parametrize("has_touch", [True, False])
 def test_in_low_windows_letters_of_the_usual_size_leave_the_words_of_the_score_whole(
     server: Server, open_page: OpenPage, has_touch: bool
