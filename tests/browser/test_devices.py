@@ -115,6 +115,10 @@ def test_touch_drives_with_one_thumb_and_grabs_with_the_other(
     send(touch, "touchStart", {"id": 5, **grab})
     wait_for(page, "game.entities().robots[0].held === 0")
     send(touch, "touchEnd")
+    send(touch, "touchStart", {"id": 6, **stick, "y": PHONE["height"] - 12})  # the ring would reach below the window
+    expect(page.locator("#knob")).to_have_attribute("data-held", "true")
+    assert page.evaluate("document.documentElement.scrollHeight <= innerHeight")
+    send(touch, "touchEnd")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     assert page.locator("#arena").bounding_box()["width"] > 340  # type: ignore[index]
     assert grab["y"] < PHONE["height"], "the grab button is on the first screen"

@@ -1,5 +1,6 @@
 """Letters of twice the size (WCAG 1.4.4), as browsers offer for text alone: nothing lies over anything."""
 
+import re
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
@@ -21,6 +22,15 @@ TWICE = """() => {
   const all = [...document.querySelectorAll("body, body *")];
   const sizes = all.map((one) => parseFloat(getComputedStyle(one).fontSize));
   all.forEach((one, index) => { one.style.fontSize = `${2 * sizes[index]}px`; });
+}"""
+# The same in the style sheets, so that a page may still shrink letters.
+TWICE_IN_SHEETS = """() => {
+  const enlarge = (rules) => [...rules].forEach((rule) => {
+    const size = rule.style?.fontSize ?? "";
+    if (size.includes("px")) rule.style.fontSize = `calc(2 * (${size}))`;
+    else enlarge(rule.cssRules ?? []);
+  });
+  [...document.styleSheets].forEach((sheet) => enlarge(sheet.cssRules));
 }"""
 # Pairs of texts of which one covers the other; what is scrolled out of sight or cut off covers nothing.
 COVERED = """() => {
@@ -101,6 +111,20 @@ def test_where_controls_are_tried_the_name_of_the_device_covers_no_word(open_pag
     assert boxes[0] and boxes[1] and boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"]
 
 
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_on_the_narrowest_screen_maps_are_chosen_and_drawn_without_scrolling_to_the_side(
+    open_page: OpenPage, language: str
+) -> None:
+    for path, selector in {"/": ".map canvas", "/editor": "#arena"}.items():
+        page = open_page(f"{path}?lang={language}", None, viewport={"width": 320, "height": 568}, has_touch=True)
+        expect(page.locator(selector).first).to_be_visible()
+        expect(page.locator("html")).to_have_attribute("lang", language)
+        columns = "maps => new Set(maps.map((map) => map.getBoundingClientRect().left)).size"
+        assert path != "/" or page.locator(".map").evaluate_all(columns) == 2, "letters of the usual size"
+        page.evaluate(TWICE)
+        assert overflow(page) <= 0, path
+
+
 @pytest.mark.parametrize("has_touch", [True, False])
 def test_in_low_windows_letters_of_the_usual_size_leave_the_words_of_the_score_whole(
     server: Server, open_page: OpenPage, has_touch: bool
@@ -130,6 +154,21 @@ def test_in_a_round_figures_and_buttons_stay_in_their_places(server: Server, ope
     boxes = [page.locator(part).bounding_box() for part in ("#time", "#done", "#mute")]
     for left, right in pairwise(boxes):
         assert left and right and left["x"] + left["width"] <= right["x"]
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_on_the_narrowest_screen_what_is_delivered_is_said_in_a_whole_word(
+    server: Server, open_page: OpenPage, language: str
+) -> None:
+    room = server.practice()
+    page = open_page(f"/play/{room['room']}?lang={language}", room, has_touch=True, is_mobile=True)
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.evaluate(TWICE_IN_SHEETS)
+    for size in ({"width": 340, "height": 568}, {"width": 320, "height": 568}):
+        page.set_viewport_size(size)  # type: ignore[arg-type]
+        expect(page.locator("#done-label")).to_have_css("--fit", re.compile(r"0\.[4-9]\d?"))
+        assert page.locator("#done-label, #done, #time").evaluate_all(CUT) == []
+    assert page.locator("#done-label").evaluate("one => parseFloat(getComputedStyle(one).fontSize)") > 14
 
 
 @pytest.mark.parametrize("has_touch", [True, False])

@@ -31,6 +31,7 @@ export class Hud {
     round: byId("round", HTMLElement),
     title: byId("title", HTMLElement),
     task: byId("task", HTMLElement),
+    score: byId("score", HTMLElement),
     timeLabel: byId("time-label", HTMLElement),
     time: byId("time", HTMLElement),
     timeBar: byId("time-bar", HTMLElement),
@@ -53,6 +54,7 @@ export class Hud {
   };
   /** @type {Map<Element, string>} what was last written where */
   #written = new Map();
+  #fitScore = fitWords(this.#parts.score, [this.#parts.timeLabel, this.#parts.doneLabel]);
   #seatRows = [0, 1].map((seat) => seatRow(seat));
   #problemUntilMs = 0;
 
@@ -118,7 +120,7 @@ export class Hud {
     this.#width(timeBar, limited ? ticks / round.limit_ticks : 0);
     const items = round.map.items.length;
     const delivered = scene.view.delivered.filter(Boolean).length;
-    this.#text(done, `${delivered} / ${items}`);
+    if (this.#text(done, `${delivered} / ${items}`)) this.#fitScore();
     this.#width(doneBar, items > 0 ? delivered / items : 0);
     this.#attribute(
       arena,
@@ -185,11 +187,12 @@ export class Hud {
     );
   }
 
-  /** @param {Element} part @param {string} text */
+  /** @param {Element} part @param {string} text @returns {boolean} whether it is new there */
   #text(part, text) {
-    if (this.#written.get(part) === text) return;
+    if (this.#written.get(part) === text) return false;
     this.#written.set(part, text);
     part.textContent = text;
+    return true;
   }
 
   /** @param {Element} part @param {string} name @param {string} value */
