@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import get_args
 
 from movingout.maps.commands.parser import add_json
+from movingout.maps.files.terminal import printable
 from movingout.recordings.commands import diversity, exports, failures, imports, upload, verify
 from movingout.recordings.commands import report as report_command
 from movingout.recordings.commands import split as split_command
@@ -23,7 +24,6 @@ from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, rec
 from movingout.recordings.storage.index import Filter, list_recordings, path_of
 from movingout.recordings.storage.listing import Summary, Unreadable, recording_paths
 from movingout.recordings.storage.repair import damaged_below, recover_recording
-from movingout.recordings.terminal import printable
 from movingout.world.constants import TICKS_PER_SECOND
 
 
