@@ -21,6 +21,8 @@ from tests.recordings.support import header, record
 INPUT: dict[str, Any] = {"tick": 1, "seat": 0, "seq": 1, "client_ms": 1.0, "move": 1, "heading": 0.0, "grabs": 0}
 INPUT |= {"device": "keyboard", "rtt_ms": 5.0}
 EVENT: dict[str, Any] = {"tick": 1, "kind": "grab", "seat": 0, "item": 1, "detail": ""}
+NO_INPUTS: list[dict[str, Any]] = [{"seat": []}, {"seq": "1"}, {"move": None}, {"device": 3}, {"seat": 7}]
+NO_EVENTS: list[dict[str, Any]] = [{"tick": "1"}, {"kind": [[1]]}, {"detail": {}}, {"seat": 9}]
 Reader = Callable[[Mapping[str, Any]], object]
 
 
@@ -57,13 +59,7 @@ def test_one_such_file_leaves_the_others_of_its_folder_listed(
 
 @pytest.mark.parametrize(
     ("read", "payload"),
-    [
-        *(
-            (read_input, INPUT | one)
-            for one in ({"seat": []}, {"seq": "1"}, {"move": None}, {"device": 3}, {"seat": 7})
-        ),
-        *((read_event, EVENT | one) for one in ({"tick": "1"}, {"kind": [[1]]}, {"detail": {}}, {"seat": 9})),
-    ],
+    [*((read_input, INPUT | one) for one in NO_INPUTS), *((read_event, EVENT | one) for one in NO_EVENTS)],
 )
 def test_a_value_of_another_kind_is_refused_where_it_is_read(read: Reader, payload: Mapping[str, Any]) -> None:
     with pytest.raises((TypeError, ValueError)):
