@@ -10,7 +10,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Any, Literal, TextIO
 
-from movingout.recordings import terminal
+from movingout.maps.files import terminal
 from movingout.server.connection.token_bucket import TokenBucket
 
 LogFormat = Literal["text", "json"]

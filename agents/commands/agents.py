@@ -37,6 +37,7 @@ from movingout.agents.llm.first_answer import FirstAnswer, first_answer
 from movingout.maps import load_map
 from movingout.maps.commands.parser import add_out
 from movingout.maps.extras import needs_extra
+from movingout.maps.files.terminal import printable_lines
 from movingout.maps.suggestion import counted
 from movingout.world.constants import LIMIT_TICKS, TICK_MS, TICKS_PER_SECOND
 
@@ -99,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _list(arguments: argparse.Namespace) -> int:
     cards = agent_cards()
     for sentence in damaged_cards():
-        print(f"movingout: left out: {sentence}", file=sys.stderr)
+        print(f"movingout: left out: {printable_lines(sentence)}", file=sys.stderr)
     if arguments.json:
         print(json.dumps({"agents": [_document(card) for card in cards]}))
         return 0

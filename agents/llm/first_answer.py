@@ -8,7 +8,7 @@ from movingout.agents.llm.agent import SILENT, LlmAgent
 from movingout.agents.llm.model_id import USEFUL
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map
-from movingout.recordings.terminal import printable
+from movingout.maps.files.terminal import printable
 from movingout.world.constants import LIMIT_TICKS
 
 

@@ -16,6 +16,7 @@ from movingout.maps.commands import generated_maps, map_check
 from movingout.maps.commands.parser import add_json, add_out
 from movingout.maps.errors import MapError
 from movingout.maps.files.output_file import write_output
+from movingout.maps.files.terminal import printable, printable_lines
 from movingout.maps.json_format import map_to_json
 from movingout.maps.library import load_map, loadable_map_names
 from movingout.maps.picture import paint_scene
@@ -140,8 +141,9 @@ def _show(args: argparse.Namespace) -> int:
         return 0
     console = Console(highlight=False)
     number = f"Map {spec.number}: " if spec.number else ""
-    console.print(f"[bold]{number}{escape(spec.title)}[/bold]  ({escape(spec.name)}, {spec.mode})")
-    console.print(escape(spec.description))
+    title, description = escape(printable(spec.title)), escape(printable_lines(spec.description))
+    console.print(f"[bold]{number}{title}[/bold]  ({escape(spec.name)}, {spec.mode})")
+    console.print(description)
     if console.is_terminal and console.color_system:
         console.print(_sketch(spec))
     table = Table(box=None, pad_edge=False)

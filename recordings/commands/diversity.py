@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from movingout.maps.commands.parser import add_json, add_out
+from movingout.maps.files.terminal import printable
 from movingout.maps.spec import MapSpec
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import add_challenge, add_styles, positive, print_json
@@ -40,7 +41,6 @@ from movingout.recordings.diversity.table import Shares, map_table, method, popu
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.styles import given_styles
-from movingout.recordings.terminal import printable
 from movingout.world.constants import MAX_SEED
 from movingout.world.state import Floats
 

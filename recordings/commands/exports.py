@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.files.terminal import printable
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import add_paths, expanded, share
 from movingout.recordings.commands.selection import left_out_words
@@ -98,7 +99,7 @@ def _given(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _tell(sentence: str) -> None:
-    print(f"movingout: {sentence}", file=sys.stderr)
+    print(f"movingout: {printable(sentence)}", file=sys.stderr)
 
 
 def _chosen(found: Sequence[Path], named: Collection[Path]) -> tuple[list[Path], list[str]]:

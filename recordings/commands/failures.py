@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from movingout.maps.commands.parser import add_json, add_out
 from movingout.maps.files.output_file import draft_of
+from movingout.maps.files.terminal import printable
 from movingout.maps.suggestion import counted
 from movingout.recordings.annotation.agreement import agreements, by_case, settled
 from movingout.recordings.annotation.finding import Finding, SearchedRecording
@@ -22,7 +23,6 @@ from movingout.recordings.report.failures import CASES, Case
 from movingout.recordings.report.words import Words
 from movingout.recordings.spreadsheet import check_name, safe_cells
 from movingout.recordings.storage.study_rounds import uncounted_in
-from movingout.recordings.terminal import printable
 from movingout.world.estimates import Estimate, estimate_of_copies, estimate_text
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 from movingout.maps.commands.parser import add_json, add_out
+from movingout.maps.files.terminal import printable
 from movingout.recordings.commands.arguments import add_data, positive, print_json
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.imports.convert import AGREE, ImportReport, PlayerKind, import_source, names_people
@@ -17,7 +18,6 @@ from movingout.recordings.imports.map_match import maps_of
 from movingout.recordings.imports.participants import read_participants, with_participants
 from movingout.recordings.imports.sources import read_all, without_copies
 from movingout.recordings.progress import map_in_processes
-from movingout.recordings.terminal import printable
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
 
 PUBLIC_SALT = "movingout"

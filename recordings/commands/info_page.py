@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.commands.parser import add_json
+from movingout.maps.files.terminal import printable
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.commands.arguments import add_data, print_json
 from movingout.recordings.episode import Episode, SeatInfo
@@ -15,7 +16,6 @@ from movingout.recordings.file_format.metadata import utc
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.storage.index import path_of
 from movingout.recordings.storage.listing import seat_title
-from movingout.recordings.terminal import printable
 from movingout.recordings.versions import why_not_exact
 from movingout.world.constants import TICKS_PER_SECOND
 from movingout.world.metrics import METRICS, Metric, Values, to_numbers

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import get_args
 
 from movingout.maps.commands.parser import add_json
+from movingout.maps.files.terminal import printable
 from movingout.recordings.commands.arguments import MOST_NAMED, add_data, data_folder, places_below, print_json
 from movingout.recordings.episode import Outcome
 from movingout.recordings.storage.index import Filter, list_recordings
 from movingout.recordings.storage.listing import Summary, Unreadable, recording_paths
-from movingout.recordings.terminal import printable
 from movingout.world.constants import TICKS_PER_SECOND
 
 _HOW_TO_RECORD = """Two ways to change that:

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from movingout.maps.commands.parser import add_json
+from movingout.maps.files.terminal import printable
 from movingout.recordings.commands.arguments import add_data, data_folder, print_json
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, recover_journal
 from movingout.recordings.storage.repair import damaged_below, recover_recording
-from movingout.recordings.terminal import printable
 
 _FAILED = 2  # as for a file that is named and cannot be recovered
 

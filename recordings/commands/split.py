@@ -3,6 +3,7 @@
 import argparse
 
 from movingout.maps.commands.parser import add_json, add_out
+from movingout.maps.files.terminal import printable
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import (
     add_challenge,
@@ -24,7 +25,6 @@ from movingout.recordings.groups import (
 from movingout.recordings.spreadsheet import check_name
 from movingout.recordings.storage.copies import without_copies
 from movingout.recordings.styles import given_styles
-from movingout.recordings.terminal import printable
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

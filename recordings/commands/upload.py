@@ -4,12 +4,12 @@ import argparse
 import sys
 
 from movingout.maps.commands.parser import add_json
+from movingout.maps.files.terminal import printable
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import add_data, print_json
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.progress import with_progress
 from movingout.recordings.storage.s3_bucket import S3Bucket, not_uploaded, note_uploads, s3_address, upload
-from movingout.recordings.terminal import printable
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

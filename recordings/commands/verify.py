@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.commands.parser import add_json
+from movingout.maps.files.terminal import printable
 from movingout.recordings.commands.arguments import add_paths, expanded, positive, print_json
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.ray_cluster import map_on_ray
 from movingout.recordings.storage.verified import never_verified, not_verified, note_verified
-from movingout.recordings.terminal import printable
 from movingout.recordings.verification import Verification, verify
 
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.files.terminal import printable
 from movingout.recordings.diversity.comparison import (
     MapDiversity,
     PopulationDiversity,
@@ -13,7 +14,6 @@ from movingout.recordings.diversity.comparison import (
 )
 from movingout.recordings.diversity.measures import DiversityOptions
 from movingout.recordings.spreadsheet import safe_cells
-from movingout.recordings.terminal import printable
 from movingout.world.estimates import Estimate, estimate_text
 
 Shares = Mapping[str, Estimate]  # of valid pieces, per augmented population

@@ -23,6 +23,16 @@ def utc(nanoseconds: int) -> str:
     return datetime.fromtimestamp(nanoseconds / 1e9, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
+def _time(text: str) -> int:
+    """A wall-clock time [ns since the epoch]. Raises ValueError for one that is in no calendar, which `utc` needs."""
+    nanoseconds = int(text)
+    try:
+        utc(nanoseconds)
+    except (OverflowError, OSError, ValueError):
+        raise ValueError(f"the time {text:.40} is in no calendar") from None
+    return nanoseconds
+
+
 def header_metadata(header: EpisodeHeader, software: Entries) -> dict[str, dict[str, str]]:
     """The records at the head of a file; `header_of` reads them back."""
     records = {
@@ -63,7 +73,7 @@ def header_of(records: Mapping[str, Entries], the_map: MapSpec) -> EpisodeHeader
             seed=int(episode["seed"]),
             limit_ticks=int(episode["limit_ticks"]),
             seats=seats_of(records),
-            started_ns=int(episode["started_ns"]),
+            started_ns=_time(episode["started_ns"]),
             source=_source(episode["source"]),
             study=dict(records.get(STUDY, {})),
         )

@@ -118,10 +118,13 @@ def write_timing(record: TickRecord) -> bytes:
 
 
 def read_tick(state: Payload, actions: Payload, timing: Payload) -> TickRecord:
-    """One tick from its three payloads."""
+    """One tick from its three payloads. Raises TypeError, KeyError or ValueError for payloads of another form."""
     after, delivered = read_state(state)
     blue, red = (actions[colour] for colour in SEAT_COLOURS)
     network = [timing[colour] for colour in SEAT_COLOURS]
+    _require(str, blue["source"], red["source"])
+    _require(int, blue["input_seq"], red["input_seq"])
+    _require((int, float), timing["late_ms"], *(one[name] for one in network for name in ("slack_ms", "rtt_ms")))
     return TickRecord(
         actions=_floats([(a["distance"], a["heading"], a["grasp"]) for a in (blue, red)]),
         sources=(blue["source"], red["source"]),
@@ -154,7 +157,14 @@ def write_input(sample: InputSample) -> bytes:
 
 
 def read_input(payload: Payload) -> InputSample:
-    return InputSample(**payload)
+    """Raises TypeError or ValueError for a payload of another form."""
+    sample = InputSample(**payload)
+    _require(int, sample.tick, sample.seat, sample.seq, sample.grabs)
+    _require((int, float), sample.client_ms, sample.move, sample.heading, sample.rtt_ms)
+    _require(str, sample.device)
+    if sample.seat not in (0, 1):
+        raise ValueError(f"an input of seat {sample.seat}")
+    return sample
 
 
 def write_event(event: Event) -> bytes:
@@ -164,7 +174,20 @@ def write_event(event: Event) -> bytes:
 
 
 def read_event(payload: Payload) -> Event:
-    return Event(**payload)
+    """Raises TypeError or ValueError for a payload of another form."""
+    event = Event(**payload)
+    _require(int, event.tick, event.seat, event.item)
+    _require(str, event.kind, event.detail)
+    if event.seat not in (-1, 0, 1):
+        raise ValueError(f"an event of seat {event.seat}")
+    return event
+
+
+def _require(kind: type | tuple[type, ...], *values: object) -> None:
+    """Checksums vouch for the bytes of a file, not for who wrote it. Raises TypeError."""
+    for value in values:
+        if not isinstance(value, kind):
+            raise TypeError(f"{value!r:.40} where another kind of value is needed")
 
 
 def write_agent(decision: AgentDecision) -> bytes:

@@ -21,6 +21,7 @@ from movingout.recordings.file_format import payloads
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX, PROFILE, scan
 from movingout.recordings.file_format.metadata import END, RECORDING, SOFTWARE, Entries, episode_record, header_of
 from movingout.recordings.file_format.records import DATA_END, FOOTER, MAGIC, Message, Record, records_of
+from movingout.world.state import WorldState
 
 _RESCUE = "copy it again from where it was recorded, or save what is whole: movingout recordings recover FILE"
 LARGEST = 1 << 32  # bytes of a recording
@@ -174,12 +175,15 @@ def _build(found: _Collected, damage: str) -> Episode:
         payloads.read_tick(*three) for three in zip(found.states[1:], found.actions, found.timing, strict=False)
     )
     _require_consecutive(ticks, len(found.states), len(found.actions))
+    header = header_of(found.metadata, payloads.read_map(found.the_map))
+    initial = payloads.read_state(found.states[0])[0]
+    _require_bodies((initial, *(tick.state for tick in ticks)), len(header.map.items))
     closing = found.metadata.get(RECORDING, {})
     damage = damage or closing.get("damage", "")
     outcome = _outcome(found.metadata.get(END, {}))
     return Episode(
-        header=header_of(found.metadata, payloads.read_map(found.the_map)),
-        initial=payloads.read_state(found.states[0])[0],
+        header=header,
+        initial=initial,
         ticks=ticks,
         inputs=tuple(found.inputs),
         events=tuple(found.events),
@@ -198,6 +202,13 @@ def _outcome(end: Entries) -> Outcome:
     if outcome not in get_args(Outcome):
         raise UnreadableError(f"unknown outcome {outcome!r}; known: {', '.join(get_args(Outcome))}")
     return cast(Outcome, outcome)
+
+
+def _require_bodies(states: Iterable[WorldState], items: int) -> None:
+    """Every state has the items of the map, and robots hold none but these: -1 is no item."""
+    for state in states:
+        if len(state.item_poses) != items or any(not -1 <= held < items for held in state.held.tolist()):
+            raise UnreadableError(f"tick {state.tick}: other items than the {items} of its map")
 
 
 def _require_consecutive(ticks: tuple[TickRecord, ...], states: int, actions: int) -> None:

@@ -1,5 +1,6 @@
 """The recordings in a folder: one summary each, read from the metadata alone."""
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -192,12 +193,12 @@ def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
         variant=episode["map_variant"],
         started=episode["started_utc"],
         source=episode["source"],
-        ticks=int(closing["ticks"]),
+        ticks=_count(closing["ticks"]),
         outcome=closing["outcome"],
         blue=seat_title(records[SEATS[0]]["kind"], records[SEATS[0]]["name"]),
         red=seat_title(records[SEATS[1]]["kind"], records[SEATS[1]]["name"]),
         study=dict(records.get(STUDY, {})),
-        metrics=_metrics({name: float(value) for name, value in records[RESULT].items()}),
+        metrics=_metrics({name: _finite(value) for name, value in records[RESULT].items()}),
         complete=closing["complete"] == "true",
         damage=closing["damage"],
     )
@@ -212,6 +213,22 @@ def _title_in(path: Path) -> str:
     except (OSError, *UNREADABLE, ValueError, AttributeError):
         return ""  # `verify` says what is wrong with it; here its name is enough
     return title if isinstance(title, str) else ""
+
+
+def _count(text: str) -> int:
+    """Raises ValueError for what is no number of ticks: beyond 32 bits no recording is, and JSON and SQLite end."""
+    count = int(text)
+    if not 0 <= count < 1 << 32:
+        raise ValueError(f"{text:.40} ticks")
+    return count
+
+
+def _finite(text: str) -> float:
+    """Raises ValueError for infinity and NaN, which JSON has no words for."""
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"a metric is {text:.40}")
+    return number
 
 
 def _metrics(numbers: Mapping[str, float]) -> dict[str, float | None]:

@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.files.terminal import printable_lines
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.study.commands import backup, data
 from movingout.study.commands.place import add_databases, databases
@@ -94,7 +95,7 @@ def _check(args: argparse.Namespace) -> int:
     try:
         study = read_study(args.file)
     except StudyFileError as error:
-        print(f"movingout: {error}", file=sys.stderr)
+        print(f"movingout: {printable_lines(str(error))}", file=sys.stderr)
         if args.json:
             faults = [fault._asdict() for fault in error.faults]
             print(json.dumps({"ready": False, "faults": faults}, indent=2, ensure_ascii=False))
@@ -123,16 +124,21 @@ def _has_begun(args: argparse.Namespace, study: Study) -> bool:
     return False
 
 
+def _shown(text: str) -> str:
+    """For a console: a study file may come from somebody else."""
+    return escape(printable_lines(text))
+
+
 def _print(found: Review) -> None:
     study = found.study
     console = Console(highlight=False)
     who = f"{study.units} pairs" if study.group == 2 else f"{study.participants} participants"
-    console.print(f"[bold]{escape(study.title.text())}[/bold]  ({escape(study.id)}), {who}", soft_wrap=True)
+    console.print(f"[bold]{_shown(study.title.text())}[/bold]  ({_shown(study.id)}), {who}", soft_wrap=True)
     table = Table(box=None, pad_edge=False)
     for column in ("step", "what", "minutes"):
         table.add_column(column, justify="right" if column == "minutes" else "left")
     for stage in found.timeline:
-        table.add_row(escape(stage.title), escape(stage.detail), f"{stage.seconds / 60:.1f}")
+        table.add_row(_shown(stage.title), _shown(stage.detail), f"{stage.seconds / 60:.1f}")
     console.print(table)
     console.print(
         f"At most {found.minutes:.0f} minutes, rounds counted at their full limit.{_pay_in_words(found)}",
@@ -140,15 +146,15 @@ def _print(found: Review) -> None:
     )
     _print_orders(console, found)
     for sentence in found.attention:
-        console.print(escape(sentence), soft_wrap=True)
+        console.print(_shown(sentence), soft_wrap=True)
     for sentence in found.warnings:
-        console.print(f"[yellow]warning:[/yellow] {escape(sentence)}", soft_wrap=True)
+        console.print(f"[yellow]warning:[/yellow] {_shown(sentence)}", soft_wrap=True)
     for sentence in found.contradictions:
-        console.print(f"[red]wrong:[/red] {escape(sentence)}", soft_wrap=True)
+        console.print(f"[red]wrong:[/red] {_shown(sentence)}", soft_wrap=True)
     for sentence in found.slow:
-        console.print(f"[red]too slow:[/red] {escape(sentence)}", soft_wrap=True)
+        console.print(f"[red]too slow:[/red] {_shown(sentence)}", soft_wrap=True)
     for sentence in (*found.missing, *found.refused, *found.untranslated, *found.unfilled):
-        console.print(f"[red]missing:[/red] {escape(sentence)}", soft_wrap=True)
+        console.print(f"[red]missing:[/red] {_shown(sentence)}", soft_wrap=True)
     if found.refused or found.slow:
         begun = "one that has begun with this file is served all the same; --data or --database says where its data are"
         console.print(f"no study begins like this; {begun}", soft_wrap=True)
