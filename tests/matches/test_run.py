@@ -211,6 +211,12 @@ def test_a_file_where_one_stands_does_not_take_the_place_of_a_library_in_workers
     assert result.ending == "time", result.failure
 
 
+def test_an_agent_that_asks_the_keyboard_fails_at_once_and_takes_no_jobs() -> None:
+    with pytest.warns(match="1 of 1 matches failed"):
+        (result,) = play(f"{HERE}:Asking", "idle", ticks=1, workers=1)
+    assert result.failure.startswith(f"blue ({HERE}:Asking) raised EOFError in act() at tick 0"), result.failure
+
+
 @pytest.mark.slow
 def test_a_worker_that_hangs_where_no_alarm_reaches_is_replaced(tmp_path: Path) -> None:
     grid = small_grid(agents=[f"{HERE}:Deaf"], partners=["idle"], maps=["HandOff"], seeds=1, agent_limit_s=1.0)
