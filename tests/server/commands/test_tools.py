@@ -143,7 +143,8 @@ def test_the_load_test_needs_the_admin_token_of_a_foreign_server(live: Live) -> 
 def test_the_load_test_leaves_no_room_open_where_not_all_could_be_opened(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before, opened = live.rooms, []
+    before = live.rooms
+    opened: list[str] = []
 
     def open_one(target: RunningServer, *rest: Any) -> str:
         if opened:
