@@ -1,13 +1,13 @@
 """A worker process of `local_workers`: jobs on stdin, results on stdout, as JSON lines.
 
 It is a program of its own rather than a fork of the caller, so that it works from a notebook and from a script without
-a main guard, and so that a crash is no more than a closed pipe to the caller. What agents print goes to stderr.
+a main guard, and so that a crash is no more than a closed pipe to the caller. What agents print goes to stderr; what
+they read from stdin has ended.
 """
 
 import json
 import os
 import queue
-import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,7 +22,7 @@ def main() -> None:
     """Play jobs until standard input ends."""
     output = WorkerOutput(os.fdopen(os.dup(1), "w", encoding="utf-8"))
     os.dup2(2, 1)
-    lines = _lines()
+    lines = _lines(_jobs())
     settings = json.loads(next(lines))
     lockstep = Lockstep(
         record=Path(settings["record"]) if settings["record"] else None,
@@ -62,13 +62,21 @@ class WorkerOutput:
             self.write({"kind": "heartbeat"})
 
 
-def _lines() -> Iterator[str]:
-    """Lines of standard input, read ahead by a thread. When it ends, the driver has ended, perhaps killed, and this
+def _jobs() -> TextIO:
+    """Standard input, and an empty one in its place: an agent's `input()` or `breakpoint()` would wait for a job."""
+    jobs, empty = os.fdopen(os.dup(0), encoding="utf-8"), os.open(os.devnull, os.O_RDONLY)
+    os.dup2(empty, 0)
+    os.close(empty)
+    return jobs
+
+
+def _lines(jobs: TextIO) -> Iterator[str]:
+    """Lines of the jobs, read ahead by a thread. When they end, the driver has ended, perhaps killed, and this
     process exits at once, even within a match: another driver may be about to play and record the same match."""
     lines: queue.Queue[str] = queue.Queue()
 
     def read() -> None:
-        for line in sys.stdin:
+        for line in jobs:
             lines.put(line)
         os._exit(0)
 

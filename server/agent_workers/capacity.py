@@ -28,6 +28,7 @@ HALF_LIFE_S = 10.0
 MOST_KEPT = 200  # agents, of which each set of options makes another one; then the oldest is forgotten
 COSTS, COSTS_S = "agent_costs.json", 60.0  # where costs are kept, and how often: a killed server keeps none at its end
 _ON_OWN_MAPS = " on own maps"
+_MANY_WALLS = 16, 32  # the twelve maps have up to 4; among 64, a decision of BASS takes three times as long
 
 
 def per_worker(workers: int, cores: int | None = None) -> float:
@@ -42,11 +43,14 @@ def usable_cores() -> int:
 
 
 def cost_name(agent_id: str, map_spec: MapSpec) -> str:
-    """What the cost of an agent on a map is kept by: its id, and another name on all maps that people made.
+    """What the cost of an agent on a map is kept by: its id, and other names on maps that people made, by their walls.
 
-    One of these with many walls can make a decision long, which says nothing of the maps that come with the project.
+    Many walls make a decision long, which says nothing of other maps.
     """
-    return agent_id if is_reserved(map_spec.name) else agent_id + _ON_OWN_MAPS
+    if is_reserved(map_spec.name):
+        return agent_id
+    passed = [most for most in _MANY_WALLS if len(map_spec.walls) > most]
+    return agent_id + _ON_OWN_MAPS + (f", more than {passed[-1]} walls" if passed else "")
 
 
 class AgentCosts:
@@ -63,7 +67,7 @@ class AgentCosts:
     def of(self, name: str) -> float:
         """On maps of one's own that of other maps until it was measured there."""
         guess = GUESS_TRAINED if "@" in name else GUESS
-        return self._shares.get(name, self._shares.get(name.removesuffix(_ON_OWN_MAPS), guess))
+        return self._shares.get(name, self._shares.get(_agent(name), guess))
 
     def known(self) -> dict[str, float]:
         """What was measured, here or before; nothing that is assumed."""
@@ -124,8 +128,12 @@ class AgentCosts:
             log.warning("%s is not read, and its costs are measured again: %s", self._file, error)
 
 
+def _agent(name: str) -> str:
+    return name.rpartition(_ON_OWN_MAPS)[0] or name
+
+
 def _print(name: str) -> str:
-    return fingerprint(name.removesuffix(_ON_OWN_MAPS))
+    return fingerprint(_agent(name))
 
 
 class LateDecisions:

@@ -199,11 +199,12 @@ async def _measure(
     partner: str,
 ) -> dict[str, Any]:
     tally = LoadCounts()
+    opened: list[str] = []
     bots: list[LoadClient] = []
     other: asyncio.Task[None] | None = None
     await asyncio.to_thread(_call, target, "/api/admin/state")  # refused now rather than after the warm-up
     try:
-        opened = await _open_rooms(target, rooms, clients, partner)
+        await _open_rooms(target, rooms, clients, partner, opened)
         await _fill_rooms(target, opened, clients, inputs_per_s, tally, bots)
         await _wait_for_play(bots, tally)
         await asyncio.sleep(WARM_UP_S)
@@ -224,6 +225,7 @@ async def _measure(
         if other is not None:
             other.cancel()
         await asyncio.sleep(0.1)  # for the connections to close
+        await asyncio.to_thread(_close_rooms, target, opened)
     return _result(rooms, clients, before, after, tally)
 
 
@@ -239,9 +241,22 @@ def _refuse_several_nodes(target: RunningServer, rooms: list[str], state: Any) -
     )
 
 
-async def _open_rooms(target: RunningServer, rooms: int, clients: int, partner: str) -> list[str]:
+async def _open_rooms(target: RunningServer, rooms: int, clients: int, partner: str, opened: list[str]) -> None:
+    """Open the rooms and append them to `opened`, which has those of before where one is refused."""
     names = map_names()
-    return [await _opened_room(target, names[index % len(names)], clients, partner) for index in range(rooms)]
+    for index in range(rooms):
+        opened.append(await _opened_room(target, names[index % len(names)], clients, partner))
+
+
+def _close_rooms(target: RunningServer, rooms: list[str]) -> None:
+    """A server goes on after its test, and would wait for the players of each room that was left open."""
+    for room in rooms:
+        try:
+            _call(target, f"/api/admin/rooms/{room}/close", {})
+        except LoadTestError:  # it is closed already
+            continue
+        except OSError:  # the server has gone: no other call would reach it
+            return
 
 
 async def _opened_room(target: RunningServer, name: str, clients: int, partner: str) -> str:

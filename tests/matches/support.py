@@ -92,6 +92,14 @@ class Talker(Wanderer):
         return super().act(observation)
 
 
+class Asking(Wanderer):
+    """Waits for somebody at the keyboard, as one with a forgotten `breakpoint()` does."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        input()
+        return super().act(observation)
+
+
 class Counting(Wanderer):
     """Counts things, not all of them in whole numbers."""
 

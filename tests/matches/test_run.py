@@ -73,6 +73,12 @@ def test_a_file_where_one_stands_does_not_take_the_place_of_a_library_in_workers
     assert result.ending == "time", result.failure
 
 
+def test_an_agent_that_asks_the_keyboard_fails_at_once_and_takes_no_jobs() -> None:
+    with pytest.warns(match="1 of 1 matches failed"):
+        (result,) = play(f"{HERE}:Asking", "idle", ticks=1, workers=1)
+    assert result.failure.startswith(f"blue ({HERE}:Asking) raised EOFError in act() at tick 0"), result.failure
+
+
 def test_a_map_file_with_faults_is_warned_about_as_commands_say_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -142,6 +142,16 @@ def test_until_it_was_measured_an_agent_costs_as_much_on_drawn_maps_as_on_others
     assert costs.of(cost_name("bass@all", DRAWN)) == 0.07
 
 
+def test_what_an_agent_costs_among_many_walls_says_nothing_of_drawn_maps_with_few() -> None:
+    few, some, many = (replace(DRAWN, walls=DRAWN.walls[:1] * number) for number in (16, 17, 33))
+    costs = AgentCosts()
+    costs.measured("bass@all", 0.04)
+    costs.measured(cost_name("bass@all", many), 0.12)
+    assert [costs.of(cost_name("bass@all", one)) for one in (few, some, many)] == [0.04, 0.04, 0.12]
+    costs.measured(cost_name("bass@all", some), 0.08)
+    assert [costs.of(cost_name("bass@all", one)) for one in (few, some, many)] == [0.04, 0.08, 0.12]
+
+
 def test_what_agents_cost_is_known_after_a_restart_unless_they_were_trained_again(tmp_path: Path) -> None:
     kept = AgentCosts(tmp_path / "costs.json")
     kept.measured("bass@all", 0.07)
