@@ -170,7 +170,12 @@ def _run(arguments: list[str]) -> int:
 
 
 def _prepare_output() -> None:
-    """What is printed goes nowhere where that is closed (`>&-`); names that are not UTF-8 are escaped, as in errors."""
+    """What is printed goes nowhere where that is closed (`>&-`); names that are not UTF-8 are escaped, as in errors.
+
+    Some terminals say that they have 0 columns, in which tables would have no room: the width is unknown then.
+    """
+    if os.environ.get("COLUMNS") == "0":
+        del os.environ["COLUMNS"]
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115

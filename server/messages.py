@@ -80,7 +80,7 @@ class Join(msgspec.Struct, tag="join", tag_field="type", forbid_unknown_fields=T
     room: str
     mode: Mode = "play"
     tokens: Annotated[list[str], msgspec.Meta(max_length=MOST_TOKENS)] = []
-    claim: int = 0
+    claim: Annotated[int, msgspec.Meta(ge=0, le=2)] = 0
     name: str = ""
     program: bool = False  # a remote seat: an external program plays
 

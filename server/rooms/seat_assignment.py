@@ -129,7 +129,7 @@ class SeatAssignment:
     def _by_claim(self, request: m.Join, already: list[Seat]) -> list[Seat]:
         kind = "remote" if request.program else "human"
         free = [seat for seat in self._seats if seat.open and seat.kind == kind and seat not in already]
-        return free[: max(0, request.claim)]
+        return free[: request.claim]
 
     def _unseat(self, clients: list[ClientHandle], wanted: list[Seat]) -> list[ClientHandle]:
         """The clients that lose their last seat; one that keeps another seat stays."""

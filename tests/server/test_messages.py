@@ -68,6 +68,13 @@ def test_what_a_client_leaves_out_keeps_its_meaning(golden: dict[str, Any]) -> N
     assert msgspec.to_builtins(decoded) == golden["means"]
 
 
+@pytest.mark.parametrize("claim", [-1, 3])
+def test_more_seats_than_there_are_can_not_be_claimed(claim: int) -> None:
+    """The answer was that the room is full."""
+    with pytest.raises(msgspec.ValidationError, match="claim"):
+        msgspec.json.decode(json.dumps({"type": "join", "room": "a", "claim": claim}), type=m.ClientMessage)
+
+
 @pytest.mark.parametrize("name", GOLDEN["constants"])
 def test_codes_and_scales_stay(name: str) -> None:
     value = getattr(m, name)

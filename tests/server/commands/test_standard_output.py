@@ -51,6 +51,13 @@ def test_what_is_wrong_is_told_though_nobody_reads_the_output() -> None:
     assert (done.returncode, done.stderr.splitlines()[0]) == (2, "movingout: the real problem")
 
 
+def test_a_terminal_that_says_it_has_no_columns_gets_the_whole_table() -> None:
+    """It printed nothing, and ended well."""
+    width = {**os.environ, "COLUMNS": "0"}
+    done = subprocess.run([*COMMAND, "maps", "list"], capture_output=True, text=True, check=True, env=width)
+    assert "HandOff" in done.stdout
+
+
 def test_without_standard_output_a_command_does_its_work() -> None:
     closed = 'exec "$0" "$@" >&-'
     done = subprocess.run(
