@@ -46,12 +46,12 @@ DERIVED: Mapping[str, Mapping[str, DerivedColumn]] = {
         "position": DerivedColumn(
             int, "which planned round of the unit this is, from 1; rounds.position counts repeated ones, too"
         ),
-        "step": DerivedColumn(str, "key of the step: with `unit` it leads to the attempts in `rounds`"),
         "block": DerivedColumn(str, "block of the study"),
         "partner": DerivedColumn(str, "id of the partner; in pairs empty"),
         "map": DerivedColumn(str, "as study.yaml names it"),
         "seat": DerivedColumn(int, "of the first of the unit: 0 blue, 1 red"),
         "variant_seed": DerivedColumn(int, "of a randomised map, empty for the map as designed"),
+        "step": DerivedColumn(str, "key of the step: with `unit` it leads to the attempts in `rounds`"),
         "map_name": DerivedColumn(str, _MAP_NAME),
     },
     "recordings": {

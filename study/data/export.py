@@ -189,12 +189,12 @@ def _allocation(study: Study, units: Iterable[Row]) -> Iterable[Row]:
                 "unit": unit["id"],
                 "slot": unit["slot"],
                 "position": position,
-                "step": step.key,
                 "block": step.block,
                 "partner": step.partner,
                 "map": step.turn.map,
                 "seat": step.turn.seat,
                 "variant_seed": step.turn.variant_seed,
+                "step": step.key,
             }
 
 

@@ -23,13 +23,28 @@ def returning(study: Served, name: str) -> Visitor:
     return study.visitor(PROLIFIC_PID=name, STUDY_ID="fixture", SESSION_ID="1")
 
 
-def test_the_export_is_the_same_to_the_byte(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+NEW_COLUMNS = {"rounds.csv": 1, "allocation.csv": 2}  # at the end, since then
+
+
+def test_the_export_is_the_same_to_the_byte_but_for_new_columns_at_its_end(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     shutil.copytree(STUDY / "data", tmp_path / "data")
     out = tmp_path / "export"
     assert main(["study", "export", str(STUDY / "study.yaml"), "--data", str(tmp_path / "data"), "-o", str(out)]) == 0
     expected = {path.name: path.read_bytes() for path in (STUDY / "expected").glob("*.csv")}
     assert len(expected) == 13
-    assert {path.name: path.read_bytes() for path in out.glob("*.csv")} == expected
+    assert {path.name: _of_before(path) for path in out.glob("*.csv")} == expected
+
+
+def _of_before(path: Path) -> bytes:
+    """A table without its new columns, in which nothing needs quotes."""
+    new = NEW_COLUMNS.get(path.name, 0)
+    return (
+        b"".join(b",".join(line.split(b",")[:-new]) + b"\r\n" for line in path.read_bytes().splitlines())
+        if new
+        else path.read_bytes()
+    )
 
 
 def test_participants_are_where_they_were_and_go_on_to_their_codes(tmp_path: Path) -> None:
