@@ -131,6 +131,9 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
                 self.transport.write(plain_refusal("400 Bad Request", NO_HANDSHAKE, self.default_headers))
                 self.transport.close()
             return
+        if not self.handshake_complete:  # clients wait for the answer (RFC 6455, 4.1); Uvicorn would read on, and raise
+            self.transport.abort()
+            return
         if self.close_sent and self._floods_on(len(data)):
             self.transport.abort()
             return
