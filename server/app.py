@@ -45,7 +45,7 @@ def assemble(host: PublicHost, endpoint: App, lifespan: Lifespan[FastAPI], *firs
     app.add_middleware(HeadOfPages)
     app.add_middleware(BodyLimit, limit=host.settings.limits.body_bytes)
     app.add_middleware(RequestLimit, admission=host.admission)
+    app.add_middleware(KnownHosts, settings=host.settings)
     # A certificate of one's own, which nobody vouches for, is not worth insisting on: only a proxy has another one.
     app.add_middleware(SecureHeaders, hsts=bool(host.settings.trusted_proxies))
-    app.add_middleware(KnownHosts, settings=host.settings)
     return app

@@ -9,16 +9,11 @@ from movingout.server.api.errors import error_json
 from movingout.server.connection.asgi import App, Message, Receive, Send
 from movingout.server.connection.hosts import host_refusal
 from movingout.server.connection.origin import header
+from movingout.server.connection.security_headers import FIXED, NO_STORE, REFERRER
 from movingout.server.settings import Settings
 
 log = logging.getLogger(__name__)
 _HOST = re.compile(r"[A-Za-z0-9.\-]+(:\d+)?|\[[0-9A-Fa-f:]+\](:\d+)?")
-FIXED = (
-    (b"x-content-type-options", b"nosniff"),
-    (b"cross-origin-opener-policy", b"same-origin"),
-    (b"cross-origin-resource-policy", b"same-origin"),
-    (b"permissions-policy", b"camera=(), microphone=(), geolocation=(), gamepad=(self)"),
-)
 
 
 def content_security_policy(host: str) -> str:
@@ -28,10 +23,6 @@ def content_security_policy(host: str) -> str:
         f"default-src 'self'; connect-src 'self'{sockets}; img-src 'self' data:; object-src 'none'; base-uri 'none'; "
         "form-action 'self'; frame-ancestors 'none'"
     )
-
-
-NO_STORE = (b"cache-control", b"no-store")  # codes, seats and tokens: the next person at this machine reads none
-REFERRER = (b"referrer-policy", b"same-origin")
 
 
 class SecureHeaders:

@@ -186,6 +186,11 @@ async def _body(receive: Receive) -> bytes | None:
 
 
 async def _send(send: Send, status: int, body: bytes) -> None:
-    length = [(b"content-length", str(len(body)).encode()), (b"content-type", b"application/msgpack")]
-    await send({"type": "http.response.start", "status": status, "headers": length})
+    """Answer a call and close: no limit on requests holds here, but one on connections."""
+    headers = [
+        (b"content-length", str(len(body)).encode()),
+        (b"content-type", b"application/msgpack"),
+        (b"connection", b"close"),
+    ]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
     await send({"type": "http.response.body", "body": body})

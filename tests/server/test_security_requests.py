@@ -285,6 +285,33 @@ def test_13_every_answer_carries_the_security_headers(live: Live, path: str) -> 
     assert "server" not in headers
 
 
+REFUSED_BEFORE_THE_APPLICATION = {
+    "cannot be parsed": (400, b"GET /\xff HTTP/1.1\r\nHost: x\r\n\r\n"),
+    "too long a head": (431, b"GET / HTTP/1.1\r\nHost: x\r\nX: " + b"x" * 17_000 + b"\r\n\r\n"),
+    "another site's name": (421, b"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n"),
+    "two names": (400, b"GET / HTTP/1.1\r\nHost: x\r\nHost: y\r\n\r\n"),
+    "a handshake without a key": (400, handshake().replace(b"sec-websocket-key", b"x-key")),
+    "a handshake with a method of its own": (400, handshake().replace(b"GET", b"POST", 1)),
+    "a handshake elsewhere": (403, handshake("/nothing")),
+    "a handshake of another page": (403, handshake().replace(b"\r\n\r\n", b"\r\nOrigin: http://evil.example\r\n\r\n")),
+}
+
+
+@pytest.mark.parametrize(
+    ("status", "request_"), REFUSED_BEFORE_THE_APPLICATION.values(), ids=REFUSED_BEFORE_THE_APPLICATION.keys()
+)
+def test_13_what_is_refused_before_the_application_carries_them_too(live: Live, status: int, request_: bytes) -> None:
+    with raw_socket(live) as client, http.client.HTTPResponse(client) as answer:
+        client.sendall(request_)
+        answer.begin()
+    assert answer.status == status
+    assert answer.getheader("x-content-type-options") == "nosniff"
+    assert answer.getheader("cache-control") == "no-store"
+    assert "frame-ancestors 'none'" in str(answer.getheader("content-security-policy"))
+    assert answer.getheader("date")
+    assert all(len(answer.headers.get_all(name, [])) == 1 for name in answer.headers)
+
+
 def test_13_no_page_holds_inline_script_or_style() -> None:
     pages = sorted(WEB.rglob("*.html"))
     assert len(pages) >= 8

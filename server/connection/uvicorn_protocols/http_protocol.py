@@ -7,6 +7,7 @@ from typing import Any, cast
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol, RequestResponseCycle
 
 from movingout.server.connection.connection_limits import ConnectionLimits
+from movingout.server.connection.security_headers import plain_refusal
 from movingout.server.connection.uvicorn_protocols.reader_deadline import ReaderDeadline
 from movingout.server.connection.uvicorn_protocols.request_size import URL_BYTES, RequestSize
 from movingout.server.connection.uvicorn_protocols.websocket_protocol import GameWebSocketProtocol
@@ -14,10 +15,7 @@ from movingout.server.settings import Limits
 
 TLS_WAITING_BYTES = 16 * 1024  # encrypted, before more is held back; by default half a megabyte
 MOST_PIPELINED = 8  # requests behind one that is not answered yet; browsers and proxies send none
-TOO_LARGE = (
-    b"HTTP/1.1 431 Request Header Fields Too Large\r\ncontent-type: text/plain; charset=utf-8\r\n"
-    b"connection: close\r\n\r\nThe address or the headers of this request are too long.\n"
-)
+TOO_LARGE = "The address or the headers of this request are too long.\n"
 
 
 class HeadTooLarge(Exception):
@@ -165,10 +163,13 @@ class GameHttpProtocol(HttpToolsProtocol):
         elif len(self.pipeline) >= MOST_PIPELINED:
             self.transport.abort()
         else:
-            super().send_400_response(msg)
+            self._refuse("400 Bad Request", msg)
 
     def _refuse_head(self) -> None:
-        self.transport.write(TOO_LARGE)
+        self._refuse("431 Request Header Fields Too Large", TOO_LARGE)
+
+    def _refuse(self, status: str, text: str) -> None:
+        self.transport.write(plain_refusal(status, text, self.server_state.default_headers))
         self.transport.close()
 
 

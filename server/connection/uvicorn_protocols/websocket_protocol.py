@@ -2,11 +2,16 @@
 
 import asyncio
 from collections.abc import Callable
+from http import HTTPStatus
 from typing import Any
 
+from uvicorn import Config
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.http11 import Response
+from websockets.server import ServerProtocol
 
 from movingout.server.connection.asgi import WIRE, OnBinary
+from movingout.server.connection.security_headers import OF_REFUSALS, plain_refusal
 from movingout.server.connection.uvicorn_protocols.websocket_frames import (
     begins_small_binary,
     frame_end,
@@ -28,10 +33,17 @@ AFTER_CLOSE_BYTES = 16 * 1024
 GOODBYE_S = 10.0  # for a client to hang up, as long as Uvicorn waits for the answer to its close frame
 CONTINUATION, PING, PONG = 0x0, 0x9, 0xA
 INVALID_DATA = 1007  # close code (RFC 6455, 7.4.1)
-NO_HANDSHAKE = (
-    b"HTTP/1.1 400 Bad Request\r\ncontent-type: text/plain; charset=utf-8\r\nconnection: close\r\n\r\n"
-    b"This is not the handshake of a websocket.\n"
-)
+NO_HANDSHAKE = "This is not the handshake of a websocket.\n"
+
+
+class SecureServerProtocol(ServerProtocol):
+    """The state of a connection; a handshake that is refused is answered with the security headers."""
+
+    def send_response(self, response: Response) -> None:
+        if response.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
+            for name, value in OF_REFUSALS:
+                response.headers.setdefault(name.decode(), value.decode())
+        super().send_response(response)
 
 
 class GameWebSocketProtocol(WebSocketsSansIOProtocol):
@@ -52,6 +64,10 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
     _controls = 0.0
     _controls_at = 0.0
     _fragments = 0
+
+    def __init__(self, config: Config, *args: Any, **kwargs: Any) -> None:
+        super().__init__(config, *args, **kwargs)
+        self.conn = SecureServerProtocol(max_size=config.ws_max_size, logger=self.logger)  # as Uvicorn's: no extensions
 
     def count_until_gone(self, uncount: Callable[[], None]) -> None:
         """Have `uncount` called when the connection is gone; where it was counted so far, it is not from now on."""
@@ -112,8 +128,11 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
             self._head += data
             super().data_received(data)
             if not self.handshake_initiated:  # the head came as a whole, and the parser will never take it
-                self.transport.write(NO_HANDSHAKE)
+                self.transport.write(plain_refusal("400 Bad Request", NO_HANDSHAKE, self.default_headers))
                 self.transport.close()
+            return
+        if not self.handshake_complete:  # clients wait for the answer (RFC 6455, 4.1); Uvicorn would read on, and raise
+            self.transport.abort()
             return
         if self.close_sent and self._floods_on(len(data)):
             self.transport.abort()

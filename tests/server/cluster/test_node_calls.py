@@ -45,6 +45,7 @@ class Node:
         self.host = Host()
         self.app = NodeCalls(nothing_here, self.host, RUN, lambda: secret, (note, refuse))
         self.sent: list[bytes] = []
+        self.headers: list[tuple[bytes, bytes]] = []  # of the newest answer
         monkeypatch.setattr(node_calls, "_exchange", self.exchange)
 
     async def exchange(self, address: str, request: bytes) -> bytes:
@@ -67,6 +68,7 @@ class Node:
             answer.append(message)
 
         await self.app({"type": "http", "path": first.split(b" ")[1].decode(), "headers": headers}, receive, send)
+        self.headers = answer[0]["headers"]
         return answer[0]["status"], answer[1]["body"]
 
 
@@ -127,6 +129,11 @@ def test_what_does_not_fit_is_an_error_and_no_call(node: Node) -> None:
     assert node.host.done == []
     for wrong in (b"x-number: -1\r", b"x-number: \xb2\r", b"x-number: " + b"9" * 5000 + b"\r"):
         assert asyncio.run(node.request(head.encode().replace(b"x-number: 7\r", wrong) + body))[0] == 404
+
+
+def test_each_call_costs_a_connection_of_which_an_address_has_few(node: Node) -> None:
+    asyncio.run(node.request(f"POST {CALL}note HTTP/1.1\r\nx-number: 1\r\n\r\n".encode() + bytes(1000)))
+    assert (b"connection", b"close") in node.headers
 
 
 def test_a_body_without_end_is_refused(node: Node) -> None:

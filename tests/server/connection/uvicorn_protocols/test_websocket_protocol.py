@@ -55,6 +55,27 @@ def test_a_text_that_is_none_after_the_servers_close_is_not_read(live: Live, cap
     assert not caplog.records
 
 
+async def slow_to_answer(scope: Scope, receive: Receive, send: Send) -> None:
+    await asyncio.Event().wait()
+
+
+@pytest.mark.parametrize("early", [b"\xff" * 10, NO_JOIN, b"\x88\x80" + bytes(4)], ids=["no frame", "text", "close"])
+def test_who_speaks_before_the_handshake_is_answered_is_dropped(early: bytes) -> None:
+    """A room may be in a process that is just being replaced: what is no frame raised meanwhile."""
+
+    async def story() -> None:
+        config = Config(slow_to_answer, ws_per_message_deflate=False, log_config=None)
+        config.load()
+        transport, protocol = FullTransport(), websocket_protocol.GameWebSocketProtocol(config, ServerState(), {})
+        protocol.connection_made(transport)
+        protocol.data_received(handshake())
+        assert not transport.is_closing()
+        protocol.data_received(early)
+        assert transport.aborted
+
+    asyncio.run(story())
+
+
 def test_who_never_hangs_up_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(websocket_protocol, "GOODBYE_S", 0.2)
     with serve(tmp_path) as live, turned_away(live):
@@ -158,12 +179,16 @@ class FullTransport(asyncio.Transport):
     """One whose client takes nothing: once it is closing, it stays so."""
 
     closing = False
+    aborted = False
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
         pass
 
     def close(self) -> None:
         self.closing = True
+
+    def abort(self) -> None:
+        self.closing = self.aborted = True
 
     def is_closing(self) -> bool:
         return self.closing
