@@ -332,11 +332,15 @@ def checked_row(agent: str, action: npt.ArrayLike) -> Floats:
     """The action (4,) of an agent. Raises ActionError, which names the agent, for a wrong one."""
     try:
         row = np.asarray(action, np.float64)
-    except (TypeError, ValueError):
-        row = np.empty(0)
+    except (TypeError, ValueError, RuntimeError) as error:  # the last for a tensor of torch that requires grad
+        raise ActionError(f"{_four_numbers(agent, action)}: {error}") from error
     if row.shape != (POLICY_SIZE,):
-        raise ActionError(f"an action is 4 numbers (distance, cos, sin, grasp); that of {agent} is {action!r:.80}")
+        raise ActionError(_four_numbers(agent, action))
     return row
+
+
+def _four_numbers(agent: str, action: object) -> str:
+    return f"an action is 4 numbers (distance, cos, sin, grasp); that of {agent} is {action!r:.80}"
 
 
 def _seeded(seed: int) -> np.random.Generator:

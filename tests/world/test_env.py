@@ -304,6 +304,15 @@ def test_wrong_actions_are_refused_with_whose_they_are(actions: Any, sentence: s
         env.step(actions)
 
 
+def test_a_tensor_that_requires_grad_is_refused_with_what_to_do() -> None:
+    torch = pytest.importorskip("torch")
+    env = MovingOutEnv()
+    env.reset()
+    with pytest.raises(ActionError, match=r"that of blue is tensor\(.*detach\(\)"):
+        env.step({"blue": torch.ones(4, requires_grad=True), "red": STILL})
+    env.step({"blue": torch.ones(4), "red": STILL})
+
+
 def test_the_world_package_itself_needs_no_pettingzoo() -> None:
 
     program = (
