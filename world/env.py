@@ -22,6 +22,7 @@ from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.errors import MapError
 from movingout.maps.extras import needs_extra
+from movingout.maps.json_format import checked_map
 from movingout.maps.randomize import SPLITS, Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import known_names
@@ -244,9 +245,9 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return self._loaded(options["map"], stacklevel=4) if "map" in options else self.map
 
     def _loaded(self, map: MapSpec | str | os.PathLike[str], stacklevel: int) -> MapSpec:
-        """The map; of a file, what is to be said of it is said once."""
+        """The map; of a file, what is to be said of it is said once. Raises MapError."""
         if isinstance(map, MapSpec):
-            return map
+            return checked_map(map)
         spec = load_map(map)
         if spec not in self._warned:
             self._warned.add(spec)
