@@ -34,6 +34,7 @@ _HEADER, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA, _DATA_END = 0x01, 0
 
 
 Entry = TypeVar("Entry", AttachmentIndex, ChunkIndex, MetadataIndex, SummaryOffset)
+Indexed = TypeVar("Indexed", AttachmentIndex, ChunkIndex, MetadataIndex)
 
 
 class Message(NamedTuple):
@@ -159,7 +160,7 @@ def attachment_in(stream: BinaryIO, name: str, limit: int) -> bytes | None:
     return None
 
 
-def _index(stream: BinaryIO, opcode: int, kind: type[Entry]) -> Iterator[Entry]:
+def _index(stream: BinaryIO, opcode: int, kind: type[Indexed]) -> Iterator[Indexed]:
     """The entries of one kind in the index at the end of a file.
 
     ValueError where they name more bytes than the file has, as entries of the same place do: a small file could
