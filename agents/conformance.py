@@ -20,6 +20,7 @@ import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
 from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation, Watcher, batch_group
+from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.decision_time import unhindered
 from movingout.agents.decision_trace import UNWRITABLE, decision_trace
@@ -275,12 +276,15 @@ def _check_batch(factory: Callable[[], Agent], maps: Sequence[str], ticks: int, 
 @contextmanager
 def _blamed(what: str) -> Iterator[None]:
     """Whatever the agent's own code raises becomes a ConformanceError that says in which call."""
-    try:
-        yield
-    except AgentError as error:  # its sentence names the place already
-        raise ConformanceError(f"{what} raised {type(error).__name__}: {error}") from error
-    except (Exception, SystemExit) as error:
-        raise ConformanceError(located(f"{what} raised {type(error).__name__}: {error}", error)) from error
+    with noticing_ctrl_c():
+        try:
+            yield
+        except AgentError as error:  # its sentence names the place already
+            raise ConformanceError(f"{what} raised {type(error).__name__}: {error}") from error
+        except AGENT_RAISES as error:
+            if is_ctrl_c(error):
+                raise
+            raise ConformanceError(located(f"{what} raised {type(error).__name__}: {error}", error)) from error
 
 
 def _place(episode: EpisodeInfo) -> str:

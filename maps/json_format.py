@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from movingout.maps.errors import DocumentFault, MapDocumentError
+from movingout.maps.errors import DocumentFault, MapDocumentError, MapError
 from movingout.maps.spec import ARENA_HALF, MODES, SHAPES, SIZES, ItemSpec, MapSpec, Pose, Rect
 
 FORMAT = 1
@@ -86,6 +86,19 @@ def map_from_json(document: object) -> MapSpec:
         items=items,
         variant=_text(fields.get("variant", ""), "variant"),
     )
+
+
+def checked_map(spec: MapSpec) -> MapSpec:
+    """An equal map, of an object that others made: what a file may not hold, it may not either.
+
+    Raises MapError, which names the map and the place in it, as for a file.
+    """
+    try:
+        return map_from_json(map_to_json(spec))
+    except MapDocumentError as error:
+        raise MapError(f"{spec.name}: {error}") from error
+    except (AttributeError, TypeError, ValueError) as error:  # of parts that are none: one robot, an item without pose
+        raise MapError(f"{spec.name} is not made as MapSpec says: {error}") from error
 
 
 def _pose_to_json(pose: Pose) -> dict[str, float]:

@@ -124,7 +124,7 @@ def run_grid(
     Each result is on disk as soon as its match ends, so a run that was stopped continues when called again.
     Matches that failed are then played again.
 
-    `grid`: a `Grid` or the path of a YAML file (docs/matches.md).
+    `grid`: a `Grid`, the path of a YAML file (docs/matches.md) or the name of a shipped one, such as "idle-control".
     `record`: also write a recording of each match that is played, into `out`/recordings.
     `shard`: (i, n) plays every n-th match from the i-th on, for arrays of jobs that share a folder.
     `pool`: makes the workers (default: processes of this machine; `ray_worker_pool` for a cluster).
@@ -134,8 +134,8 @@ def run_grid(
     MapError for one without a variant that challenge 2 asks for.
     """
     if not isinstance(grid, Grid | str | os.PathLike):
-        raise MatchError(f"a grid is a Grid or the path of a YAML file, not {grid!r:.80}")
-    grid, folder = grid if isinstance(grid, Grid) else read_grid(Path(grid)), Path(out)
+        raise MatchError(f"a grid is a Grid, the path of a YAML file or a shipped grid's name, not {grid!r:.80}")
+    grid, folder = grid if isinstance(grid, Grid) else read_grid(grid), Path(out)
     index, count = shard
     _check(grid, index, count)
     plan = planned_matches(grid, order_of(folder))

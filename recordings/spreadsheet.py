@@ -2,6 +2,7 @@
 
 import csv
 import io
+import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,11 @@ DELIMITERS = (",", ";", "\t")  # a spreadsheet saves the second where decimals h
 
 
 def safe_text(text: str) -> str:
-    """Text with a leading apostrophe where a spreadsheet would take it for a formula."""
-    return f"'{text}" if text.startswith(FORMULA_STARTS) else text
+    """Text with a leading apostrophe where a spreadsheet would take it for a formula.
+
+    Also for signs of another width, such as `＝`: some spreadsheets make them the plain ones when a file is opened.
+    """
+    return f"'{text}" if unicodedata.normalize("NFKC", text[:1]).startswith(FORMULA_STARTS) else text
 
 
 def safe_cells(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from typing import NamedTuple, Protocol, cast
 
 import movingout
 from movingout.maps.commands.parser import CommandParser
+from movingout.maps.commands.sentences import tell
 from movingout.maps.errors import MovingOutError
-from movingout.maps.files.terminal import printable_lines
 from movingout.maps.suggestion import known_names
 from movingout.server.drain_signal import hold_back
 from movingout.server.security.passwords import password_warning
@@ -150,7 +150,7 @@ def _run(arguments: list[str]) -> int:
         sys.stdout.flush()
         return code
     except MovingOutError as error:
-        print(f"movingout: {printable_lines(str(error))}", file=sys.stderr)  # it may quote a file that others made
+        tell(str(error))  # it may quote a file that others made
         try:
             sys.stdout.flush()
         except OSError:

@@ -95,8 +95,8 @@ def checked(actions: npt.ArrayLike, size: int) -> Floats:
     """The actions as float64 (..., size), or an ActionError that says what is wrong with them."""
     try:
         numbers = np.asarray(actions, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ActionError(f"an action is {size} numbers, not {actions!r:.80}") from error
+    except (TypeError, ValueError, RuntimeError) as error:  # the last for a tensor of torch that requires grad
+        raise ActionError(f"an action is {size} numbers, not {actions!r:.80}: {error}") from error
     if numbers.ndim == 0 or numbers.shape[-1] != size:
         raise ActionError(f"an action is {size} numbers in the last axis; this has shape {numbers.shape}")
     if not np.isfinite(numbers).all():

@@ -22,6 +22,7 @@ from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.errors import MapError
 from movingout.maps.extras import needs_extra
+from movingout.maps.json_format import checked_map
 from movingout.maps.randomize import SPLITS, Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import known_names
@@ -244,9 +245,9 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return self._loaded(options["map"], stacklevel=4) if "map" in options else self.map
 
     def _loaded(self, map: MapSpec | str | os.PathLike[str], stacklevel: int) -> MapSpec:
-        """The map; of a file, what is to be said of it is said once."""
+        """The map; of a file, what is to be said of it is said once. Raises MapError."""
         if isinstance(map, MapSpec):
-            return map
+            return checked_map(map)
         spec = load_map(map)
         if spec not in self._warned:
             self._warned.add(spec)
@@ -332,11 +333,15 @@ def checked_row(agent: str, action: npt.ArrayLike) -> Floats:
     """The action (4,) of an agent. Raises ActionError, which names the agent, for a wrong one."""
     try:
         row = np.asarray(action, np.float64)
-    except (TypeError, ValueError):
-        row = np.empty(0)
+    except (TypeError, ValueError, RuntimeError) as error:  # the last for a tensor of torch that requires grad
+        raise ActionError(f"{_four_numbers(agent, action)}: {error}") from error
     if row.shape != (POLICY_SIZE,):
-        raise ActionError(f"an action is 4 numbers (distance, cos, sin, grasp); that of {agent} is {action!r:.80}")
+        raise ActionError(_four_numbers(agent, action))
     return row
+
+
+def _four_numbers(agent: str, action: object) -> str:
+    return f"an action is 4 numbers (distance, cos, sin, grasp); that of {agent} is {action!r:.80}"
 
 
 def _seeded(seed: int) -> np.random.Generator:

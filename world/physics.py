@@ -290,7 +290,7 @@ def _checked(actions: Actions) -> list[list[float]]:
     """The actions as two rows of three finite floats."""
     try:
         table = np.asarray(actions, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RuntimeError) as error:  # the last for tensors of torch that require grad
         raise ActionError(f"actions are (2, 3) numbers: distance, heading, grasp of blue and red; {error}") from error
     if table.shape != _ACTIONS_SHAPE:
         raise ActionError(f"actions are (2, 3): distance, heading, grasp of blue and red; got shape {table.shape}")

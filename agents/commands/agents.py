@@ -36,8 +36,9 @@ from movingout.agents.llm.agent import SILENT
 from movingout.agents.llm.first_answer import FirstAnswer, first_answer
 from movingout.maps import load_map
 from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.sentences import tell
 from movingout.maps.extras import needs_extra
-from movingout.maps.files.terminal import printable_lines
+from movingout.maps.files.terminal import printable, printable_lines
 from movingout.maps.suggestion import counted
 from movingout.world.constants import LIMIT_TICKS, TICK_MS, TICKS_PER_SECOND
 
@@ -100,7 +101,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _list(arguments: argparse.Namespace) -> int:
     cards = agent_cards()
     for sentence in damaged_cards():
-        print(f"movingout: left out: {printable_lines(sentence)}", file=sys.stderr)
+        tell(f"left out: {sentence}")
     if arguments.json:
         print(json.dumps({"agents": [_document(card) for card in cards]}))
         return 0
@@ -145,13 +146,13 @@ def _show(arguments: argparse.Namespace) -> int:
         files = {name: {"inputs": taken, "outputs": given} for name, (taken, given) in networks.items()}
         print(json.dumps({**_document(card), "networks": files}))
         return 0
-    print(f"{card.name}  ({card.id}, {card.kind})\n{card.description}\nmaps: {card.maps}")
+    print(printable_lines(f"{card.name}  ({card.id}, {card.kind})\n{card.description}\nmaps: {card.maps}"))
     if card.scores:
         print(f"scores: {_scores(card)}")
     if trained:
         print(f"folder: {trained.folder}")
     for name, (taken, given) in networks.items():
-        print(f"{name}: {_shapes(taken)} → {_shapes(given)}")
+        print(printable(f"{name}: {_shapes(taken)} → {_shapes(given)}"))
     return 0
 
 
@@ -197,7 +198,7 @@ def _say_problem(arguments: argparse.Namespace, problem: str) -> int:
     if arguments.json:
         print(json.dumps({"id": arguments.agent, "conforms": False, "problem": problem}))
     else:
-        print(f"{arguments.agent}: {problem}")
+        print(printable_lines(f"{arguments.agent}: {problem}"))
     return 1
 
 
@@ -214,7 +215,7 @@ def _probe(arguments: argparse.Namespace) -> int:
     timed, the_map = TimedAgent(load_agent(arguments.agent)), load_map(arguments.map)
     check_undelivered(the_map)
     if caution := unseen_map(arguments.agent, the_map.name):
-        print(f"movingout: {caution}", file=sys.stderr)
+        tell(caution)
     try:
         with redirect_stdout(sys.stderr):  # what the agent prints
             ticks = sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))

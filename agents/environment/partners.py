@@ -8,6 +8,7 @@ import numpy as np
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import Agent, EpisodeInfo, Watcher
 from movingout.agents.catalogue import agent_card, check_options_once, load_agent
+from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe
@@ -67,9 +68,12 @@ class PartnerSeat:
     def _named(self, call: str) -> Iterator[None]:
         """Errors in this block become AgentErrors that name the agent."""
         who = f"the partner {self.agent_id}"
-        try:
-            yield
-        except AgentError as error:
-            raise AgentError(f"{who}: {error}") from error
-        except (Exception, SystemExit) as error:
-            raise AgentError(located(f"{who} raised {type(error).__name__} in {call}: {error}", error)) from error
+        with noticing_ctrl_c():
+            try:
+                yield
+            except AgentError as error:
+                raise AgentError(f"{who}: {error}") from error
+            except AGENT_RAISES as error:
+                if is_ctrl_c(error):
+                    raise
+                raise AgentError(located(f"{who} raised {type(error).__name__} in {call}: {error}", error)) from error

@@ -22,6 +22,7 @@ from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation, batch_group
 from movingout.agents.catalogue import load_live_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.agents.ctrl_c import AGENT_RAISES
 from movingout.agents.decision_time import first_decisions
 from movingout.agents.decision_trace import decision_trace
 from movingout.agents.errors import AgentError, TooSlowError
@@ -155,7 +156,7 @@ class DecisionQueue:
             agent.reset(episode)
             self._budget.claim(agent)
             group = batch_group(agent)
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - the boundary around an agent
+        except AGENT_RAISES as error:  # the boundary around an agent; Ctrl-C does not reach this process
             slow = isinstance(error, TooSlowError)
             return Failed(message.key, -1, _sentence(error), fatal=True, slow=slow)
         self._seats[message.key] = _Seat(agent, kept_as, episode, group)
@@ -189,7 +190,7 @@ class DecisionQueue:
             with self._budget.deciding(seat.agent):
                 chunk = checked_chunk(seat.agent.act(_seen(seat, question)))
             return _answer(seat, question, chunk, time.thread_time() - begun)
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - the boundary around an agent
+        except AGENT_RAISES as error:  # the boundary around an agent; Ctrl-C does not reach this process
             return self._failed(seat, question, error)
 
     def _decide_together(self, asked: list[Observe]) -> list[FromWorker] | None:
@@ -213,7 +214,7 @@ class DecisionQueue:
                 _answer(seat, question, chunk, each_s)
                 for seat, question, chunk in zip(seats, asked, chunks, strict=True)
             ]
-        except (Exception, SystemExit):  # noqa: BLE001 - the boundary around an agent
+        except AGENT_RAISES:  # the boundary around an agent
             return None
 
     def _failed(self, seat: _Seat, question: Observe, error: BaseException) -> Failed:
@@ -221,7 +222,7 @@ class DecisionQueue:
         fatal = seat.failures >= GIVE_UP_AFTER
         try:
             seat.agent.reset(seat.episode)  # what it remembers may be the cause
-        except (Exception, SystemExit):  # noqa: BLE001 - the boundary around an agent
+        except AGENT_RAISES:  # the boundary around an agent
             fatal = True
         if fatal:
             del self._seats[question.key]

@@ -1,9 +1,9 @@
 """`movingout paper … --dry-run`: what is left to do and how long it takes, or why it cannot be done."""
 
 import json
-import sys
 from collections.abc import Sequence
 
+from movingout.maps.commands.sentences import tell
 from movingout.maps.errors import MovingOutError
 from movingout.maps.suggestion import counted
 from movingout.matches.paper.beginning import check_beginning
@@ -26,7 +26,7 @@ def dry_run(entries: Sequence[PaperEntry], space: Workspace, as_json: bool) -> i
         _print_json(todo, seconds, len(steps) - len(todo), {label: str(error) for label, error in refused.items()})
         return 1 if refused else 0
     for label, error in refused.items():
-        print(f"movingout: {label} cannot be made: {error}", file=sys.stderr)
+        tell(f"{label} cannot be made: {error}")
     for step in todo:
         note = step.note()
         print(f"{span(step.seconds):>8}  {step.about}" + (f"; {note}" if note else ""))

@@ -13,6 +13,8 @@ from typing import Any
 from movingout.agents.base import Agent
 from movingout.agents.catalogue import load_agent
 from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.sentences import tell
+from movingout.maps.files.terminal import printable, printable_lines
 from movingout.maps.suggestion import counted
 from movingout.matches.commands.progress import bar
 from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
@@ -65,11 +67,11 @@ def perform(args: argparse.Namespace) -> int:
     folder: Path = args.out or Path("data/matches") / path.stem
     pool = worker_pool_of(args)
     for sentence in (*shared_label_cautions(grid), *held_out_cautions(grid)):
-        print(f"movingout: {sentence}", file=sys.stderr)
+        tell(sentence)
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)
     if caution := inexact_engine():
-        print(f"movingout: {caution}", file=sys.stderr)
+        tell(caution)
     try:
         with bar("matches") as progress:
             run = run_grid(
@@ -78,7 +80,7 @@ def perform(args: argparse.Namespace) -> int:
                 caution=_say_caution,
             )  # fmt: skip
     except KeyboardInterrupt:
-        print(f"movingout: {_stopped(folder)}", file=sys.stderr)
+        tell(_stopped(folder))
         return 130
     notes = [write_parquet(run), MIXED if run.mixed_code else ""]
     if args.html:
@@ -95,19 +97,19 @@ def _stopped(folder: Path) -> str:
 
 
 def _say_caution(sentence: str) -> None:
-    print(f"movingout: {sentence}", file=sys.stderr)
+    tell(sentence)
 
 
 def _say_again(failed: int) -> None:
-    print(f"movingout: {played_again(failed)}", file=sys.stderr)
+    tell(played_again(failed))
 
 
 def _say_unrecorded(matches: int) -> None:
-    print(f"movingout: {played_unrecorded(matches)}", file=sys.stderr)
+    tell(played_unrecorded(matches))
 
 
 def _say_other_code(matches: int) -> None:
-    print(f"movingout: {played_by_other_code(matches)}", file=sys.stderr)
+    tell(played_by_other_code(matches))
 
 
 def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:
@@ -115,18 +117,18 @@ def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:
         print(json.dumps({**run.to_json(), "folder": str(run.folder), "notes": notes}, indent=2))
     else:
         rows = [row for row in run.rows if row.map == ALL_MAPS] or run.rows
-        print(markdown(rows))
+        print(printable_lines(markdown(rows)))
         files = "results.html, " if args.html else ""
         by_map = ", by map" if len(rows) < len(run.rows) else ""
         print(f"{len(run.results)} matches in {run.folder}: {files}results.md{by_map}, results.json, results-*.jsonl")
     if run.missing:
-        print(f"movingout: {run.missing} matches of other shards are still missing", file=sys.stderr)
+        tell(f"{run.missing} matches of other shards are still missing")
     for result in run.failures[:5]:
-        print(f"movingout: {result.match.map}, seed {result.match.seed}: failed: {result.failure}", file=sys.stderr)
+        tell(f"{result.match.map}, seed {result.match.seed}: failed: {result.failure}")
     if len(run.failures) > 5:
-        print(f"movingout: and {len(run.failures) - 5} more failed matches, see results.json", file=sys.stderr)
+        tell(f"and {len(run.failures) - 5} more failed matches, see results.json")
     for note in notes:
-        print(f"movingout: {note}", file=sys.stderr)
+        tell(note)
 
 
 def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
@@ -150,13 +152,13 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
     if as_json:
         print(json.dumps(document, indent=2))
         return 0
-    print(f"{grid.name}: {len(matches)} matches, {len(matches) - len(todo)} finished, {len(todo)} to play")
+    print(f"{printable(grid.name)}: {len(matches)} matches, {len(matches) - len(todo)} finished, {len(todo)} to play")
     if failed:
         print(played_again(failed))
     if seconds:
         print(f"about {_span(seconds)} with {counted(workers, 'worker')} here, estimated from {_PROBES} short matches")
     for sentence in missing:
-        print(f"missing: {sentence}")
+        print(printable(f"missing: {sentence}"))
     return 0
 
 

@@ -3,7 +3,6 @@
 import argparse
 import json
 import shlex
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from movingout.agents.partners.families import is_group, is_own, to_try
 from movingout.maps import load_map
 from movingout.maps.commands.map_cautions import map_cautions
 from movingout.maps.commands.parser import folder
+from movingout.maps.commands.sentences import tell
 from movingout.maps.selection import HELP as MAPS_HELP
 from movingout.maps.selection import selected_maps
 from movingout.matches.commands import grid, report
@@ -85,7 +85,7 @@ def _pair(args: argparse.Namespace) -> int:
             raise
         unfinished = any(path.name.endswith(JOURNAL_SUFFIX) for path in new)
         finish = f"; finish it with: movingout recordings recover {shlex.quote(str(args.record))}" if unfinished else ""
-        print(f"movingout: stopped; what was recorded until then is in {args.record}{finish}", file=sys.stderr)
+        tell(f"stopped; what was recorded until then is in {args.record}{finish}")
         return 130
 
 
@@ -97,10 +97,10 @@ def _recorded(folder: Path | None) -> set[Path]:
 def _play_pair(args: argparse.Namespace) -> int:
     plan, pool = _plan(args), worker_pool_of(args)
     if caution := inexact_engine():
-        print(f"movingout: {caution}", file=sys.stderr)
+        tell(caution)
     matches = [entry.match for entry in plan]
     for caution in [*map_cautions(match.map for match in matches), *cautions(matches)]:
-        print(f"movingout: {caution}", file=sys.stderr)
+        tell(caution)
     with bar("matches") as progress:
         results = play_matches(
             [entry.match for entry in plan], workers=workers_of(args), record=args.record, pool=pool,
@@ -121,10 +121,10 @@ def _play_pair(args: argparse.Namespace) -> int:
     else:
         print(_table(args.blue, args.red, rows_of(plan, found)))
     if note := recorded_before(results):
-        print(f"movingout: {note}", file=sys.stderr)
+        tell(note)
     lost = failure_lines(results)
     for line in lost:
-        print(f"movingout: {line}", file=sys.stderr)
+        tell(line)
     return 1 if lost else 0  # a grid counts failed matches and goes on
 
 

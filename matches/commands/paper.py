@@ -4,13 +4,13 @@ import argparse
 import datetime
 import json
 import os
-import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.sentences import tell
 from movingout.maps.errors import MovingOutError
 from movingout.maps.suggestion import counted
 from movingout.matches.commands.carry_out import carry_out
@@ -230,7 +230,7 @@ def _made(entries: Sequence[PaperEntry], space: Workspace) -> tuple[list[Path], 
     One label after the other: a run that is stopped leaves whole tables.
     """
     if caution := inexact_engine():
-        print(f"movingout: {caution}", file=sys.stderr)
+        tell(caution)
     written: list[Path] = []
     failed: dict[str, str] = {}
     for number, entry in enumerate(entries, start=1):
@@ -271,7 +271,7 @@ def _write(entry: PaperEntry, space: Workspace) -> list[Path]:
 
 def _show(args: argparse.Namespace, folder: Path, written: Sequence[Path], failed: Mapping[str, str]) -> None:
     for label, why in failed.items():
-        print(f"movingout: {label} was not made: {why}", file=sys.stderr)
+        tell(f"{label} was not made: {why}")
     if args.json:
         document = {"files": [str(folder / path) for path in written], "not_made": failed}
         print(json.dumps(document, indent=2))

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.files.terminal import printable_lines
 from movingout.matches.grid_run import open_run
 from movingout.matches.report.comparison import json_report, markdown_report
 from movingout.matches.results.results_folder import write_whole
@@ -27,5 +28,5 @@ def perform(args: argparse.Namespace) -> int:
         write_whole(args.out, markdown_report(runs, args.language))
         print(f"written to {args.out}")
     else:
-        print(markdown_report(runs, args.language))
+        print(printable_lines(markdown_report(runs, args.language)))
     return 0

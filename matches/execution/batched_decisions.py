@@ -7,6 +7,7 @@ import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import BatchAgent
+from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c
 from movingout.agents.errors import AgentError
 from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
 from movingout.matches.execution.seat import AgentFault, MatchSeat, attribute_agent_errors, fault_sentence
@@ -39,7 +40,9 @@ def _decide_alone(seat: MatchSeat, answers: list[Answer], timer: DecisionTimer) 
     timer.start()
     try:
         answers.append((seat, seat.agent.act(seat.observation())))
-    except (DecisionTimeout, Exception, SystemExit) as error:  # noqa: BLE001  # user code
+    except (DecisionTimeout, *AGENT_RAISES) as error:
+        if is_ctrl_c(error):
+            raise
         call = f"act() at tick {seat.state.tick}"
         seat.lose(fault_sentence(seat.episode.seat, seat.agent_id, call, error, timer.limit_s))
     finally:

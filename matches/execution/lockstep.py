@@ -15,6 +15,7 @@ import numpy as np
 
 from movingout.agents.base import Agent, EpisodeInfo, Watcher
 from movingout.agents.catalogue import load_agent
+from movingout.agents.ctrl_c import noticing_ctrl_c
 from movingout.agents.decision_trace import decision_trace
 from movingout.maps.errors import MapError
 from movingout.matches.execution.batched_decisions import decide
@@ -164,7 +165,7 @@ class Lockstep:
     def _play(self, waiting: Iterator[Match], playing: list[RunningMatch]) -> Iterator[MatchResult]:
         self._cpu_s = time.process_time()
         while True:
-            with self._timer.running():
+            with self._timer.running(), noticing_ctrl_c():
                 over = self._play_until_one_ends(waiting, playing)
             yield from over
             again, self._again = self._again, []

@@ -21,6 +21,7 @@ from movingout.maps.selection import selected_maps
 from movingout.maps.suggestion import known_names
 from movingout.matches.experiment.grid_file import read_grid_file
 from movingout.matches.experiment.paper_reference import paper_tables
+from movingout.matches.experiment.shipped_grids import grid_path
 from movingout.matches.match import Challenge
 from movingout.world.constants import LIMIT_TICKS, MAX_SEED, MAX_TICKS
 
@@ -173,9 +174,12 @@ class Grid(_GridModel):
         return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
 
 
-def read_grid(path: Path) -> Grid:
-    """Read and validate a grid file. Raises MatchError with the line and the path of each fault."""
-    return read_grid_file(path, Grid)
+def read_grid(path: Path | str) -> Grid:
+    """Read and validate a grid file, or the shipped grid of a name such as `idle-control`.
+
+    Raises MatchError with the line and the path of each fault, or with the names there are.
+    """
+    return read_grid_file(grid_path(Path(path)), Grid)
 
 
 def played_grid(written: Any) -> Grid:

@@ -2,12 +2,12 @@
 
 import argparse
 import os
-import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
 from movingout.maps.commands.parser import add_json, add_out
+from movingout.maps.commands.sentences import tell
 from movingout.maps.files.terminal import printable
 from movingout.maps.spec import MapSpec
 from movingout.maps.suggestion import counted
@@ -141,7 +141,7 @@ def perform(args: argparse.Namespace, recombination: Callable[[], Recombination]
     else:
         print(f"{population_table(overall, shares)}\n\n{map_table(by_maps)}\n\n{words}")
     for sentence in [*lacking, *_of_nobody(episodes, groups), *_remarks(args, reading, groups, overall)]:
-        print(f"movingout: {printable(sentence)}", file=sys.stderr)
+        tell(printable(sentence))
     return 0
 
 

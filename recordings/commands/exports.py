@@ -1,12 +1,12 @@
 """`movingout recordings export`."""
 
 import argparse
-import sys
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.sentences import tell
 from movingout.maps.files.terminal import printable
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import add_paths, expanded, share
@@ -64,7 +64,7 @@ def perform(args: argparse.Namespace) -> int:
     given = _given(args)
     shown, left_out = _chosen(expanded(args.paths), args.paths)
     if left_out:
-        print(f"left out {', '.join(left_out)}; name a file to export it all the same")
+        print(f"left out {printable(', '.join(left_out))}; name a file to export it all the same")
     recordings = [path for path in shown if args.to not in LEARNED or _has_tick(path)]
     if empty := len(shown) - len(recordings):
         print(f"left out {counted(empty, 'empty recording')}, in which nothing was played")
@@ -82,7 +82,7 @@ def perform(args: argparse.Namespace) -> int:
     if args.test_share:
         print(obtained(plan.splits, plan.test_share, plan.split_by))
         if sentence := caution(plan.players, plan.split_by):
-            print(sentence)
+            print(printable(sentence))
     return 0
 
 
@@ -99,7 +99,7 @@ def _given(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _tell(sentence: str) -> None:
-    print(f"movingout: {printable(sentence)}", file=sys.stderr)
+    tell(printable(sentence))
 
 
 def _chosen(found: Sequence[Path], named: Collection[Path]) -> tuple[list[Path], list[str]]:

@@ -2,13 +2,13 @@
 
 import argparse
 import os
-import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import get_args
 
 from movingout.maps.commands.parser import add_json, add_out
+from movingout.maps.commands.sentences import tell
 from movingout.maps.files.terminal import printable
 from movingout.recordings.commands.arguments import add_data, positive, print_json
 from movingout.recordings.errors import RecordingError, cannot
@@ -71,12 +71,12 @@ def perform(args: argparse.Namespace) -> int:
     _make(folder)
     found, others = read_all(args.paths)
     for file in others:
-        print(printable(f"movingout: left out: {file}, which has no trajectories"), file=sys.stderr)
+        tell(printable(f"left out: {file}, which has no trajectories"))
     if args.participants is not None:
         found = with_participants(found, read_participants(args.participants))
     sources = without_copies(found)
     if args.salt == PUBLIC_SALT and any(names_people(source, args.kind) for source in sources):
-        print(f"movingout: {GUESSED}", file=sys.stderr)
+        tell(GUESSED)
     known = known_plays(folder, maps_of(sources), args.workers)
     if args.limit_ticks > MAX_TICKS:
         raise RecordingError(f"--limit-ticks is at most {MAX_TICKS}")

@@ -1,13 +1,13 @@
 """`movingout recordings list`: the recordings in a folder, newest first."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 from typing import get_args
 
 from movingout.maps.commands.parser import add_json
+from movingout.maps.commands.sentences import tell
 from movingout.maps.files.terminal import printable
 from movingout.recordings.commands.arguments import MOST_NAMED, add_data, data_folder, places_below, print_json
 from movingout.recordings.episode import Outcome
@@ -49,7 +49,7 @@ def perform(args: argparse.Namespace) -> int:
     else:
         print(_table(found) if found else _no_match(folder, wanted))
     for entry in unreadable:
-        print(f"movingout: {printable(_with_folder(entry))}", file=sys.stderr)
+        tell(printable(_with_folder(entry)))
     return 0
 
 

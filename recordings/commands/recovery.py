@@ -1,11 +1,11 @@
 """`movingout recordings recover`: finishes what a crash left behind, and saves the intact part of a damaged file."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from movingout.maps.commands.parser import add_json
+from movingout.maps.commands.sentences import tell
 from movingout.maps.files.terminal import printable
 from movingout.recordings.commands.arguments import add_data, data_folder, print_json
 from movingout.recordings.errors import RecordingError
@@ -46,7 +46,7 @@ def _print_lines(done: Sequence[Recovery]) -> None:
     for entry in done:
         if entry.failed:
             where = "" if entry.note.startswith(entry.journal.name) else f"{entry.journal.name}: "
-            print(printable(f"movingout: {where}{entry.note}"), file=sys.stderr)
+            tell(printable(f"{where}{entry.note}"))
             continue
         made = f" -> {entry.recording.name}" if entry.recording not in (None, entry.journal) else ""
         print(printable(f"{entry.journal.name}{made}: {entry.ticks} ticks, {entry.note}"))

@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.files.map_versions import one_name_sentence
+from movingout.maps.files.terminal import printable
 from movingout.maps.spec import SEAT_COLOURS, MapSpec
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import positive
@@ -59,7 +60,7 @@ def report(args: argparse.Namespace) -> int:
     else:
         print(_sentence(args.out, tally))
         for name, firsts in tally.maps_of_one_name.items():
-            print(one_name_sentence(name, firsts))
+            print(printable(one_name_sentence(name, firsts)))
     return 0
 
 

@@ -1,9 +1,9 @@
 """`movingout recordings upload`: recordings that a bucket does not have yet are sent there."""
 
 import argparse
-import sys
 
 from movingout.maps.commands.parser import add_json
+from movingout.maps.commands.sentences import tell
 from movingout.maps.files.terminal import printable
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import add_data, print_json
@@ -39,5 +39,5 @@ def run(args: argparse.Namespace) -> int:
     else:
         print(f"sent {counted(sent, 'recording')}, {size / 1e6:.1f} MB, to {address}")
         for problem in problems:
-            print(f"movingout: {printable(problem)}", file=sys.stderr)
+            tell(printable(problem))
     return 1 if problems else 0

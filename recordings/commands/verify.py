@@ -2,12 +2,12 @@
 
 import argparse
 import os
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from movingout.maps.commands.parser import add_json
+from movingout.maps.commands.sentences import tell
 from movingout.maps.files.terminal import printable
 from movingout.recordings.commands.arguments import add_paths, expanded, positive, print_json
 from movingout.recordings.errors import RecordingError
@@ -74,7 +74,7 @@ def _keep_verified(paths: list[Path]) -> None:
     try:
         note_verified(paths)
     except OSError as error:
-        print(f"movingout: cannot note what was verified: {error.strerror or error}", file=sys.stderr)
+        tell(f"cannot note what was verified: {error.strerror or error}")
 
 
 def _verdict(path: Path) -> Verification | str:

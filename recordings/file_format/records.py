@@ -34,6 +34,7 @@ _HEADER, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA, _DATA_END = 0x01, 0
 
 
 Entry = TypeVar("Entry", AttachmentIndex, ChunkIndex, MetadataIndex, SummaryOffset)
+Indexed = TypeVar("Indexed", AttachmentIndex, ChunkIndex, MetadataIndex)
 
 
 class Message(NamedTuple):
@@ -138,10 +139,11 @@ def messages_since(stream: BinaryIO, log_time: int) -> Iterator[Message]:
 
     Raises ZstdError, ValueError or an error of struct or mcap where they, or the end of the file, are not whole.
     """
+    budget = _Budget(stream.seek(0, io.SEEK_END))
     for entry in _index(stream, _CHUNK_INDEX, ChunkIndex):
         if entry.message_end_time >= log_time:
             chunk = _read(stream, entry.chunk_start_offset, entry.chunk_length)
-            for record in _walk(chunk, 0, False, _Budget(len(chunk))):
+            for record in _walk(chunk, 0, False, budget):
                 if isinstance(record, Message) and record.log_time >= log_time:
                     yield record
 
@@ -158,16 +160,26 @@ def attachment_in(stream: BinaryIO, name: str, limit: int) -> bytes | None:
     return None
 
 
-def _index(stream: BinaryIO, opcode: int, kind: type[Entry]) -> Iterator[Entry]:
-    """The entries of one kind in the index at the end of a file."""
-    end = max(stream.seek(0, io.SEEK_END) - FOOTER.size - len(MAGIC), 0)
+def _index(stream: BinaryIO, opcode: int, kind: type[Indexed]) -> Iterator[Indexed]:
+    """The entries of one kind in the index at the end of a file.
+
+    ValueError where they name more bytes than the file has, as entries of the same place do: a small file could
+    otherwise name itself thousands of times.
+    """
+    left = stream.seek(0, io.SEEK_END)
+    end = max(left - FOOTER.size - len(MAGIC), 0)
     tail = _read(stream, end, FOOTER.size + len(MAGIC))
     footer, _, summary, offsets, _ = FOOTER.unpack_from(tail)
     if footer != _FOOTER or not tail.endswith(MAGIC) or not 0 < summary < offsets < end:
         raise ValueError("no whole footer")
     for group in _entries(_read(stream, offsets, end - offsets), _SUMMARY_OFFSET, SummaryOffset):
         if group.group_opcode == opcode:
-            yield from _entries(_read(stream, group.group_start, group.group_length), opcode, kind)
+            for entry in _entries(_read(stream, group.group_start, group.group_length), opcode, kind):
+                left -= entry.chunk_length if isinstance(entry, ChunkIndex) else entry.length
+                if left < 0:
+                    raise ValueError("its index names more bytes than there are")
+                yield entry
+            return  # MCAP has one group of a kind
 
 
 def _entries(section: bytes, wanted: int, kind: type[Entry]) -> Iterator[Entry]:

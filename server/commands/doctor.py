@@ -19,6 +19,7 @@ from movingout.agents.data.rollout import rollout
 from movingout.agents.decision_time import unhindered
 from movingout.maps import MovingOutError, load_map
 from movingout.maps.commands.parser import folder
+from movingout.maps.files.terminal import printable_lines
 from movingout.server.commands.exactness_probe import PROBES, deviation
 from movingout.server.settings import Settings, port
 from movingout.server.uvicorn_server import CannotListen, listen
@@ -57,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps({"healthy": not faults, "answers": [finding._asdict() for finding in findings]}))
     else:
         for finding in findings:
-            print(f"{finding.grade:5}  {finding.question:12}  {finding.sentence}")
+            print(printable_lines(f"{finding.grade:5}  {finding.question:12}  {finding.sentence}"))
     return 1 if faults else 0
 
 

@@ -9,6 +9,7 @@ from fastapi import FastAPI
 
 from movingout.agents.live_options import check_live_agent
 from movingout.maps.commands.map_cautions import hints_on
+from movingout.maps.commands.sentences import tell
 from movingout.server.app import create_app
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.commands.partner_check import check_partner
@@ -49,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     if settings.maps is not None:
         map_files(settings.maps)
     if caution := check_partner(settings.partner, settings.maps):
-        print(f"movingout: {caution}", file=sys.stderr)
+        tell(caution)
     refuse_study_folder(settings.data)
     (refuse_served_folder if settings.cluster else refuse_cluster_folder)(settings.data)
     os.umask(0o077)  # what people do and say is for whoever runs the server
@@ -78,7 +79,7 @@ def tell_cautions(settings: Settings) -> None:
     """Say on standard error what works, but not as well as it should: the physics engine, the limit of open files."""
     for caution in (inexact_engine(), raise_open_files(settings.limits)):
         if caution:
-            print(f"movingout: {caution}", file=sys.stderr)
+            tell(caution)
 
 
 def tell_own_maps(own: MapFolder) -> None:
@@ -87,7 +88,7 @@ def tell_own_maps(own: MapFolder) -> None:
     empty = own.folder is not None and not own.maps and not own.problems
     none = [f"there is no map file in {own.folder} yet"] if empty else []
     for sentence in (*none, *(f"own map left out: {problem}" for problem in own.problems.values()), *hints):
-        print(f"movingout: {sentence}", file=sys.stderr)
+        tell(sentence)
 
 
 def app_for(settings: Settings, lock: int, certificate: Certificate | None) -> FastAPI:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.files.terminal import printable, printable_lines
 from movingout.study.commands.place import add_databases, add_place, databases, folder_of_any
 from movingout.study.data.backup import back_up, restore
 from movingout.study.data.restore_check import check_backup
@@ -54,9 +55,9 @@ def _back_up(args: argparse.Namespace) -> int:
         return 0
     print(f"wrote {done.folder}: {done.recordings} recordings, {done.size / 1e6:.1f} MB, every file with its checksum")
     for episode in done.missing:
-        print(f"missing: the recording {episode} of a round is not in {folder.recordings}")
+        print(f"missing: the recording {printable(episode)} of a round is not in {folder.recordings}")
     for sentence in done.warnings:
-        print(f"warning: {sentence}")
+        print(printable_lines(f"warning: {sentence}"))
     if done.identities:
         print("it holds the identities of the participants: keep it as safe as the data folder")
     return 0
@@ -70,7 +71,7 @@ def _restore(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps({"study": done.study, "data": str(args.data), "files": done.files, "bytes": done.size}))
         return 0
-    print(f"restored {done.study} into {args.data}: {done.recordings} recordings, every checksum right")
+    print(f"restored {printable(done.study)} into {args.data}: {done.recordings} recordings, every checksum right")
     print(f"the study file as it was is {args.backup / 'study.yaml'}")
     return 0
 
@@ -82,5 +83,6 @@ def _check(args: argparse.Namespace, address: str | None) -> int:
     if args.json:
         print(json.dumps({"study": done.study, "good": True, "files": done.files, "bytes": done.size}))
     else:
-        print(f"the backup {args.backup} of {done.study} is good: restored and read, {done.recordings} recordings")
+        good = f"the backup {args.backup} of {printable(done.study)} is good"
+        print(f"{good}: restored and read, {done.recordings} recordings")
     return 0

@@ -11,6 +11,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.files.terminal import printable_lines
 from movingout.maps.suggestion import counted
 from movingout.recordings.annotation.findings_table import finding_rows
 from movingout.recordings.errors import RecordingError
@@ -111,4 +112,4 @@ def _say(target: Path, results: Results, warnings: list[str], *, as_json: bool) 
         flags = counted(len(results.flags), "quality flag")
         print(f"wrote {target}/report.html: {counted(len(results.rounds), 'round')}, {flags}")
         for sentence in warnings:
-            print(f"warning: {sentence}")
+            print(printable_lines(f"warning: {sentence}"))

@@ -3,7 +3,6 @@
 import argparse
 import json
 import shlex
-import sys
 from collections.abc import Callable
 from contextlib import nullcontext, suppress
 from dataclasses import replace
@@ -15,6 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.sentences import tell
 from movingout.maps.files.terminal import printable_lines
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.study.commands import backup, data
@@ -95,7 +95,7 @@ def _check(args: argparse.Namespace) -> int:
     try:
         study = read_study(args.file)
     except StudyFileError as error:
-        print(f"movingout: {printable_lines(str(error))}", file=sys.stderr)
+        tell(str(error))
         if args.json:
             faults = [fault._asdict() for fault in error.faults]
             print(json.dumps({"ready": False, "faults": faults}, indent=2, ensure_ascii=False))

@@ -150,6 +150,13 @@ class Leaving(Forward):
         raise SystemExit(3)
 
 
+class Interrupting(Forward):
+    """Raises what Ctrl-C raises."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        raise KeyboardInterrupt
+
+
 ONE = Forward()
 
 
@@ -174,6 +181,7 @@ ONE = Forward()
         (Remembering, "HandOff, blue: decision 2 is another while another one plays, .* keep memory on self, not on"),
         (Closed, "`detail` cannot be written as JSON .*bytes.*; use plain values"),
         (Leaving, "HandOff, blue, tick 0: act raised SystemExit: 3"),
+        (Interrupting, "HandOff, blue, tick 0: act raised KeyboardInterrupt"),
         (Stuck, "execute_rows is 0; it is a whole number of rows from 1"),
         (Listed, r"batch_key raised AgentError: batch_key is no value that can be hashed \(unhashable type: 'list'\)"),
         (Crowding, "HandOff, blue: act_many answers otherwise than act"),

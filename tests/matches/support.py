@@ -78,6 +78,13 @@ class Listed(Fleet):
         return ["fleet"]  # type: ignore[return-value]
 
 
+class Interrupting(Wanderer):
+    """Raises what Ctrl-C raises."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        raise KeyboardInterrupt
+
+
 class Rowless(Wanderer):
     """Does not know how many of its rows are to be played."""
 

@@ -12,9 +12,10 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import load_map, map_to_json
-from movingout.matches import MatchError, MatchResult, open_run, play, run_grid
+from movingout.matches import MatchError, MatchResult, open_run, play, read_grid, run_grid
 from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.experiment.plan import planned_matches
+from movingout.matches.experiment.shipped_grids import grid_path
 from movingout.matches.match import Match, failed_result
 from movingout.matches.results.provenance import Provenance
 from movingout.matches.results.results_folder import Shard, open_folder
@@ -45,8 +46,15 @@ def test_the_numbers_are_the_same_whatever_the_number_of_workers(tmp_path: Path)
 
 def test_a_dictionary_is_no_grid(tmp_path: Path) -> None:
     """It ended in a TypeError of pathlib."""
-    with pytest.raises(MatchError, match="a grid is a Grid or the path of a YAML file, not "):
+    with pytest.raises(MatchError, match="a grid is a Grid, the path of a YAML file or a shipped grid's name, not "):
         run_grid({"name": "x"}, tmp_path)  # type: ignore[arg-type]
+
+
+def test_shipped_grids_have_their_names_also_in_python(tmp_path: Path) -> None:
+    """As for the command; such a name was taken for a file that is not there."""
+    assert read_grid("idle-control") == read_grid(grid_path(Path("idle-control")))
+    with pytest.raises(MatchError, match=r"there is no grid 'idle-contrl'; did you mean idle-control.*or a YAML file"):
+        run_grid("idle-contrl", tmp_path)
 
 
 @pytest.mark.slow

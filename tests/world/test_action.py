@@ -3,6 +3,8 @@ import math
 import numpy as np
 import pytest
 
+from movingout.maps import load_map
+from movingout.world import World
 from movingout.world.action import POLICY_SIZE, checked, clipped, in_arena, to_policy, to_world, turned
 from movingout.world.errors import ActionError
 
@@ -64,6 +66,15 @@ def test_a_number_that_is_not_finite_is_refused_with_its_place(number: float) ->
 def test_a_wrong_shape_is_refused_with_a_sentence(wrong: object) -> None:
     with pytest.raises(ActionError, match="an action is 3 numbers"):
         checked(wrong, 3)  # type: ignore[arg-type]
+
+
+def test_a_tensor_that_requires_grad_is_refused_with_what_to_do() -> None:
+    torch = pytest.importorskip("torch")
+    action = torch.zeros(4, requires_grad=True)
+    with pytest.raises(ActionError, match=r"an action is 4 numbers, not tensor\(.*detach\(\)"):
+        to_world(action)
+    with pytest.raises(ActionError, match=r"actions are \(2, 3\) numbers: .*detach\(\)"):
+        World(load_map("HandOff")).step(torch.zeros((2, 3), requires_grad=True))
 
 
 def test_equal_actions_are_equal_headings_on_every_processor() -> None:

@@ -287,6 +287,23 @@ def test_wrong_arguments_and_actions_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"items": ()}, "HandOff: items: 1 to 7 entries are allowed, not 0"),
+        ({"goals": ()}, "HandOff: goals: 1 to 64 entries are allowed, not 0"),
+        ({"walls": (Rect(0.0, 0.0, math.nan, 1.0),)}, r"HandOff: walls\[0\]\.x1: a number is needed here, not nan"),
+        ({"robots": ()}, "HandOff is not made as MapSpec says: not enough values"),
+    ],
+)
+def test_a_map_object_that_no_file_could_hold_is_refused_as_the_file_is(changes: dict[str, Any], sentence: str) -> None:
+    wrong = replace(load_map("HandOff"), **changes)
+    with pytest.raises(MapError, match=sentence):
+        MovingOutEnv(wrong)
+    with pytest.raises(MapError, match=sentence):
+        MovingOutEnv().reset(options={"map": wrong})
+
+
+@pytest.mark.parametrize(
     ("actions", "sentence"),
     [
         ({"blue": STILL, "red": STILL * np.float32(np.nan)}, "must be finite"),
@@ -302,6 +319,15 @@ def test_wrong_actions_are_refused_with_whose_they_are(actions: Any, sentence: s
     env.reset()
     with pytest.raises(ActionError, match=sentence):
         env.step(actions)
+
+
+def test_a_tensor_that_requires_grad_is_refused_with_what_to_do() -> None:
+    torch = pytest.importorskip("torch")
+    env = MovingOutEnv()
+    env.reset()
+    with pytest.raises(ActionError, match=r"that of blue is tensor\(.*detach\(\)"):
+        env.step({"blue": torch.ones(4, requires_grad=True), "red": STILL})
+    env.step({"blue": torch.ones(4), "red": STILL})
 
 
 def test_the_world_package_itself_needs_no_pettingzoo() -> None:

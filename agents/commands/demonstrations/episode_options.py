@@ -2,13 +2,13 @@
 
 import argparse
 import os
-import sys
 from collections.abc import Iterable
 
 from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.errors import DataError
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.map_cautions import map_cautions
+from movingout.maps.commands.sentences import tell
 from movingout.maps.generated.names import test_maps_caution
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.selection import HELP as MAPS_HELP
@@ -73,4 +73,4 @@ def caution_of_maps(maps: Iterable[str], asked: Iterable[str] = ()) -> None:
     Also say what is wrong with map files among those that were asked for.
     """
     for sentence in filter(None, [test_maps_caution(maps), *map_cautions(asked)]):
-        print(f"movingout: {sentence}", file=sys.stderr)
+        tell(sentence)

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from movingout.agents.data.repeats import folder_sentences
 from movingout.agents.errors import DataError
 from movingout.agents.scripted.populations import manifest
 from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.sentences import tell
 from movingout.maps.files.list_file import LIST
 from movingout.maps.files.output_file import write_output
 from movingout.maps.randomize import SPLITS
@@ -65,7 +65,7 @@ def perform(args: argparse.Namespace) -> int:
     caution_of_maps((job.map.name for job in todo), selected_maps(args.map))
     other = other_code_told(todo, args.out)
     for sentence in folder_sentences(todo, args.out):
-        print(f"movingout: {sentence}", file=sys.stderr)
+        tell(sentence)
     made = with_progress(len(todo), write_all(todo, args.out, args.workers, args.ray))
     written = WrittenEpisodes(args.out, made, len(todo))
     write_output(args.out / "people.json", json.dumps(manifest(), indent=1).encode())

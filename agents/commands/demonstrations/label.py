@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import sys
 from pathlib import Path
 
 from movingout.agents.commands.demonstrations.episode_options import (
@@ -19,6 +18,8 @@ from movingout.agents.data.demonstrations import label_all
 from movingout.agents.partners.families import test_people_caution
 from movingout.agents.scripted.populations import population
 from movingout.maps.commands.parser import add_out
+from movingout.maps.commands.sentences import tell
+from movingout.maps.files.terminal import printable
 from movingout.maps.selection import selected_maps
 
 
@@ -45,7 +46,7 @@ def perform(args: argparse.Namespace) -> int:
     maps = played_maps(args)
     order = _partners(args, len(maps) * args.episodes)
     if caution := test_people_caution([args.population]):
-        print(f"movingout: {caution}", file=sys.stderr)
+        tell(caution)
     todo = labelling_jobs(maps, order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
     caution_of_maps((job.map.name for job in todo), selected_maps(args.map))
     other = other_code_told(todo, args.out)
@@ -56,7 +57,7 @@ def perform(args: argparse.Namespace) -> int:
     else:
         print(written.summary())
         for line in written.group_lines():
-            print(line)
+            print(printable(line))
     return 0
 
 

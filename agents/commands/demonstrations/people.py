@@ -2,12 +2,13 @@
 
 import argparse
 import json
-import sys
 from collections.abc import Iterator
 
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.families import Family, families, family_of, installed_families
 from movingout.agents.scripted.populations import POPULATIONS, manifest, population
+from movingout.maps.commands.sentences import tell
+from movingout.maps.files.terminal import printable, printable_lines
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -25,11 +26,13 @@ def perform(args: argparse.Namespace) -> int:
         for person in population(name):
             print(f"{person.name:4}  {person.sha256[:12]}  {person.agent_id}")
     for family in _all_families():
-        print(f"\nfamily:{family.name}: {family.about}{'' if family.trains else '; for measuring only'}")
+        print(
+            printable_lines(f"\nfamily:{family.name}: {family.about}{'' if family.trains else '; for measuring only'}")
+        )
         if not family.members:
             print(f"(none is trained here: {family.ids[0]}, …; see docs/learning.md)")
         for partner in family.members:
-            print(f"{partner.name}  {partner.agent_id}")
+            print(printable(f"{partner.name}  {partner.agent_id}"))
     return 0
 
 
@@ -52,4 +55,4 @@ def _all_families() -> Iterator[Family]:
         try:
             yield family_of(name)
         except AgentError as error:
-            print(f"movingout: left out: {error}", file=sys.stderr)
+            tell(f"left out: {error}")

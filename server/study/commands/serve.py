@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from fastapi import FastAPI
 
+from movingout.maps.files.terminal import printable_lines
 from movingout.server.commands.play import (
     addresses,
     as_node,
@@ -126,7 +127,7 @@ def _check_beginning(found: Review, args: argparse.Namespace, settings: Settings
     """
     if begun:
         for sentence in found.refused:
-            print(f"warning: {sentence}", file=sys.stderr)
+            print(printable_lines(f"warning: {sentence}"), file=sys.stderr)
         return args.rehearse is None and not settings.slow_agents
     _refuse_agents(found.refused, args.file)
     if args.rehearse is None:

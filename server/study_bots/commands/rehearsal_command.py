@@ -3,7 +3,6 @@
 import argparse
 import asyncio
 import json
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,6 +14,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from movingout.maps.commands.sentences import tell
+from movingout.maps.files.terminal import printable_lines
 from movingout.server.commands.orderly_end import ended_by_sigterm
 from movingout.server.options import values_of
 from movingout.server.study_bots.cohort import Cohort, progress, with_kills
@@ -52,7 +53,7 @@ def simulate(args: argparse.Namespace) -> int:
             done = rehearse(args.file, plan, data, args.kills)
     except KeyboardInterrupt:
         where = f"on the server at {args.url}" if args.url else f"in {data}; another rehearsal needs a new folder"
-        print(f"movingout: stopped; what was played until then stays {where}", file=sys.stderr)
+        tell(f"stopped; what was played until then stays {where}")
         return 130
     _say(args, done)
     return 1 if done.lost or done.faults else 0
@@ -138,9 +139,9 @@ def _say(args: argparse.Namespace, done: RehearsalResult) -> None:
         table.add_row(name, shown)
     console.print(table)
     for sentence in done.lost:
-        console.print(f"lost: {sentence}")
+        console.print(printable_lines(f"lost: {sentence}"))
     for sentence in done.faults:
-        console.print(f"an agent had a fault {sentence}")
+        console.print(printable_lines(f"an agent had a fault {sentence}"))
     if done.data is not None:
         if not done.lost:
             console.print("Nothing is missing: everything the participants did and were shown is in the data.")

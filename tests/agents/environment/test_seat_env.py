@@ -190,6 +190,17 @@ class Leaving(Scribbling):
         raise SystemExit(3)
 
 
+class Interrupting(Scribbling):
+    def act(self, observation):
+        raise KeyboardInterrupt("mine")
+
+
+class Pressed(Scribbling):
+    def act(self, observation):
+        import signal
+        signal.raise_signal(signal.SIGINT)
+
+
 class Rowless(Scribbling):
     execute_rows = None
 
@@ -216,6 +227,14 @@ def test_what_a_partner_raises_names_it_and_its_line(tmp_path: Path, monkeypatch
     env = SeatEnv(partner="raising_partner:Leaving")
     env.reset(seed=0)
     with pytest.raises(AgentError, match=r"the partner raising_partner:Leaving raised SystemExit in act\(\): 3"):
+        env.step(STILL)
+    env = SeatEnv(partner="raising_partner:Interrupting")
+    env.reset(seed=0)
+    with pytest.raises(AgentError, match=r"raising_partner:Interrupting raised KeyboardInterrupt in act\(\): mine"):
+        env.step(STILL)
+    env = SeatEnv(partner="raising_partner:Pressed")
+    env.reset(seed=0)
+    with pytest.raises(KeyboardInterrupt):
         env.step(STILL)
     env = SeatEnv(partner="raising_partner:Rowless")
     env.reset(seed=0)

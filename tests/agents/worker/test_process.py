@@ -132,6 +132,15 @@ class Leaving(Forward):
         return super().act(observation)
 
 
+class Interrupting(Forward):
+    """Raises what Ctrl-C raises, in the second tick."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        if observation.tick > 0:
+            raise KeyboardInterrupt("mine")
+        return super().act(observation)
+
+
 class Keyless(Chorus):
     """Cannot say with whom it goes together."""
 
@@ -230,6 +239,10 @@ def test_an_agent_that_ends_the_program_fails_alone(queue: DecisionQueue) -> Non
     _ask(queue, 1)
     (answer,) = queue.answer_next(0.0)
     assert isinstance(answer, Failed) and not answer.fatal and answer.reason.startswith("SystemExit: 3 (")
+    _open(queue, 2, f"{HERE}:Interrupting")
+    _ask(queue, 2)
+    (answer,) = queue.answer_next(0.0)
+    assert isinstance(answer, Failed) and answer.reason.startswith("KeyboardInterrupt: mine (")
 
 
 @pytest.mark.parametrize("agent", ["NotUtf8", "NotUtf8AgentError"])

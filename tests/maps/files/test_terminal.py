@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from movingout.maps import load_map, map_to_json
+from movingout.maps.commands.sentences import tell
 from movingout.maps.errors import MovingOutError
 from movingout.maps.files.terminal import printable, printable_lines
 from movingout.server import cli
@@ -32,6 +33,20 @@ def test_an_error_that_quotes_a_file_moves_no_cursor(
     monkeypatch.setattr(cli, "_perform", fail)
     assert cli.main(["recordings"]) == 2
     assert capsys.readouterr().err == f"movingout: recording format {SHOWN} is unknown\nupdate it\n"
+
+
+def test_what_a_command_says_beside_its_answer_does_neither(capsys: pytest.CaptureFixture[str]) -> None:
+    tell(f"{EVIL}\nfailed")
+    assert capsys.readouterr().err == f"movingout: {SHOWN}\nfailed\n"
+
+
+def test_neither_does_a_grid(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, agent = tmp_path / "grid.yaml", f"mlp@{EVIL}"
+    file.write_text(json.dumps({"name": EVIL, "agents": [agent], "maps": ["HandOff"]}), encoding="utf-8")
+    assert cli.main(["match", "grid", str(file), "--dry-run"]) == 0
+    shown = capsys.readouterr().out
+    assert shown.startswith(f"{SHOWN}: ") and "missing: " in shown
+    assert not {"\x1b", "\x07"} & set(shown)
 
 
 def test_neither_does_a_map_that_is_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,5 +1,6 @@
 """Agents as objects in `play`: a class, an instance, and what is said about anything else."""
 
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -140,8 +141,21 @@ class Stopped(Counting):
 
     def act(self, observation: Observation) -> ActionChunk:
         if self.episodes == 1 and observation.tick == 2:
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)
         return super().act(observation)
+
+
+class Interrupting(Counting):
+    def act(self, observation: Observation) -> ActionChunk:
+        raise KeyboardInterrupt("mine")
+
+
+def test_a_keyboard_interrupt_that_an_agent_raises_is_its_fault_and_no_ctrl_c() -> None:
+    """It ended the caller, and a worker process with a traceback, three times."""
+    with pytest.warns(UserWarning, match="1 of 1 matches failed"):
+        (result,) = play(Interrupting, "idle", ticks=3)
+    assert "raised KeyboardInterrupt in act() at tick 0: mine (" in result.failure
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_after_ctrl_c_the_same_can_be_played_and_recorded_again(tmp_path: Path) -> None:

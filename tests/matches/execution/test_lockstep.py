@@ -85,6 +85,10 @@ def test_who_fails_in_a_batch_loses_its_match_and_no_other(red: str, tmp_path: P
             f"{HERE}:Rowless",
             "blue (tests.matches.support:Rowless), its answer at tick 0: execute_rows is None; it is a whole number",
         ),
+        (
+            f"{HERE}:Interrupting",
+            "blue (tests.matches.support:Interrupting) raised KeyboardInterrupt in act() at tick 0",
+        ),
         (f"{BAD}:broken_factory", "could not be made: RuntimeError: no weights here"),
         (f"{HERE}:Late", "blue (tests.matches.support:Late) did not answer act() at tick 8 within 0.2 s"),
     ],

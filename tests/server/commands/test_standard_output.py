@@ -7,8 +7,18 @@ from pathlib import Path
 
 import pytest
 
+import movingout
+
 COMMAND = [sys.executable, "-m", "movingout.server.cli"]
 FULL = Path("/dev/full")
+
+
+def test_the_package_itself_is_the_command() -> None:
+    """`python -m movingout`, where the folder of scripts is not in PATH; there was no such module."""
+    done = subprocess.run([sys.executable, "-m", "movingout", "--version"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"movingout {movingout.__version__}\n", "")
+    done = subprocess.run([sys.executable, "-m", "movingout", "no"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and done.stderr.startswith("movingout: unknown command 'no'")
 
 
 def test_a_reader_that_goes_away_gets_no_traceback() -> None:
