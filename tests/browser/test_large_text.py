@@ -26,12 +26,21 @@ TWICE = """() => {
 # The same in the style sheets, so that a page may still shrink letters.
 TWICE_IN_SHEETS = """() => {
   const enlarge = (rules) => [...rules].forEach((rule) => {
-    const size = rule.style?.fontSize ?? "";
-    if (size.includes("px")) rule.style.fontSize = `calc(2 * (${size}))`;
+    const { font = "", fontSize = "" } = rule.style ?? {};
+    if (fontSize.includes("px")) rule.style.fontSize = `calc(2 * (${fontSize}))`;
+    else if (font.includes("px")) rule.style.font = font.replace(/[0-9]+px/, (size) => `${2 * parseFloat(size)}px`);
     else enlarge(rule.cssRules ?? []);
   });
   [...document.styleSheets].forEach((sheet) => enlarge(sheet.cssRules));
+  document.body.style.fontSize = "32px"; // no rule can tell its own, in a `font` with a variable
 }"""
+# Words of a text that take more than one line.
+BROKEN = """(one) => [...one.firstChild.data.matchAll(/\\S+/g)].filter(({ 0: word, index }) => {
+  const range = document.createRange();
+  range.setStart(one.firstChild, index);
+  range.setEnd(one.firstChild, index + word.length);
+  return new Set([...range.getClientRects()].map(({ top }) => top)).size > 1;
+}).map(([word]) => word)"""
 # Pairs of texts of which one covers the other; what is scrolled out of sight or cut off covers nothing.
 COVERED = """() => {
   const inSight = (element, { left, top, right, bottom }) => {
@@ -123,6 +132,18 @@ def test_on_the_narrowest_screen_maps_are_chosen_and_drawn_without_scrolling_to_
         assert path != "/" or page.locator(".map").evaluate_all(columns) == 2, "letters of the usual size"
         page.evaluate(TWICE)
         assert overflow(page) <= 0, path
+
+
+def test_on_the_narrowest_screen_no_word_of_the_title_is_broken(open_page: OpenPage) -> None:
+    page = open_page("/?lang=de", None, viewport={"width": 320, "height": 568}, has_touch=True)
+    title, choice = page.locator("h1"), page.locator("#language")
+    expect(page.locator(".map canvas").first).to_be_visible()
+    beside = "([one, other]) => one.getBoundingClientRect().bottom > other.getBoundingClientRect().top"
+    assert page.evaluate(beside, [title.element_handle(), choice.element_handle()]), "letters of the usual size"
+    page.evaluate(TWICE)
+    assert title.evaluate(BROKEN) == []
+    assert overflow(page) <= 0
+    assert page.locator("h1, #language").evaluate_all(CUT) == []
 
 
 @pytest.mark.parametrize("has_touch", [True, False])
