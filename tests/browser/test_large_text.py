@@ -34,12 +34,12 @@ TWICE_IN_SHEETS = """() => {
   [...document.styleSheets].forEach((sheet) => enlarge(sheet.cssRules));
   document.body.style.fontSize = "32px"; // no rule can tell its own, in a `font` with a variable
 }"""
-# Words of a text that take more than one line.
+# Words of a text that take more lines than their soft hyphens allow.
 BROKEN = """(one) => [...one.firstChild.data.matchAll(/\\S+/g)].filter(({ 0: word, index }) => {
   const range = document.createRange();
   range.setStart(one.firstChild, index);
   range.setEnd(one.firstChild, index + word.length);
-  return new Set([...range.getClientRects()].map(({ top }) => top)).size > 1;
+  return new Set([...range.getClientRects()].map(({ top }) => top)).size > word.split("\u00ad").length;
 }).map(([word]) => word)"""
 # Pairs of texts of which one covers the other; what is scrolled out of sight or cut off covers nothing.
 COVERED = """() => {
@@ -211,3 +211,28 @@ def test_on_the_narrowest_screen_what_players_do_stays_in_its_line(
         box, size = words.bounding_box(), words.evaluate("one => parseFloat(getComputedStyle(one).fontSize)")
         assert box and line["y"] <= box["y"] and box["y"] + box["height"] <= line["y"] + line["height"]
         assert words.evaluate("one => parseFloat(getComputedStyle(one).lineHeight)") >= size
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_on_the_narrowest_screen_the_names_of_players_cover_neither_the_time_nor_the_arena(
+    server: Server, open_page: OpenPage, language: str
+) -> None:
+    room = server.make_room("AdaptiveAssist", red="idle")
+    page = open_page(f"{room['join_path']}?lang={language}", room, has_touch=True, is_mobile=True)
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    names, line = page.locator(".seat-name"), page.locator("#seats")
+    expect(names.first).to_have_text(re.compile("·"))  # the device is told, too
+    for width in (375, 320):
+        page.set_viewport_size({"width": width, "height": 568})
+        expect(line).to_have_css("--fit", "1.00")
+    page.evaluate(TWICE_IN_SHEETS)
+    page.set_viewport_size({"width": 340, "height": 568})
+    page.set_viewport_size({"width": 320, "height": 568})
+    expect(line).to_have_css("--fit", re.compile(r"0\.[5-9]\d?"))
+    bounds = line.bounding_box()
+    for name in names.all():
+        box = name.bounding_box()
+        assert bounds and box and bounds["y"] <= box["y"]
+        assert box["y"] + box["height"] <= bounds["y"] + bounds["height"]
+        assert name.evaluate(BROKEN) == []
+        assert name.evaluate("one => parseFloat(getComputedStyle(one).fontSize)") > 14

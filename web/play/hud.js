@@ -56,6 +56,7 @@ export class Hud {
   #written = new Map();
   #fitScore = fitWords(this.#parts.score, [this.#parts.timeLabel, this.#parts.doneLabel]);
   #seatRows = [0, 1].map((seat) => seatRow(seat));
+  #fitSeats = fitWords(this.#parts.seats, [this.#parts.seats, ...this.#seatRows.map(({ name }) => name)]);
   #problemUntilMs = 0;
 
   constructor() {
@@ -134,6 +135,7 @@ export class Hud {
     const { room, round, own, phase } = game;
     if (room === null || round === null) return;
     const running = phase === "playing" || phase === "paused";
+    let isNew = false;
     room.seats.forEach((seat, index) => {
       const mine = own.includes(index);
       const device = has(`play.device.${seat.device}`) ? say(`play.device.${seat.device}`) : "";
@@ -142,11 +144,13 @@ export class Hud {
         ? playingWords(seat, index, round.map, scene.view, own)
         : waitingWords(seat, room.phase, mine);
       const urgent = URGENT.some((state) => words === say(`play.state.${state}`));
-      this.#text(this.#seatRows[index].name, mine && device ? `${name} · ${device}` : name);
-      this.#text(this.#seatRows[index].words, words);
-      this.#attribute(this.#seatRows[index].words, "data-state", urgent ? "attention" : "");
-      this.#seatRows[index].box.toggleAttribute("data-own", mine);
+      const row = this.#seatRows[index];
+      isNew = this.#text(row.name, mine && device ? `${name} · ${device}` : name) || isNew;
+      isNew = this.#text(row.words, words) || isNew;
+      this.#attribute(row.words, "data-state", urgent ? "attention" : "");
+      row.box.toggleAttribute("data-own", mine);
     });
+    if (isNew) this.#fitSeats();
   }
 
   /** @param {Game} game */
