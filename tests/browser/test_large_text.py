@@ -236,3 +236,26 @@ def test_on_the_narrowest_screen_the_names_of_players_cover_neither_the_time_nor
         assert box["y"] + box["height"] <= bounds["y"] + bounds["height"]
         assert name.evaluate(BROKEN) == []
         assert name.evaluate("one => parseFloat(getComputedStyle(one).fontSize)") > 14
+
+
+def test_after_a_phone_is_turned_in_a_round_what_is_said_of_the_connection_stays_in_its_column(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.practice()
+    page = open_page(f"/play/{room['room']}?lang=de", room, has_touch=True, is_mobile=True)
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.set_viewport_size({"width": 568, "height": 320})
+    pill, card = page.locator("#connection"), page.locator(".play-connection")
+    expect(pill).to_have_text(re.compile("ms"))
+    assert pill.evaluate("one => parseFloat(getComputedStyle(one).fontSize)") == 13
+    page.set_viewport_size({"width": 320, "height": 568})
+    page.evaluate(TWICE_IN_SHEETS)
+    page.locator("#ready button.button-primary").click()
+    wait_for(page, "game.phase === 'playing'")
+    page.set_viewport_size({"width": 568, "height": 320})
+    expect(pill.locator("..")).to_have_css("--fit", re.compile(r"0\.[5-9]\d?"))
+    assert page.evaluate("Math.max(innerWidth, document.documentElement.scrollWidth)") == 568
+    outer, inner = card.bounding_box(), pill.bounding_box()
+    assert outer and inner and outer["x"] <= inner["x"]
+    assert inner["x"] + inner["width"] <= outer["x"] + outer["width"]
+    assert page.locator("#connection").evaluate_all(CUT) == []

@@ -56,6 +56,9 @@ export class Hud {
   #written = new Map();
   #fitScore = fitWords(this.#parts.score, [this.#parts.timeLabel, this.#parts.doneLabel]);
   #seatRows = [0, 1].map((seat) => seatRow(seat));
+  #fitConnection = fitWords(/** @type {HTMLElement} */ (this.#parts.connection.parentElement), [
+    this.#parts.connection,
+  ]);
   #fitSeats = fitWords(this.#parts.seats, [this.#parts.seats, ...this.#seatRows.map(({ name }) => name)]);
   #problemUntilMs = 0;
 
@@ -91,7 +94,7 @@ export class Hud {
     const { play, connection, stalled, stop, stopWords } = this.#parts;
     play.dataset.phase = game.phase;
     const line = connectionWords(status, scene?.stalled ?? false, game.clock.rttMs);
-    this.#text(connection, line.words);
+    if (this.#text(connection, line.words)) this.#fitConnection();
     this.#attribute(connection, "class", line.state ? `pill pill-${line.state}` : "pill");
     stalled.toggleAttribute("hidden", !(scene?.stalled || status === "reconnecting"));
     this.#text(stopWords, stopSentence(game));
