@@ -9,7 +9,7 @@ from playwright.sync_api import Page, Route, expect
 
 from movingout.server.rooms.time_limits import PAUSES
 from tests.browser.pages import admin_token, violations
-from tests.browser.support import Server, start, wait_for
+from tests.browser.support import Server, complaints, start, wait_for
 
 OpenPage = Callable[..., Page]
 
@@ -306,6 +306,28 @@ def test_somebody_without_a_free_seat_is_told_and_may_watch(server: Server, open
     expect(page.locator("#overlay")).to_contain_text("This room is full")
     page.get_by_role("link", name="Watch").click()
     wait_for(page, "game.status === 'open'")
+
+
+def test_who_opens_the_invitation_again_is_told_of_their_other_tab_and_can_play_here_instead(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.make_room("HandOff")
+    open_page(room["join_path"], room)
+    friend = open_page(room["join_path"])
+    wait_for(friend, "game.status === 'open'")
+    again = friend.context.new_page()
+    heard = complaints(again)
+    again.goto(room["join_path"])
+    expect(again.get_by_role("alert")).to_contain_text("already in this game in another tab")
+    wait_for(friend, "game.status === 'open'")  # it has lost nothing yet
+    again.get_by_role("button", name="Play here instead").click()
+    wait_for(again, "game.status === 'open' && game.seats.join() === '1'")
+    expect(friend.get_by_role("alert")).to_contain_text("You continued in another window")
+    stranger = open_page(room["join_path"])  # another browser
+    expect(stranger.get_by_role("alert")).to_contain_text("This room is full")
+    stranger.wait_for_timeout(700)
+    expect(stranger.get_by_role("alert")).to_contain_text("This room is full")
+    assert heard == []
 
 
 def test_a_link_that_leads_nowhere_says_so(open_page: OpenPage) -> None:

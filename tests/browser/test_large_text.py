@@ -26,12 +26,21 @@ TWICE = """() => {
 # The same in the style sheets, so that a page may still shrink letters.
 TWICE_IN_SHEETS = """() => {
   const enlarge = (rules) => [...rules].forEach((rule) => {
-    const size = rule.style?.fontSize ?? "";
-    if (size.includes("px")) rule.style.fontSize = `calc(2 * (${size}))`;
+    const { font = "", fontSize = "" } = rule.style ?? {};
+    if (fontSize.includes("px")) rule.style.fontSize = `calc(2 * (${fontSize}))`;
+    else if (font.includes("px")) rule.style.font = font.replace(/[0-9]+px/, (size) => `${2 * parseFloat(size)}px`);
     else enlarge(rule.cssRules ?? []);
   });
   [...document.styleSheets].forEach((sheet) => enlarge(sheet.cssRules));
+  document.body.style.fontSize = "32px"; // no rule can tell its own, in a `font` with a variable
 }"""
+# Words of a text that take more lines than their soft hyphens allow.
+BROKEN = """(one) => [...one.firstChild.data.matchAll(/\\S+/g)].filter(({ 0: word, index }) => {
+  const range = document.createRange();
+  range.setStart(one.firstChild, index);
+  range.setEnd(one.firstChild, index + word.length);
+  return new Set([...range.getClientRects()].map(({ top }) => top)).size > word.split("\u00ad").length;
+}).map(([word]) => word)"""
 # Pairs of texts of which one covers the other; what is scrolled out of sight or cut off covers nothing.
 COVERED = """() => {
   const inSight = (element, { left, top, right, bottom }) => {
@@ -125,6 +134,18 @@ def test_on_the_narrowest_screen_maps_are_chosen_and_drawn_without_scrolling_to_
         assert overflow(page) <= 0, path
 
 
+def test_on_the_narrowest_screen_no_word_of_the_title_is_broken(open_page: OpenPage) -> None:
+    page = open_page("/?lang=de", None, viewport={"width": 320, "height": 568}, has_touch=True)
+    title, choice = page.locator("h1"), page.locator("#language")
+    expect(page.locator(".map canvas").first).to_be_visible()
+    beside = "([one, other]) => one.getBoundingClientRect().bottom > other.getBoundingClientRect().top"
+    assert page.evaluate(beside, [title.element_handle(), choice.element_handle()]), "letters of the usual size"
+    page.evaluate(TWICE)
+    assert title.evaluate(BROKEN) == []
+    assert overflow(page) <= 0
+    assert page.locator("h1, #language").evaluate_all(CUT) == []
+
+
 @pytest.mark.parametrize("has_touch", [True, False])
 def test_in_low_windows_letters_of_the_usual_size_leave_the_words_of_the_score_whole(
     server: Server, open_page: OpenPage, has_touch: bool
@@ -190,3 +211,51 @@ def test_on_the_narrowest_screen_what_players_do_stays_in_its_line(
         box, size = words.bounding_box(), words.evaluate("one => parseFloat(getComputedStyle(one).fontSize)")
         assert box and line["y"] <= box["y"] and box["y"] + box["height"] <= line["y"] + line["height"]
         assert words.evaluate("one => parseFloat(getComputedStyle(one).lineHeight)") >= size
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_on_the_narrowest_screen_the_names_of_players_cover_neither_the_time_nor_the_arena(
+    server: Server, open_page: OpenPage, language: str
+) -> None:
+    room = server.make_room("AdaptiveAssist", red="idle")
+    page = open_page(f"{room['join_path']}?lang={language}", room, has_touch=True, is_mobile=True)
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    names, line = page.locator(".seat-name"), page.locator("#seats")
+    expect(names.first).to_have_text(re.compile("·"))  # the device is told, too
+    for width in (375, 320):
+        page.set_viewport_size({"width": width, "height": 568})
+        expect(line).to_have_css("--fit", "1.00")
+    page.evaluate(TWICE_IN_SHEETS)
+    page.set_viewport_size({"width": 340, "height": 568})
+    page.set_viewport_size({"width": 320, "height": 568})
+    expect(line).to_have_css("--fit", re.compile(r"0\.[5-9]\d?"))
+    bounds = line.bounding_box()
+    for name in names.all():
+        box = name.bounding_box()
+        assert bounds and box and bounds["y"] <= box["y"]
+        assert box["y"] + box["height"] <= bounds["y"] + bounds["height"]
+        assert name.evaluate(BROKEN) == []
+        assert name.evaluate("one => parseFloat(getComputedStyle(one).fontSize)") > 14
+
+
+def test_after_a_phone_is_turned_in_a_round_what_is_said_of_the_connection_stays_in_its_column(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.practice()
+    page = open_page(f"/play/{room['room']}?lang=de", room, has_touch=True, is_mobile=True)
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.set_viewport_size({"width": 568, "height": 320})
+    pill, card = page.locator("#connection"), page.locator(".play-connection")
+    expect(pill).to_have_text(re.compile("ms"))
+    assert pill.evaluate("one => parseFloat(getComputedStyle(one).fontSize)") == 13
+    page.set_viewport_size({"width": 320, "height": 568})
+    page.evaluate(TWICE_IN_SHEETS)
+    page.locator("#ready button.button-primary").click()
+    wait_for(page, "game.phase === 'playing'")
+    page.set_viewport_size({"width": 568, "height": 320})
+    expect(pill.locator("..")).to_have_css("--fit", re.compile(r"0\.[5-9]\d?"))
+    assert page.evaluate("Math.max(innerWidth, document.documentElement.scrollWidth)") == 568
+    outer, inner = card.bounding_box(), pill.bounding_box()
+    assert outer and inner and outer["x"] <= inner["x"]
+    assert inner["x"] + inner["width"] <= outer["x"] + outer["width"]
+    assert page.locator("#connection").evaluate_all(CUT) == []

@@ -96,7 +96,7 @@ def assert_inside(page: Page, selector: str) -> Box:
 
 # What is in an input scrolls: how long the link to a room is depends on the letters of its code.
 CUT_OFF = """
-window.cutOff = (part) => !part.closest("svg") && !part.matches("input")
+window.cutOff = (part) => !part.closest("svg") && !part.matches("input") && part.textContent.trim() !== ""
   && getComputedStyle(part).position !== "absolute"
   && part.scrollWidth > part.clientWidth + 1 && part.clientWidth > 1 && getComputedStyle(part).display !== "inline";
 """

@@ -69,6 +69,20 @@ def test_all_questions_are_answered_by_keyboard_alone(server: Server, open_page:
     assert saved_answers(server, room) == {**expected, "comment": (-1, "It waited for me.")}
 
 
+def test_two_clicks_in_one_task_turn_one_page_and_finish_once(server: Server, open_page: OpenPage) -> None:
+    """The page that complains fails the test: of the second click the browser said that its form is gone."""
+    room = short_room(server)
+    page = play_to_the_questions(open_page(room["join_path"], room))
+    twice = "button => { button.click(); button.click(); }"
+    for first in range(0, 9, 3):
+        for item in PAPER.items[first : first + 3]:
+            answer(page, item.id, 4)
+        page.get_by_role("button", name="Next").evaluate(twice)
+    all_saved(page)
+    page.get_by_role("button", name="Finish").evaluate(twice)
+    expect(page.get_by_text("Thank you for your answers.")).to_be_focused()
+
+
 @pytest.mark.slow
 def test_the_questions_of_two_at_one_screen_have_one_width_below_whose_they_are(
     server: Server, open_page: OpenPage

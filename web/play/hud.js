@@ -56,6 +56,10 @@ export class Hud {
   #written = new Map();
   #fitScore = fitWords(this.#parts.score, [this.#parts.timeLabel, this.#parts.doneLabel]);
   #seatRows = [0, 1].map((seat) => seatRow(seat));
+  #fitConnection = fitWords(/** @type {HTMLElement} */ (this.#parts.connection.parentElement), [
+    this.#parts.connection,
+  ]);
+  #fitSeats = fitWords(this.#parts.seats, [this.#parts.seats, ...this.#seatRows.map(({ name }) => name)]);
   #problemUntilMs = 0;
 
   constructor() {
@@ -90,7 +94,7 @@ export class Hud {
     const { play, connection, stalled, stop, stopWords } = this.#parts;
     play.dataset.phase = game.phase;
     const line = connectionWords(status, scene?.stalled ?? false, game.clock.rttMs);
-    this.#text(connection, line.words);
+    if (this.#text(connection, line.words)) this.#fitConnection();
     this.#attribute(connection, "class", line.state ? `pill pill-${line.state}` : "pill");
     stalled.toggleAttribute("hidden", !(scene?.stalled || status === "reconnecting"));
     this.#text(stopWords, stopSentence(game));
@@ -134,6 +138,7 @@ export class Hud {
     const { room, round, own, phase } = game;
     if (room === null || round === null) return;
     const running = phase === "playing" || phase === "paused";
+    let isNew = false;
     room.seats.forEach((seat, index) => {
       const mine = own.includes(index);
       const device = has(`play.device.${seat.device}`) ? say(`play.device.${seat.device}`) : "";
@@ -142,11 +147,13 @@ export class Hud {
         ? playingWords(seat, index, round.map, scene.view, own)
         : waitingWords(seat, room.phase, mine);
       const urgent = URGENT.some((state) => words === say(`play.state.${state}`));
-      this.#text(this.#seatRows[index].name, mine && device ? `${name} · ${device}` : name);
-      this.#text(this.#seatRows[index].words, words);
-      this.#attribute(this.#seatRows[index].words, "data-state", urgent ? "attention" : "");
-      this.#seatRows[index].box.toggleAttribute("data-own", mine);
+      const row = this.#seatRows[index];
+      isNew = this.#text(row.name, mine && device ? `${name} · ${device}` : name) || isNew;
+      isNew = this.#text(row.words, words) || isNew;
+      this.#attribute(row.words, "data-state", urgent ? "attention" : "");
+      row.box.toggleAttribute("data-own", mine);
     });
+    if (isNew) this.#fitSeats();
   }
 
   /** @param {Game} game */

@@ -93,24 +93,14 @@ export class Panels {
    * Shows that the game is over for this page, why, and where to go.
    * @param {import("../wire/connection.js").Ending} ending
    * @param {string} watchPath empty: no such offer
+   * @param {() => void} [here] plays on here what another tab plays
    */
-  showOver({ kind, sentence }, watchPath) {
-    const reload = kind === "outdated";
+  showOver({ kind, sentence }, watchPath, here) {
+    const onward = wayOn(kind, here);
     const buttons = [
-      reload
-        ? el(
-            "button",
-            { type: "button", class: "button button-primary", onclick: () => location.reload() },
-            say("play.over.reload"),
-          )
-        : null,
-      kind === "notFound" ? el("a", { class: "button button-primary", href: "/#play" }, say("lobby.now")) : null,
+      onward,
       watchPath ? el("a", { class: "button", href: watchPath }, say("play.over.watch")) : null,
-      el(
-        "a",
-        { class: reload || kind === "notFound" ? "button" : "button button-primary", href: "/" },
-        say("play.over.lobby"),
-      ),
+      el("a", { class: onward ? "button" : "button button-primary", href: "/" }, say("play.over.lobby")),
     ];
     this.#stopping = false; // Escape has nothing to answer any more
     this.#overlayKey = "over";
@@ -358,6 +348,18 @@ function overBeforeRound({ room, own }) {
     el("p", {}, reasonText(room, own)),
     el("a", { class: "button button-primary button-wide", href: "/" }, say("play.over.lobby")),
   ];
+}
+
+/**
+ * What leads on where a game is over for this page; null: only the start page.
+ * @param {string} kind of an ending @param {(() => void) | undefined} here
+ */
+function wayOn(kind, here) {
+  const look = { type: "button", class: "button button-primary" };
+  if (here) return el("button", { ...look, onclick: here }, say("play.elsewhere.here"));
+  if (kind === "outdated") return el("button", { ...look, onclick: () => location.reload() }, say("play.over.reload"));
+  if (kind === "notFound") return el("a", { class: "button button-primary", href: "/#play" }, say("lobby.now"));
+  return null;
 }
 
 /** @param {string} title @param {...HTMLElement} parts */

@@ -4,6 +4,8 @@ import { Announcer } from "./announcer.js";
 import { Arena } from "./arena/arena.js";
 import { Pings } from "./arena/pings.js";
 import { Connection } from "../wire/connection.js";
+import { answerOtherTabs, askOtherTabs } from "../wire/other_tabs.js";
+import { loadTokens, saveTokens } from "../wire/seat_tokens.js";
 import { lastingStorage } from "../core/browser_storage.js";
 import { byId } from "../core/dom.js";
 import { Game } from "./game.js";
@@ -26,6 +28,7 @@ import { TabTitle } from "./tab_title.js";
 import { StudyGame } from "../study/game.js";
 import { studyMarkOf } from "../text/study_mark.js";
 import { lostText, refusalText } from "./seat_phrases.js";
+import { say } from "../text/catalogue.js";
 import { prepareTexts } from "../text/page.js";
 import { nameMap } from "../text/names.js";
 import { Cues } from "./signals/cues.js";
@@ -133,6 +136,9 @@ class Play {
     this.#root.toggleAttribute("data-touch", mode === "play" && coarse.matches); // so that nothing moves later
     this.#root.toggleAttribute("data-watch", mode === "watch");
     this.#connection.open();
+    // A study has its own word for who opens it again.
+    if (mode === "play" && !this.#study)
+      answerOtherTabs(room, () => (this.#status === "open" && this.#game.own.length > 0 ? loadTokens(room) : []));
     this.#probe.pings = () => this.#pings.shown;
     if (mode === "watch") void this.#decisions.offerWhenWeighing();
     requestAnimationFrame((now) => this.#frame(now));
@@ -197,6 +203,18 @@ class Play {
     this.#root.toggleAttribute("data-refused", this.#game.round === null);
     const watchPath = mode === "play" && ending.kind !== "notFound" ? `/watch/${room}` : "";
     this.#panels.showOver(ending, watchPath);
+    if (ending.kind === "unauthorised" && mode === "play") void this.#lookElsewhere(watchPath);
+  }
+
+  /** The room is full: perhaps because the same person plays there in another tab. @param {string} watchPath */
+  async #lookElsewhere(watchPath) {
+    const tokens = await askOtherTabs(room);
+    if (tokens.length === 0) return;
+    const here = () => {
+      saveTokens(room, tokens);
+      location.reload();
+    };
+    this.#panels.showOver({ kind: "elsewhere", sentence: say("play.elsewhere") }, watchPath, here);
   }
 
   // ---- once per frame ---------------------------------------------------------------------------------------

@@ -121,7 +121,8 @@ export class QuestionForm {
     const back = el("button", { type: "button", class: "button", onclick: () => this.#turn(-1) }, say("form.back"));
     if (this.page === 0) back.classList.add("invisible");
     const next = say(last ? "form.finish" : "form.next");
-    this.nextButton = el("button", { type: "submit", class: "button button-primary" }, next);
+    const kind = { type: "submit", class: "button button-primary", onclick: onlyWhileShown };
+    this.nextButton = el("button", kind, next);
     return el("div", { class: "row row-apart questionnaire-foot" }, back, this.#status, this.nextButton);
   }
 
@@ -220,6 +221,11 @@ export function savingWords({ waiting, failure, refused }) {
   if (refused !== null) return say("error.fault"); // of this page; no sentence of a browser is for people
   if (waiting === 0 || failure === null) return say("form.saved");
   return say(failure instanceof ApiError && failure.status > 0 ? "form.waiting" : "form.unsaved");
+}
+
+/** A second click in the same task finds its page gone; the browser would complain of it. @param {Event} event */
+function onlyWhileShown(event) {
+  if (event.currentTarget instanceof Node && !event.currentTarget.isConnected) event.preventDefault();
 }
 
 /** @param {number} most */
