@@ -14,7 +14,7 @@ from movingout.maps.extras import needs_extra
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import share
 from movingout.recordings.report.words import LANGUAGES
-from movingout.study.commands.place import add_place, folder_of
+from movingout.study.commands.place import add_place, folder_of, folder_to_forget
 from movingout.study.data.erasure import due_now, erase, purge
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
@@ -142,7 +142,7 @@ def _export(args: argparse.Namespace) -> int:
 
 
 def _forget(args: argparse.Namespace) -> int:
-    folder = folder_of(args)
+    folder = folder_to_forget(args)
     with closing(folder.open_existing()) as store, folder.exclusive():
         with suppress(StudyError):  # today's file where that of then cannot be read; folders have its name
             begun = as_frozen(folder, store, args.file).study

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import yaml
 from pydantic import BaseModel, TypeAdapter, ValidationError
@@ -84,6 +84,15 @@ def retention_of(text: str) -> Retention:
         return Retention.model_validate(document.get("retention") or {})
     except (YamlError, AttributeError, ValidationError) as error:
         raise StudyError(f"the periods of `retention` cannot be read: {error}") from None
+
+
+def codes_of(text: str) -> Literal["unique"] | dict[str, str]:
+    """The fixed completion codes of a study file, of which the rest may have become unreadable."""
+    document: Any = None
+    with suppress(YamlError):
+        document = YamlDocument(text).value
+    codes = document.get("codes") if isinstance(document, dict) else None
+    return {name: str(code) for name, code in codes.items()} if isinstance(codes, dict) else "unique"
 
 
 def unread_study(path: Path, only: str = "") -> Study:
