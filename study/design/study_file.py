@@ -16,12 +16,14 @@ from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
 from movingout.maps.yaml_document import (
     MAX_BYTES,
+    NOT_UTF8,
     FieldPath,
     FileFault,
     YamlDocument,
     YamlError,
     list_needed,
     path_text,
+    utf8_text,
 )
 from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names
@@ -173,11 +175,9 @@ def _quoted(text: str) -> str:
 
 def _text(path: Path) -> str:
     try:
-        return read_input(path).decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        problem = "is not UTF-8 text; in the editor, save it with the encoding UTF-8"
-        raise StudyFileError(path.name, [FileFault(line, "the file", problem)]) from None
+        return utf8_text(read_input(path))
+    except YamlError as error:
+        raise StudyFileError(path.name, [error.fault]) from None
     except OSError as error:
         raise StudyError(f"cannot read {path}: {error.strerror or error}") from None
 
@@ -195,8 +195,10 @@ def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Pat
         raise document.error(path, "the file must be next to the study: a relative name without ..")
     try:
         return _text_beside(folder / file)
-    except (OSError, UnicodeDecodeError) as error:
-        raise document.error(path, f"cannot read {file}: {error}") from None
+    except UnicodeDecodeError:
+        raise document.error(path, f"{value[FILE_KEY]} {NOT_UTF8}") from None
+    except OSError as error:
+        raise document.error(path, f"cannot read {value[FILE_KEY]}: {error.strerror or error}") from None
 
 
 def _text_beside(file: Path) -> str:
