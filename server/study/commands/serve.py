@@ -67,7 +67,7 @@ def serve(args: argparse.Namespace) -> int:
     """Run the command and return its exit code. Raises MovingOutError."""
     study = read_study(args.file)
     found = review(study)
-    _refuse_agents(found.missing, args.file)
+    _refuse_faulty(found.missing, args.file)
     settings = _settings(args, study.id)
     admission = Admission(args.codes, args.signed, args.any_device, simulated=args.rehearse is not None)
     if settings.in_cluster:
@@ -125,17 +125,17 @@ def _check_beginning(found: Review, args: argparse.Namespace, settings: Settings
     Returns whether its partners are to be timed while it is served.
     """
     if begun:
-        for sentence in found.refused:
+        for sentence in (*found.refused, *found.alike):
             print(f"warning: {sentence}", file=sys.stderr)
         return args.rehearse is None and not settings.slow_agents
-    _refuse_agents(found.refused, args.file)
+    _refuse_faulty((*found.refused, *found.alike), args.file)
     if args.rehearse is None:
         _refuse_blanks(found, args.file)
         _refuse_slow(found.study, settings)
     return False
 
 
-def _refuse_agents(faults: tuple[str, ...], file: Path) -> None:
+def _refuse_faulty(faults: tuple[str, ...], file: Path) -> None:
     if faults:
         raise StudyError("\n".join([*faults, f"the study cannot run like this; see: movingout study check {file}"]))
 
