@@ -15,7 +15,7 @@ from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import share
 from movingout.recordings.report.words import LANGUAGES
 from movingout.study.commands.place import add_place, folder_of, folder_to_forget
-from movingout.study.data.erasure import due_now, erase, purge
+from movingout.study.data.erasure import due_now, erase, purge, unknown_to
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign, letters
@@ -111,6 +111,20 @@ def earlier_seats_told(folder: StudyFolder) -> list[str]:
         if rule != ALLOCATION and store.rows(participants):
             return seats_told(folder.study.allocated_by(rule))
     return []
+
+
+def older_database_told(folder: StudyFolder) -> list[str]:
+    """A warning where people are known whom the main database does not know: served like this, they begin once more."""
+    with closing(folder.open()) as store, folder.existing_identities() as identities:
+        unknown = unknown_to(store, identities) if identities else []
+    if not unknown:
+        return []
+    return [
+        f"{len(unknown)} of the identities are of people who opened the study, but its database does not know them: it "
+        "is older, as where a copy of before was put back, or a server of an earlier version was killed. They would "
+        "begin once more, and may be paid twice. Stop the server and bring the newest database back, or a whole backup "
+        "into a new folder (movingout study restore)"
+    ]
 
 
 def _report(args: argparse.Namespace) -> int:

@@ -42,7 +42,7 @@ from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.commands.partner_timing import tell_ready
 from movingout.server.study.commands.serve_node import folder_of_node, serve_node
 from movingout.server.uvicorn_server import game_server, listen
-from movingout.study.commands.data import earlier_seats_told
+from movingout.study.commands.data import earlier_seats_told, older_database_told
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.design.partner_speed import slow_partners
@@ -214,6 +214,6 @@ def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> 
     lines += [f"  Data           {settings.data.resolve()}", ""]
     if told := told_of_other_studies(settings.data, folder.study.id):
         lines += [told, ""]
-    if seats := earlier_seats_told(folder):
-        lines += [*(f"warning: {sentence}" for sentence in seats), ""]
+    if warnings := [*older_database_told(folder), *earlier_seats_told(folder)]:
+        lines += [*(f"warning: {sentence}" for sentence in warnings), ""]
     return "\n".join(lines + hints(settings, "movingout study serve FILE"))
