@@ -3,6 +3,7 @@
 import json
 import os
 from pathlib import Path
+from typing import Final, Literal
 from unicodedata import normalize
 
 import pytest
@@ -10,11 +11,14 @@ import pytest
 from movingout.maps import MapError, load_map, map_to_json
 from movingout.maps.files.composed_name import as_stored
 
-SPELLINGS = ("NFC", "NFD")
+Spelling = Literal["NFC", "NFD"]
+SPELLINGS: Final[tuple[Spelling, Spelling]] = ("NFC", "NFD")
 
 
 @pytest.mark.parametrize(("stored", "typed"), [SPELLINGS, SPELLINGS[::-1]])
-def test_a_map_is_found_by_the_other_spelling_of_folder_and_name(stored: str, typed: str, tmp_path: Path) -> None:
+def test_a_map_is_found_by_the_other_spelling_of_folder_and_name(
+    stored: Spelling, typed: Spelling, tmp_path: Path
+) -> None:
     folder = tmp_path / normalize(stored, "größe")
     folder.mkdir()
     document = map_to_json(load_map("HandOff")) | {"name": "Den", "number": 0}

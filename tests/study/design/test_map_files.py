@@ -81,7 +81,7 @@ def test_the_map_beside_the_study_comes_first(tmp_path: Path, elsewhere: Path) -
 
 def test_a_map_whose_name_macos_wrote_is_found_by_the_name_that_people_type(tmp_path: Path, elsewhere: Path) -> None:
     write_map(tmp_path / "study")
-    lies, typed = (normalize(form, "maps/höhle.json") for form in ("NFD", "NFC"))
+    lies, typed = normalize("NFD", "maps/höhle.json"), normalize("NFC", "maps/höhle.json")
     (tmp_path / "study" / "maps" / "den.json").rename(tmp_path / "study" / lies)
     study = read_study(write_study(tmp_path / "study", OWN.replace("maps/den.json", typed)))
     assert study.own_maps == (typed, f"{typed}:mirror"), "data have the names of the file"
