@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.errors import MapError
+from movingout.maps.files.composed_name import as_stored
 from movingout.maps.files.input_file import read_input
 from movingout.maps.files.list_file import LIST
 from movingout.maps.generated.names import PREFIX, is_generated, read_name
@@ -107,6 +108,7 @@ def _designed(text: str) -> MapSpec:
 
         named = read_name(text)
         return generate(named.seed, named.mode, named.difficulty)
+    text = as_stored(text)
     path = Path(text)
     if os.path.isdir(text):
         raise MapError(f"{text} is a folder; name the files in it, as {path / 'NAME.json'}")

@@ -13,6 +13,7 @@ from movingout.maps.errors import MovingOutError
 FieldPath = tuple[str | int, ...]
 BLANKS = ("Zs", "Cf")  # no-break and narrow spaces, soft hyphens, joiners: word processors write them
 MAX_BYTES = 1 << 20
+NOT_UTF8 = "is not UTF-8 text; in the editor, save it with the encoding UTF-8"
 _MOST_NODES = 20_000  # aliases can blow a small file up
 _LONGEST_NUMBER = 64  # letters; reading longer ones takes time that grows with the square
 _BEGUN = r"simple key|quoted scalar found unexpected end"  # what the parser says of something that began before
@@ -120,6 +121,14 @@ class YamlDocument:
             seen.add(name)
             self._lines[(*path, name)] = line
             yield name, self._value(value, (*path, name), around)
+
+
+def utf8_text(content: bytes) -> str:
+    """The text of a file's bytes. Raises YamlError with the line of the first byte that is no UTF-8."""
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise _error(content.count(b"\n", 0, error.start) + 1, (), NOT_UTF8) from None
 
 
 def path_text(path: FieldPath) -> str:

@@ -7,7 +7,7 @@ from pydantic import BaseModel, ValidationError
 
 from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
-from movingout.maps.yaml_document import FieldPath, YamlDocument, YamlError, list_needed, path_text
+from movingout.maps.yaml_document import FieldPath, YamlDocument, YamlError, list_needed, path_text, utf8_text
 from movingout.matches.errors import MatchError
 
 MOST_FAULTS = 5  # in one message
@@ -18,11 +18,9 @@ Model = TypeVar("Model", bound=BaseModel)
 def read_grid_file(path: Path, model: type[Model]) -> Model:
     """The file as a model. Raises MatchError: unreadable, not YAML, or not what the model asks for."""
     try:
-        document = YamlDocument(read_input(path).decode(), aliases=False)
+        document = YamlDocument(utf8_text(read_input(path)), aliases=False)
     except OSError as error:
         raise MatchError(f"cannot read {path}: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise MatchError(f"{path} is not UTF-8 text: {error}") from error
     except YamlError as error:
         raise MatchError(f"{path}: {error}") from error
     if not isinstance(document.value, dict):

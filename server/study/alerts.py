@@ -54,6 +54,10 @@ class Alerts:
         self._alerts = [*kept, Alert(self.number, now, about, text, values, detail)][-MAX_ALERTS:]
         return True
 
+    def settle(self, about: AlertCode, /, **values: Any) -> None:
+        """Show those with these values no more: what they say is over. They still count, and are in the log."""
+        self._alerts = [one for one in self._alerts if (one.about, one.values) != (about, values)]
+
     @property
     def number(self) -> int:
         """How many there have been, older ones included."""

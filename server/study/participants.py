@@ -121,12 +121,16 @@ class Participants:
         Returns their pseudonyms.
         """
         pids = [session.pid for session in self._gone(now)[:MOST_AT_ONCE]]
-        if pids:
-            await tx.run(drop_undecided, self._store, pids, self._identities.drop_visitors)
-            self._unscrubbed = True
-            for pid in pids:
-                del self._sessions[pid]
-        return pids
+        if not pids:
+            return []
+        consented = await tx.run(drop_undecided, self._store, pids, self._identities.drop_visitors)
+        self._unscrubbed = True
+        for pid in consented:  # although the query that wrote it down failed, as without an answer from the database
+            self._sessions[pid].consented = True
+        gone = [pid for pid in pids if pid not in consented]
+        for pid in gone:
+            del self._sessions[pid]
+        return gone
 
     def _gone(self, now: float) -> list[ParticipantSession]:
         """Of those without a consent, who has been away too long; while they are many, whoever has no page open."""

@@ -14,8 +14,8 @@ from movingout.maps.extras import needs_extra
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import share
 from movingout.recordings.report.words import LANGUAGES
-from movingout.study.commands.place import add_place, folder_of
-from movingout.study.data.erasure import due_now, erase, purge
+from movingout.study.commands.place import add_place, folder_of, folder_to_forget
+from movingout.study.data.erasure import due_now, erase, purge, unknown_to
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign, letters
@@ -113,6 +113,20 @@ def earlier_seats_told(folder: StudyFolder) -> list[str]:
     return []
 
 
+def older_database_told(folder: StudyFolder) -> list[str]:
+    """A warning where people are known whom the main database does not know: served like this, they begin once more."""
+    with closing(folder.open()) as store, folder.existing_identities() as identities:
+        unknown = unknown_to(store, identities) if identities else []
+    if not unknown:
+        return []
+    return [
+        f"{len(unknown)} of the identities are of people who opened the study, but its database does not know them: it "
+        "is older, as where a copy of before was put back, or a server of an earlier version was killed. They would "
+        "begin once more, and may be paid twice. Stop the server and bring the newest database back, or a whole backup "
+        "into a new folder (movingout study restore)"
+    ]
+
+
 def _report(args: argparse.Namespace) -> int:
     with needs_extra("analysis", "a report"):
         analysis = importlib.import_module("movingout.study.commands.report")  # statistics take seconds to import
@@ -142,7 +156,7 @@ def _export(args: argparse.Namespace) -> int:
 
 
 def _forget(args: argparse.Namespace) -> int:
-    folder = folder_of(args)
+    folder = folder_to_forget(args)
     with closing(folder.open_existing()) as store, folder.exclusive():
         with suppress(StudyError):  # today's file where that of then cannot be read; folders have its name
             begun = as_frozen(folder, store, args.file).study

@@ -1,14 +1,17 @@
 """Options of the commands for data: which folder and databases hold a study."""
 
 import argparse
-from contextlib import suppress
+import sys
+from contextlib import closing, suppress
+from dataclasses import replace
 from pathlib import Path
 
 from movingout.maps.commands.parser import filled, folder
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
-from movingout.study.design.study_file import read_study, unread_study
+from movingout.study.design.study_file import codes_of, read_study, unread_study
 from movingout.study.errors import StudyError, StudyFileError
+from movingout.study.store.frozen_study import frozen_study
 from movingout.study.store.identity import identities_in
 
 DATA = Path("data")
@@ -41,8 +44,46 @@ def databases(args: argparse.Namespace) -> tuple[str | None, str | None]:
 
 
 def folder_of(args: argparse.Namespace) -> StudyFolder:
-    """Where the data of the study are. Raises StudyError."""
-    return StudyFolder(read_study(args.file), args.data, *databases(args))
+    """Where the data of the study are, with the study as it began where its file has got faults. Raises StudyError."""
+    addresses = databases(args)
+    try:
+        return StudyFolder(read_study(args.file), args.data, *addresses)
+    except StudyFileError as error:
+        begun = _begun(args, error)
+        print(f"warning: {error}\n{args.file} is not used, but the study as it began", file=sys.stderr)
+        return begun
+    except StudyError as error:  # it has gone, or may not be read
+        if any((args.data / "studies").glob("*/study.sqlite")):
+            raise StudyError(f"{error}; `movingout study backup` writes it as it was when the study began") from None
+        raise
+
+
+def folder_to_forget(args: argparse.Namespace) -> StudyFolder:
+    """The same also where neither text can be read, as when a map has gone: whose data these are is known all the same.
+
+    Of the study there are then but its id and its codes. Raises StudyError.
+    """
+    try:
+        return folder_of(args)
+    except StudyFileError as error:
+        folder = StudyFolder(_unread(args.file, args.data, error), args.data, *databases(args))
+        with closing(folder.open_existing()) as store:
+            codes = codes_of(frozen_study(store).file_text)
+        print(f"warning: {error}", file=sys.stderr)
+        return replace(folder, study=folder.study.model_copy(update={"codes": codes}))
+
+
+def _begun(args: argparse.Namespace, problem: StudyFileError) -> StudyFolder:
+    """The folder with the study that its database keeps. Raises the `problem` of its file where that cannot be read."""
+    try:
+        folder = StudyFolder(_unread(args.file, args.data, problem), args.data, *databases(args))
+        with closing(folder.open_existing()) as store:
+            begun = folder.as_frozen(store, args.file.parent)
+    except StudyError:
+        raise problem from None
+    if begun.study.id != folder.study.id:  # a database of PostgreSQL that is another study's
+        raise problem from None
+    return begun
 
 
 def folder_of_any(args: argparse.Namespace) -> tuple[StudyFolder, str]:

@@ -101,9 +101,10 @@ def _check(args: argparse.Namespace) -> int:
             print(json.dumps({"ready": False, "faults": faults}, indent=2, ensure_ascii=False))
         return 1
     found = partners_timed(own_agents_tried(review(study)))
-    if (found.refused or found.slow) and _has_begun(args, study):
+    not_begun = (*found.refused, *found.alike, *found.slow)
+    if not_begun and _has_begun(args, study):
         goes_on = f"the study {study.id} has begun: it is served all the same, and goes on as it is"
-        found = replace(found, warnings=(*found.warnings, goes_on, *found.refused, *found.slow), refused=(), slow=())
+        found = replace(found, warnings=(*found.warnings, goes_on, *not_begun), refused=(), alike=(), slow=())
     if args.slow_agents:
         found = replace(found, warnings=(*found.warnings, *found.slow), slow=())
     if args.json:
@@ -149,13 +150,13 @@ def _print(found: Review) -> None:
         console.print(_shown(sentence), soft_wrap=True)
     for sentence in found.warnings:
         console.print(f"[yellow]warning:[/yellow] {_shown(sentence)}", soft_wrap=True)
-    for sentence in found.contradictions:
+    for sentence in (*found.alike, *found.contradictions):
         console.print(f"[red]wrong:[/red] {_shown(sentence)}", soft_wrap=True)
     for sentence in found.slow:
         console.print(f"[red]too slow:[/red] {_shown(sentence)}", soft_wrap=True)
     for sentence in (*found.missing, *found.refused, *found.untranslated, *found.unfilled):
         console.print(f"[red]missing:[/red] {_shown(sentence)}", soft_wrap=True)
-    if found.refused or found.slow:
+    if found.refused or found.alike or found.slow:
         begun = "one that has begun with this file is served all the same; --data or --database says where its data are"
         console.print(f"no study begins like this; {begun}", soft_wrap=True)
     counts = ", ".join(_counts(found))
@@ -166,6 +167,7 @@ def _counts(found: Review) -> list[str]:
     counts = {
         "agent# that cannot play": len(found.missing) + len(found.refused),
         "agent# too slow": len(found.slow),
+        "question# with equal options": len(found.alike),
         "text# missing": len(found.untranslated),
         "blank# to fill in": len(found.unfilled),
         "number# wrong": len(found.contradictions),
@@ -241,6 +243,7 @@ def _document(found: Review) -> dict[str, Any]:
         "warnings": list(found.warnings),
         "missing": [*found.missing, *found.refused],
         "slow": list(found.slow),
+        "alike": list(found.alike),
         "untranslated": list(found.untranslated),
         "unfilled": list(found.unfilled),
         "contradictions": list(found.contradictions),

@@ -112,7 +112,7 @@ def _due(study: Study, store: Store, kept: IdentityStore | None, *, unknown_too:
     taking_part = {one.pid for one in everybody}
     leftovers = kept.without(taking_part - {*visitors}) if kept else []
     if not unknown_too:
-        _refuse_older(study, store, [one for one in leftovers if one.used and one.pid not in taking_part])
+        _refuse_older(study, store, unknown_to(store, kept) if kept else [])
     codes, gone = _left_over(study, leftovers, now)
     recruits = _is_recruiting(study, store)
     identities += [] if recruits else codes  # one that was handed out long ago stays good
@@ -122,11 +122,18 @@ def _due(study: Study, store: Store, kept: IdentityStore | None, *, unknown_too:
     return DueForErasure(tuple(identities), tuple(trials), may_return, tuple(visitors))
 
 
-def _refuse_older(study: Study, store: Store, unknown: Sequence[Leftover]) -> None:
-    """Raises StudyError where people have come of whom the main database knows nothing: an older one was put back.
+def unknown_to(store: Store, kept: IdentityStore) -> list[Leftover]:
+    """Identities of people who have come and whom the main database does not know, as an older one that was put back.
 
     Everybody is written down there before they get a page, and deleted there after their identity.
     """
+    used = [one for one in kept.without(()) if one.used]  # first: who arrives meanwhile is no sign of it
+    known = {one.pid for one in store.everybody()}
+    return [one for one in used if one.pid not in known]
+
+
+def _refuse_older(study: Study, store: Store, unknown: Sequence[Leftover]) -> None:
+    """Raises StudyError where there are any."""
     if unknown:
         raise StudyError(
             f"{len(unknown)} of the identities are of people who opened the study, but {shown(store.database.address)} "

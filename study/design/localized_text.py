@@ -21,7 +21,8 @@ def shaped(pattern: str, meaning: str) -> AfterValidator:
     return AfterValidator(check)
 
 
-Language = Annotated[str, shaped(r"[a-z]{2,3}(-[A-Z]{2})?", "a language such as en, de or pt-BR")]
+_LANGUAGE = r"[a-z]{2,3}(-[A-Z]{2})?"
+Language = Annotated[str, shaped(_LANGUAGE, "a language such as en, de or pt-BR")]
 _Text = Annotated[str, Field(min_length=1, max_length=100_000)]
 
 
@@ -32,6 +33,13 @@ def nearest(wanted: str, offered: Sequence[str]) -> str | None:
     return next((one for one in (wanted, base, *similar) if one in offered), None)
 
 
+def _place_without_quotes(value: Any) -> str:
+    """What stands in the braces of a text such as {partners}, which YAML reads as fields without values; else ""."""
+    if not isinstance(value, dict) or any(one is not None for one in value.values()):
+        return ""
+    return "" if any(re.fullmatch(_LANGUAGE, name) for name in value) else ", ".join(value)
+
+
 class LocalizedText(RootModel[dict[Language, _Text]]):
     """A text per language; in the file a plain text counts as English."""
 
@@ -40,6 +48,9 @@ class LocalizedText(RootModel[dict[Language, _Text]]):
     @model_validator(mode="before")
     @classmethod
     def _plain(cls, value: Any) -> Any:
+        for one in (value, *(value.values() if isinstance(value, dict) else ())):
+            if names := _place_without_quotes(one):
+                raise ValueError(f'a text in braces is put in quotes, or YAML reads a field: write "{{{names}}}"')
         if not isinstance(value, str | dict):
             quotes = f", not {value}: write it in quotes" if isinstance(value, bool | int | float | date) else ""
             raise ValueError(f"should be a text, or one per language: {{en: ..., de: ...}}{quotes}")

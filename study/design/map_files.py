@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from movingout.maps import MapSpec, load_map
+from movingout.maps.files.composed_name import as_stored
 from movingout.maps.library import is_generated_or_shipped
 from movingout.maps.symmetry import split_name
 
@@ -38,8 +39,9 @@ class MapFiles:
             return name
         file = split_name(name)[0]
         for beside in (kept_place(file), Path(file)):
-            if os.path.isfile(self.folder / beside):
-                return f"{self.folder / beside}{name[len(file) :]}"
+            path = as_stored(str(self.folder / beside))
+            if os.path.isfile(path):
+                return f"{path}{name[len(file) :]}"
         return name
 
     def load(self, name: str) -> MapSpec:

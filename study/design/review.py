@@ -51,12 +51,13 @@ class Review:
     contradictions: tuple[str, ...]  # sentences, one per number of the consent that differs from the file
     warnings: tuple[str, ...]
     slow: tuple[str, ...] = ()  # sentences, one per partner that decides too slowly here
+    alike: tuple[str, ...] = ()  # sentences, one per question with equal options; with it, too, no study begins
 
     @property
     def ready(self) -> bool:
         """Whether the study can be run as it is."""
         agents = self.missing or self.refused or self.slow
-        return not (agents or self.untranslated or self.unfilled or self.contradictions)
+        return not (agents or self.alike or self.untranslated or self.unfilled or self.contradictions)
 
 
 def review(study: Study) -> Review:
@@ -77,6 +78,7 @@ def review(study: Study) -> Review:
         unfilled=unfilled(study),
         contradictions=contradictions(study),
         warnings=tuple(_warnings(study, orders, step_order)),
+        alike=tuple(_alike(study)),
     )
 
 
@@ -155,6 +157,19 @@ def _refused(study: Study) -> Iterator[str]:
     playable = [name for name in agent_ids(study) if not _fault_of(name)]
     yield from filter(None, (_fault_of(name, check_options_once) for name in playable))
     yield from unseen_maps(study, playable)
+
+
+def _alike(study: Study) -> Iterator[str]:
+    """Questions with options that read alike, of which nobody could say what was chosen."""
+    for spec in study.questionnaires:
+        for question in spec.items:
+            for language in study.languages:
+                shown = [option.text(language).strip() for option in question.options]
+                twice = [text for text, number in Counter(shown).items() if number > 1]
+                if twice:
+                    where = f"question {question.id} of {spec.id} has the option {twice[0]!r}"
+                    yield f"{where} more than once, in {language!r}; answers could not be told apart"
+                    break
 
 
 def _fault_of(name: str, check: Callable[[str], None] = check_admitted_agent) -> str:

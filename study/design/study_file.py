@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import yaml
 from pydantic import BaseModel, TypeAdapter, ValidationError
@@ -16,12 +16,14 @@ from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
 from movingout.maps.yaml_document import (
     MAX_BYTES,
+    NOT_UTF8,
     FieldPath,
     FileFault,
     YamlDocument,
     YamlError,
     list_needed,
     path_text,
+    utf8_text,
 )
 from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names
@@ -84,6 +86,15 @@ def retention_of(text: str) -> Retention:
         return Retention.model_validate(document.get("retention") or {})
     except (YamlError, AttributeError, ValidationError) as error:
         raise StudyError(f"the periods of `retention` cannot be read: {error}") from None
+
+
+def codes_of(text: str) -> Literal["unique"] | dict[str, str]:
+    """The fixed completion codes of a study file, of which the rest may have become unreadable."""
+    document: Any = None
+    with suppress(YamlError):
+        document = YamlDocument(text).value
+    codes = document.get("codes") if isinstance(document, dict) else None
+    return {name: str(code) for name, code in codes.items()} if isinstance(codes, dict) else "unique"
 
 
 def unread_study(path: Path, only: str = "") -> Study:
@@ -164,11 +175,9 @@ def _quoted(text: str) -> str:
 
 def _text(path: Path) -> str:
     try:
-        return read_input(path).decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        problem = "is not UTF-8 text; in the editor, save it with the encoding UTF-8"
-        raise StudyFileError(path.name, [FileFault(line, "the file", problem)]) from None
+        return utf8_text(read_input(path))
+    except YamlError as error:
+        raise StudyFileError(path.name, [error.fault]) from None
     except OSError as error:
         raise StudyError(f"cannot read {path}: {error.strerror or error}") from None
 
@@ -186,8 +195,10 @@ def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Pat
         raise document.error(path, "the file must be next to the study: a relative name without ..")
     try:
         return _text_beside(folder / file)
-    except (OSError, UnicodeDecodeError) as error:
-        raise document.error(path, f"cannot read {file}: {error}") from None
+    except UnicodeDecodeError:
+        raise document.error(path, f"{value[FILE_KEY]} {NOT_UTF8}") from None
+    except OSError as error:
+        raise document.error(path, f"cannot read {value[FILE_KEY]}: {error.strerror or error}") from None
 
 
 def _text_beside(file: Path) -> str:

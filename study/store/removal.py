@@ -140,10 +140,15 @@ def decline(store: Store, pid: str, forget: Forget = no_identities) -> None:
         connection.execute(added.on_conflict_do_update(index_elements=["name"], set_={"number": counts.c.number + 1}))
 
 
-def drop_undecided(store: Store, pids: Sequence[str], forget: Forget = no_identities) -> None:
-    """Delete people who opened the link and never said whether they consent; nothing of them is kept."""
+def drop_undecided(store: Store, pids: Sequence[str], forget: Forget = no_identities) -> set[str]:
+    """Delete people who opened the link and never said whether they consent; nothing of them is kept.
+
+    Returns those of them who stay, because they have consented.
+    """
     with store.database.write() as connection:
         remove_undecided(store, connection, pids, forget)
+        left = select(participants.c.pid).where(participants.c.pid.in_(pids))
+        return set(connection.execute(left).scalars())
 
 
 def remove_undecided(store: Store, connection: Connection, pids: Sequence[str], forget: Forget) -> None:

@@ -43,7 +43,7 @@ from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.commands.partner_timing import tell_ready
 from movingout.server.study.commands.serve_node import folder_of_node, serve_node
 from movingout.server.uvicorn_server import game_server, listen
-from movingout.study.commands.data import earlier_seats_told
+from movingout.study.commands.data import earlier_seats_told, older_database_told
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.design.partner_speed import slow_partners
@@ -68,7 +68,7 @@ def serve(args: argparse.Namespace) -> int:
     """Run the command and return its exit code. Raises MovingOutError."""
     study = read_study(args.file)
     found = review(study)
-    _refuse_agents(found.missing, args.file)
+    _refuse_faulty(found.missing, args.file)
     settings = _settings(args, study.id)
     admission = Admission(args.codes, args.signed, args.any_device, simulated=args.rehearse is not None)
     if settings.in_cluster:
@@ -126,17 +126,17 @@ def _check_beginning(found: Review, args: argparse.Namespace, settings: Settings
     Returns whether its partners are to be timed while it is served.
     """
     if begun:
-        for sentence in found.refused:
+        for sentence in (*found.refused, *found.alike):
             print(printable_lines(f"warning: {sentence}"), file=sys.stderr)
         return args.rehearse is None and not settings.slow_agents
-    _refuse_agents(found.refused, args.file)
+    _refuse_faulty((*found.refused, *found.alike), args.file)
     if args.rehearse is None:
         _refuse_blanks(found, args.file)
         _refuse_slow(found.study, settings)
     return False
 
 
-def _refuse_agents(faults: tuple[str, ...], file: Path) -> None:
+def _refuse_faulty(faults: tuple[str, ...], file: Path) -> None:
     if faults:
         raise StudyError("\n".join([*faults, f"the study cannot run like this; see: movingout study check {file}"]))
 
@@ -215,6 +215,6 @@ def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> 
     lines += [f"  Data           {settings.data.resolve()}", ""]
     if told := told_of_other_studies(settings.data, folder.study.id):
         lines += [told, ""]
-    if seats := earlier_seats_told(folder):
-        lines += [*(f"warning: {sentence}" for sentence in seats), ""]
+    if warnings := [*older_database_told(folder), *earlier_seats_told(folder)]:
+        lines += [*(f"warning: {sentence}" for sentence in warnings), ""]
     return "\n".join(lines + hints(settings, "movingout study serve FILE"))

@@ -15,7 +15,7 @@ from movingout.server.settings import Settings
 from movingout.server.study.arrivals.admission import Admission
 from movingout.server.study.commands.partner_timing import tell_ready
 from movingout.server.uvicorn_server import game_server, listen
-from movingout.study.commands.data import earlier_seats_told
+from movingout.study.commands.data import earlier_seats_told, older_database_told
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.store.identity import identities_in
@@ -68,6 +68,6 @@ def _links(settings: Settings, folder: StudyFolder) -> str:
         f"  Data           {settings.data.resolve()}",
         "",
     ]
-    if seats := earlier_seats_told(folder):
-        lines += [*(f"warning: {sentence}" for sentence in seats), ""]
+    if warnings := [*older_database_told(folder), *earlier_seats_told(folder)]:
+        lines += [*(f"warning: {sentence}" for sentence in warnings), ""]
     return "\n".join(lines)

@@ -123,6 +123,7 @@ class StudyRooms:
         unit.episode = view.episode if step.turn else unit.episode
         unit.ready -= set(keys)
         self._units[view.id] = unit
+        self._alerts.settle("room", unit=unit.record.id)
 
     # ---- during a round -----------------------------------------------------------------------------------------
 

@@ -96,6 +96,12 @@ def test_a_faulty_grid_is_refused_with_line_and_place(text: str, message: str, t
     assert message in str(caught.value)
 
 
+def test_a_grid_in_another_encoding_is_told_so_with_its_line(tmp_path: Path) -> None:
+    (tmp_path / "grid.yaml").write_bytes("name: x\nagents: [gr\xf6\xdfer]\n".encode("cp1252"))
+    with pytest.raises(MatchError, match=r"grid\.yaml: line 2: the file: is not UTF-8 text; in the editor, save it"):
+        read_grid(tmp_path / "grid.yaml")
+
+
 def test_a_grid_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(MatchError, match=r"cannot read .*nothing\.yaml: No such file"):
         read_grid(tmp_path / "nothing.yaml")

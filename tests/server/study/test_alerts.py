@@ -19,6 +19,16 @@ def test_a_detail_with_a_changing_figure_does_not_repeat_an_alert_and_another_un
     assert (newest["id"], newest["text"], newest["detail"]) == (3, "Unit 2 cannot play yet.", "")
 
 
+def test_what_is_over_is_shown_no_more_counts_and_comes_again_at_once() -> None:
+    alerts = Alerts(lambda: 0.0)
+    for unit in (2, 3):
+        alerts.add("room", f"Unit {unit} cannot play yet.", unit=unit)
+    alerts.settle("room", unit=2)
+    assert [one["values"] for one in alerts.to_json()] == [{"unit": 3}] and alerts.counts == {"room": 2}
+    assert alerts.add("room", "Unit 2 cannot play yet.", unit=2)
+    assert [one["id"] for one in alerts.to_json()] == [3, 2]
+
+
 def test_a_clock_that_is_put_back_hides_no_alert() -> None:
     now = [10_000.0]
     alerts = Alerts(lambda: now[0])

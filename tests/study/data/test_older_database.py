@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from movingout.server.cli import main
+from movingout.study.commands.data import older_database_told
 from movingout.study.data import backup
 from movingout.study.data.backup import back_up
 from movingout.study.data.erasure import due_now, purge
@@ -15,6 +16,8 @@ from movingout.study.errors import StudyError
 from movingout.study.store import IdentityStore, Store
 from movingout.study.store.database import Kind
 from movingout.study.store.removal import UNDECIDED_S
+from tests.server.persistence.test_room_snapshot import free_port
+from tests.server.study.study_process import study_process
 from tests.server.study.support import SOLO, served
 from tests.study.support import Clock, agree, open_identities, open_store, study
 
@@ -35,14 +38,16 @@ def test_beside_an_older_database_a_start_removes_nobody_and_purge_asks_for_an_o
     with served(data) as running:
         running.visitor(PROLIFIC_PID="early").agree()
         own = running.folder.own
+        assert older_database_told(running.folder) == []
     shutil.copy2(own / "study.sqlite", before)
     with served(data) as running:
         late = running.visitor(PROLIFIC_PID="late")
         late.agree()
         pid = late.pid
     shutil.copy2(before, own / "study.sqlite")
-    with served(data):
-        pass
+    with served(data) as running:
+        (told,) = older_database_told(running.folder)
+        assert told.startswith("1 of the identities are of people who opened the study") and "study restore" in told
     for option in ([], ["--apply"]):
         assert main(["study", "purge", str(file), "--data", str(data), *option]) == 2
         told = capsys.readouterr().err
@@ -50,6 +55,21 @@ def test_beside_an_older_database_a_start_removes_nobody_and_purge_asks_for_an_o
     with closing(IdentityStore(own / "identity.sqlite")) as identities:
         assert identities.external(pid) == ("prolific", "late")
     assert main(["study", "purge", str(file), "--data", str(data), "--unknown", "--apply"]) == 0
+
+
+@pytest.mark.slow
+def test_a_server_beside_an_older_database_says_so_at_the_start(tmp_path: Path) -> None:
+    file, data = tmp_path / "study.yaml", tmp_path / "data"
+    file.write_text(SOLO, encoding="utf-8")
+    with served(data) as before:
+        before.visitor(PROLIFIC_PID="early").agree()
+        own = before.folder.own
+    with closing(IdentityStore(own / "identity.sqlite")) as identities:
+        identities.open_session(identities.pid("prolific", "late")[0], "hash of a browser")
+    with study_process(file, data, free_port()) as running:
+        assert running.process.stdout is not None
+        printed = "".join(running.process.stdout.readline() for _ in range(3))
+    assert "warning: 1 of the identities are of people who opened the study" in printed
 
 
 def test_with_the_option_who_is_unknown_goes_after_half_an_hour_and_nobody_else(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.server.cli import main
 from movingout.study.design.review import review
 from movingout.study.design.study_file import parse_study, read_study
 from movingout.study.errors import StudyFileError
@@ -48,6 +49,49 @@ def test_a_comma_that_ends_a_text_or_a_number_in_braces_is_told_of() -> None:
         assert "in {...} a comma ends a text" in message
     ((_, _, message),) = faults(f"{SMALL}pays: 3\n")
     assert "comma" not in message
+
+
+def test_options_that_read_alike_are_refused_where_the_study_has_not_begun(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    question = "{id: best, kind: choice, text: Which, options: [a, b, c]}"
+    text = SMALL.replace("{id: attention, kind: likert7, text: Please choose 2., expected: 2}", question)
+    assert review(parse_study(text)).alike == ()
+    alike = text.replace("[a, b, c]", "[a, 'a ', c]")
+    (sentence,) = review(parse_study(alike)).alike
+    assert sentence.startswith("question best of short has the option 'a' more than once, in 'en'")
+    german = text.replace("format: 1", "format: 1\nlanguages: [en, de]").replace(
+        "[a, b,", "[{en: a, de: x}, {en: b, de: x},"
+    )
+    german = german.replace(
+        "text: We record how you play.", "text: {en: We record how you play., de: Wir zeichnen auf.}"
+    )
+    found = review(parse_study(german))
+    assert "has the option 'x' more than once, in 'de'" in found.alike[0] and not found.ready
+    (tmp_path / "study.yaml").write_text(alike, encoding="utf-8")
+    assert main(["study", "check", str(tmp_path / "study.yaml")]) == 1
+    page = capsys.readouterr().out
+    assert f"wrong: {sentence}" in page and "1 question with equal options" in page
+    assert main(["study", "serve", str(tmp_path / "study.yaml"), "--data", str(tmp_path / "data"), "--port", "0"]) == 2
+    assert sentence in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("written", ["{partners}", "{en: {partners}}"])
+def test_a_text_in_braces_without_quotes_is_told_how_it_is_written(written: str) -> None:
+    text = SMALL.replace("{text: They were programs.}", f"\n  text: {written}")
+    said = 'a text in braces is put in quotes, or YAML reads a field: write "{partners}"'
+    assert faults(text) == [(24, "debrief.text", said)]
+    parse_study(text.replace("{partners}", '"{partners}"'))
+
+
+def test_a_text_whose_file_is_missing_is_named_as_it_was_written(tmp_path: Path) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SMALL.replace("We record how you play.", "{file: ./nope.md}"), encoding="utf-8")
+    with pytest.raises(StudyFileError, match=r"consent.text: cannot read ./nope.md: No such file or directory$"):
+        read_study(file)
+    (tmp_path / "nope.md").write_bytes("Größe".encode("cp1252"))
+    with pytest.raises(StudyFileError, match=r"consent.text: ./nope.md is not UTF-8 text; in the editor"):
+        read_study(file)
 
 
 def test_a_file_in_another_encoding_is_told_so_with_its_line(tmp_path: Path) -> None:

@@ -3,10 +3,12 @@
 import json
 import re
 from pathlib import Path
+from unicodedata import normalize
 
 import pytest
 
 from movingout.maps import load_map, map_to_json
+from movingout.study.data.map_copies import copy_own_maps
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.data.versions import model_hashes
 from movingout.study.design.review import map_warnings
@@ -75,6 +77,17 @@ def test_the_map_beside_the_study_comes_first(tmp_path: Path, elsewhere: Path) -
     assert study.load_map("maps/den.json").name == "Den"
     (elsewhere / "HandOff").write_text("{}")
     assert study.map_source("HandOff") == "HandOff", "shipped maps have their names to themselves"
+
+
+def test_a_map_whose_name_macos_wrote_is_found_by_the_name_that_people_type(tmp_path: Path, elsewhere: Path) -> None:
+    write_map(tmp_path / "study")
+    lies, typed = normalize("NFD", "maps/höhle.json"), normalize("NFC", "maps/höhle.json")
+    (tmp_path / "study" / "maps" / "den.json").rename(tmp_path / "study" / lies)
+    study = read_study(write_study(tmp_path / "study", OWN.replace("maps/den.json", typed)))
+    assert study.own_maps == (typed, f"{typed}:mirror"), "data have the names of the file"
+    assert [study.load_map(name).name for name in study.own_maps] == ["Den", "Den:mirror"]
+    copy_own_maps(study, elsewhere)
+    assert (elsewhere / typed).is_file()
 
 
 def test_a_study_with_texts_and_maps_in_files_is_kept_whole(tmp_path: Path, elsewhere: Path) -> None:

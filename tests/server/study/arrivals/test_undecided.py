@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -127,6 +128,29 @@ def test_where_an_error_of_the_database_came_right_after_the_consent_it_holds(
         study.look()
         study.ask("kick", pid=pid, reason="never came back")
         assert paid(study, pid)
+
+
+def test_a_consent_that_is_written_down_though_its_query_failed_holds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with served(tmp_path) as study:
+        store, visitor = study.running.databases.store, study.visitor(PROLIFIC_PID="agreed")
+        really = store.consent
+
+        def without_an_answer(*consent: Any) -> None:
+            really(*consent)
+            raise StoreError("the connection was lost")
+
+        with monkeypatch.context() as patched:
+            patched.setattr(store, "consent", without_an_answer)
+            assert visitor.call("next", {"key": "consent", "boxes": ["adult"]})[0] == 507
+        left = study.visitor(PROLIFIC_PID="left").pid
+        study.later(UNDECIDED_S + 1)
+        study.look()
+        assert [row["pid"] for row in study.state()["participants"]] == [visitor.pid] != [left]
+        visitor.look()
+        visitor.go_to("code")
+        assert study.running.databases.store.participant(visitor.pid).outcome == "done"
 
 
 def paid(study: Served, pid: str) -> bool:
