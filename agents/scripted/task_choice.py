@@ -16,6 +16,7 @@ from movingout.agents.scripted.navigation.grasp_stance import stances_facing
 from movingout.agents.scripted.navigation.walking_route import costs_beside
 from movingout.agents.scripted.perception import Perception
 from movingout.agents.scripted.placement.handover_lanes import FARTHEST, HandoverLane, handover_lane
+from movingout.agents.scripted.rearrangement import Rearrangement
 from movingout.agents.scripted.style import Style
 from movingout.agents.scripted.tasks.drag import Drag
 from movingout.agents.scripted.tasks.fetch import Carry, Fetch
@@ -27,7 +28,6 @@ from movingout.maps.flood_fill import UNREACHED
 from movingout.world.ping import HelpPing
 
 INFEASIBLE_FOR = 40  # ticks after which an infeasible item is tried again
-REARRANGE_AGAIN = 60  # ticks after which who is walled in moves a delivered item again
 LEFT_FOR = 10  # ticks after which an item that was let go for a better one is tried again
 HANDED_OVER_FOR = 80  # ticks for which an item is left to the partner
 LEFT = 400  # quarter ticks added to the partner's path to an item that it has just put down
@@ -65,7 +65,7 @@ class TaskSelector:
         self._handover_trust = HandoverTrust()
         self._infeasible: dict[int, int] = {}  # by item: tick until which it is not tried
         self._failed_stances: dict[int, set[int]] = {}  # by item: stances from which the gripper did not reach it
-        self._rearranged: dict[int, int] = {}  # by delivered item that was to be moved: tick until which it is left
+        self._rearrangement = Rearrangement()
         self._partner_motion_tick = -1  # not seen yet
         self._unanswered = 0  # consecutive heavy items at which the partner did not come
         self._partner_grasp = (-1, 0)  # the item that the partner holds, and since which tick
@@ -319,22 +319,9 @@ class TaskSelector:
         return round(own * mine + other * theirs)
 
     def _rearrange(self, now: Perception) -> Task | None:
-        """When nothing else is feasible: move a delivered item to a better place, each once unless walled in."""
-        smalls = [item for item in np.flatnonzero(now.delivered).tolist() if not now.is_heavy(item)]
-        until = self._rearranged if self._is_walled_in(now) else dict.fromkeys(self._rearranged, now.tick + 1)
-        smalls = [item for item in smalls if self._is_feasible(now, item) and until.get(item, 0) <= now.tick]
-        if not smalls or not now.waiting or now.partner_item >= 0:
-            return None
-        item = min(smalls, key=lambda item: float(np.hypot(*(now.item_pose(item) - now.pose)[:2])))
-        self._rearranged[item] = now.tick + REARRANGE_AGAIN
-        return Fetch(now, item, frozenset(), None, self.style.detour, rearranging=True)
-
-    def _is_walled_in(self, now: Perception) -> bool:
-        """Whether there is no way to any item that waits. An agent without an intent does not ask."""
-        if now.intent is None:
-            return False
-        costs = costs_beside(now.space(), now.pose, [now.item_pose(item) for item in now.waiting])
-        return all(cost >= UNREACHED for cost in costs)
+        """When nothing else is feasible: move a delivered item to a better place."""
+        item = self._rearrangement.next_item(now, lambda item: self._is_feasible(now, item))
+        return Fetch(now, item, frozenset(), None, self.style.detour, rearranging=True) if item >= 0 else None
 
     def _idle_task(self, now: Perception) -> Task | None:
         """Without a task: stay, but off the partner's path."""
