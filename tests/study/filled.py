@@ -19,6 +19,9 @@ from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from tests.recordings.support import begin, play
 from tests.study.support import OPENED, Clock
 
+SHORT = {
+    "    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"
+}  # for `template`: studies of one map
 SKILL = {"dp": 0.0, "bass": 0.25, "mlp": -0.1, "gru": -0.05}  # what a partner adds to the rate of completion
 
 

@@ -32,11 +32,10 @@ from movingout.study.store.frozen_study import freeze_study
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import answers, rounds
 from tests.recordings.report.support import english_left
-from tests.study.filled import fill, template
+from tests.study.filled import SHORT, fill, template
 from tests.study.support import TEXT, agree, open_store, rounds_of, study
 
 FORM = "movingout-paper-nine"
-SHORT = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
 
 
 @pytest.fixture(scope="module")
