@@ -8,6 +8,7 @@ those of a browser: Chromium stops answering now and then, and the next try gets
 import asyncio
 import logging
 import os
+import signal
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -38,6 +39,8 @@ LONG = (
 
 def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(time_limits)
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell starts what runs in the background
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # some tests press Ctrl-C
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
