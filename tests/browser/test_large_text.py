@@ -147,13 +147,14 @@ def test_on_the_narrowest_screen_no_word_of_the_title_is_broken(open_page: OpenP
 
 
 @pytest.mark.parametrize("has_touch", [True, False])
-def test_in_low_windows_letters_of_the_usual_size_leave_the_words_of_the_score_whole(
+def test_in_low_windows_and_on_tablets_letters_of_the_usual_size_leave_the_words_of_the_score_whole(
     server: Server, open_page: OpenPage, has_touch: bool
 ) -> None:
     room = server.practice()
     page = open_page(f"/play/{room['room']}?lang=de", room, has_touch=has_touch, is_mobile=has_touch)
     wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
-    for width, height in ((568, 320), (553, 375), (500, 300), (480, 320), (640, 450), (720, 520)):
+    low = ((568, 320), (553, 375), (500, 300), (480, 320), (640, 450), (720, 520), (932, 430))
+    for width, height in (*low, (1024, 768)):
         page.set_viewport_size({"width": width, "height": height})
         expect(page.locator("#done")).to_have_text("0 / 3")
         assert page.locator(".meter .label").evaluate_all(CUT) == [], (width, height)
@@ -185,7 +186,7 @@ def test_on_the_narrowest_screen_what_is_delivered_is_said_in_a_whole_word(
     page = open_page(f"/play/{room['room']}?lang={language}", room, has_touch=True, is_mobile=True)
     wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
     page.evaluate(TWICE_IN_SHEETS)
-    for size in ({"width": 340, "height": 568}, {"width": 320, "height": 568}):
+    for size in ({"width": 340, "height": 568}, {"width": 320, "height": 568}, {"width": 320, "height": 480}):
         page.set_viewport_size(size)  # type: ignore[arg-type]
         expect(page.locator("#done-label")).to_have_css("--fit", re.compile(r"0\.[4-9]\d?"))
         assert page.locator("#done-label, #done, #time").evaluate_all(CUT) == []
