@@ -11,6 +11,7 @@ from typing import Any
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.extras import needs_extra
+from movingout.maps.files.terminal import printable_lines
 from movingout.maps.suggestion import counted
 from movingout.recordings.commands.arguments import share
 from movingout.recordings.report.words import LANGUAGES
@@ -211,4 +212,5 @@ def _keeping_promises(folder: StudyFolder, store: Store, file: Path) -> StudyFol
 
 
 def _say(args: argparse.Namespace, document: dict[str, object], sentences: list[str]) -> None:
-    print(json.dumps(document, indent=2) if args.json else "\n".join(sentences))
+    """Sentences may quote databases and files of others, such as a backup that was restored."""
+    print(json.dumps(document, indent=2) if args.json else printable_lines("\n".join(sentences)))

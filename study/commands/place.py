@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from movingout.maps.commands.parser import filled, folder
+from movingout.maps.files.terminal import printable_lines
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.design.study_file import codes_of, read_study, unread_study
@@ -50,7 +51,7 @@ def folder_of(args: argparse.Namespace) -> StudyFolder:
         return StudyFolder(read_study(args.file), args.data, *addresses)
     except StudyFileError as error:
         begun = _begun(args, error)
-        print(f"warning: {error}\n{args.file} is not used, but the study as it began", file=sys.stderr)
+        _warn(f"{error}\n{args.file} is not used, but the study as it began")
         return begun
     except StudyError as error:  # it has gone, or may not be read
         if any((args.data / "studies").glob("*/study.sqlite")):
@@ -69,8 +70,13 @@ def folder_to_forget(args: argparse.Namespace) -> StudyFolder:
         folder = StudyFolder(_unread(args.file, args.data, error), args.data, *databases(args))
         with closing(folder.open_existing()) as store:
             codes = codes_of(frozen_study(store).file_text)
-        print(f"warning: {error}", file=sys.stderr)
+        _warn(str(error))
         return replace(folder, study=folder.study.model_copy(update={"codes": codes}))
+
+
+def _warn(sentence: str) -> None:
+    """On standard error; it may quote a study file of somebody else."""
+    print(printable_lines(f"warning: {sentence}"), file=sys.stderr)
 
 
 def _begun(args: argparse.Namespace, problem: StudyFileError) -> StudyFolder:

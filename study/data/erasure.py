@@ -129,7 +129,9 @@ def unknown_to(store: Store, kept: IdentityStore) -> list[Leftover]:
     """
     used = [one for one in kept.without(()) if one.used]  # first: who arrives meanwhile is no sign of it
     known = {one.pid for one in store.everybody()}
-    return [one for one in used if one.pid not in known]
+    unknown = [one for one in used if one.pid not in known]
+    there = {one.pid for one in kept.without(known) if one.used} if unknown else set()
+    return [one for one in unknown if one.pid in there]  # nor is who declined meanwhile
 
 
 def _refuse_older(study: Study, store: Store, unknown: Sequence[Leftover]) -> None:

@@ -4,6 +4,7 @@ import logging
 import threading
 
 from movingout.maps import MovingOutError
+from movingout.maps.files.terminal import printable_lines
 from movingout.study.design.definition import Study
 from movingout.study.design.partner_speed import slow_partners
 
@@ -15,7 +16,7 @@ THREAD = "timing partners"
 
 def tell_ready(links: str, study: Study, timed: bool) -> None:
     """Print the links of a server that is ready; where partners are `timed`, the log names slow ones later."""
-    print(links, flush=True)
+    print(printable_lines(links), flush=True)  # with the title of the study, whose file may be somebody else's
     if timed:
         threading.Thread(target=_warn_of_slow, args=(study,), name=THREAD, daemon=True).start()
 

@@ -180,6 +180,20 @@ def test_a_recording_that_is_gone_is_reported_and_the_export_is_made(tmp_path: P
     assert len(export_study(place, store, tmp_path / "out", Options()).missing) == 2
 
 
+def test_what_an_export_says_of_a_database_does_not_command_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study, text = template("agent_survey", **SHORT)
+    (tmp_path / "study.yaml").write_text(text, encoding="utf-8")
+    _, store, _ = fill(tmp_path, study, text, 1)
+    with store.database.write() as connection:
+        connection.execute(update(rounds).where(rounds.c.id == 1).values(episode="\x1b[31mred"))
+    out = ["--no-training", "-o", str(tmp_path / "out")]
+    assert main(["study", "export", str(tmp_path / "study.yaml"), "--data", str(tmp_path), *out]) == 0
+    told = capsys.readouterr().out
+    assert "[31mred of a round is not in" in told and "\x1b" not in told
+
+
 def test_a_round_that_never_had_a_tick_misses_no_recording(tmp_path: Path) -> None:
     study, text = template("agent_survey", **SHORT)
     place, store, _ = fill(tmp_path, study, text, 1)

@@ -56,6 +56,17 @@ def test_tables_and_retention_go_by_the_study_as_it_began(
     assert "is not used, but the study as it began" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("more", ["", "maps_of_an_earlier_version: 1\n"])
+def test_what_a_warning_quotes_of_the_file_does_not_command_the_terminal(
+    more: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = begin(tmp_path, template("agent_survey")[1], more)
+    (tmp_path / "study.yaml").write_text(f'id: {folder.study.id}\n"\\e[31mred": 1\n', encoding="utf-8")
+    assert run(tmp_path, "forget", "P2") == 0
+    told = capsys.readouterr().err
+    assert "warning: " in told and "[31mred: there is no such field" in told and "\x1b" not in told
+
+
 def test_where_nothing_was_recorded_the_faults_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "study.yaml").write_text(FAULTY.format(id="mine"), encoding="utf-8")
     assert run(tmp_path, "export") == 2

@@ -1,6 +1,7 @@
 """A database of a study that is older than that of its identities: nobody is removed whom it merely does not know."""
 
 import shutil
+from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 
@@ -10,12 +11,13 @@ from movingout.server.cli import main
 from movingout.study.commands.data import older_database_told
 from movingout.study.data import backup
 from movingout.study.data.backup import back_up
-from movingout.study.data.erasure import due_now, purge
+from movingout.study.data.erasure import due_now, purge, unknown_to
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StudyError
 from movingout.study.store import IdentityStore, Store
 from movingout.study.store.database import Kind
-from movingout.study.store.removal import UNDECIDED_S
+from movingout.study.store.removal import UNDECIDED_S, decline
+from movingout.study.store.store import Participant
 from tests.server.persistence.test_room_snapshot import free_port
 from tests.server.study.study_process import study_process
 from tests.server.study.support import SOLO, served
@@ -84,6 +86,25 @@ def test_with_the_option_who_is_unknown_goes_after_half_an_hour_and_nobody_else(
     clock.ms += round(1e3 * UNDECIDED_S)
     assert purge(folder, store, unknown_too=True).undecided == (unknown,)
     assert [*identities.everybody()] == [known]
+
+
+def test_who_declines_while_it_is_looked_is_no_sign_of_an_older_database(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = StudyFolder(study(), tmp_path)
+    store, identities = open_store(folder.own), open_identities(folder.own)
+    pid, _ = identities.pid("prolific", "5f3a")
+    store.arrive(pid, "en")
+    identities.open_session(pid, "hash of their browser")
+    really = store.everybody
+
+    def everybody() -> Sequence[Participant]:
+        if identities.external(pid):
+            decline(store, pid, identities.drop)
+        return really()
+
+    monkeypatch.setattr(store, "everybody", everybody)
+    assert unknown_to(store, identities) == [] and identities.external(pid) is None
 
 
 def test_a_backup_holds_identities_as_of_the_moment_of_its_database(

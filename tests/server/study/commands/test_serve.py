@@ -178,6 +178,24 @@ def test_agents_that_keep_a_study_from_beginning_are_a_warning_in_one_that_has_b
     assert json.loads(capsys.readouterr().out)["missing"], "as this file it has not begun"
 
 
+def test_the_title_of_a_study_does_not_command_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Server:
+        started = True
+
+        def __init__(self, *_: Any, on_ready: Callable[[], None]) -> None:
+            self.run = lambda _: on_ready()
+
+    monkeypatch.setattr(partner_speed, "decision_ms", lambda *_: 1.0)
+    monkeypatch.setattr(serve, "game_server", Server)
+    file = tmp_path / "study.yaml"
+    file.write_text(SOLO.replace("{en: StudyRooms with partners,", '{en: "\\e[31mWith partners",'), encoding="utf-8")
+    assert main(["study", "serve", str(file), "--data", str(tmp_path / "data"), "--port", "0"]) == 0
+    told = capsys.readouterr().out
+    assert "[31mWith partners (solo) is being served" in told and "\x1b" not in told
+
+
 def test_a_study_that_was_served_and_met_nobody_has_not_begun(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
