@@ -31,6 +31,7 @@ from movingout.agents.checkpoint.checkpoint import (
     named_instead,
     readable_checkpoints,
 )
+from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.factories import check_methods, factory_at
 from movingout.agents.fault_place import located
@@ -190,25 +191,33 @@ def load_admitted_agent(agent_id: str) -> Agent:
     lag = number_in(options.pop(LAG, 0))
     factory = _factory(reference)
     options = checked_options(agent_id, factory, options)
-    try:
-        with redirect_stdout(sys.stderr):  # what it prints is no part of a command's answer
-            agent = factory(**options)
-    except CheckpointError as error:
-        if "@" not in reference or reference in str(error):
-            raise
-        raise CheckpointError(f"{reference}: {error}") from error
-    except AgentError:
-        raise
-    except MovingOutError as error:
-        raise AgentError(f"agent {agent_id!r}: {error}") from error
-    except (Exception, SystemExit) as error:
-        sentence = f"agent {agent_id!r} could not be made: {type(error).__name__}: {error}"
-        raise AgentError(located(sentence, error)) from error
+    agent = _made(agent_id, reference, partial(factory, **options))
     try:
         check_methods(agent, reference)
     except AgentError as error:
         raise AgentError(f"agent {agent_id!r}: {error}") from None
     return _delayed(agent_id, cast(Agent, agent), lag) if lag != 0 else cast(Agent, agent)
+
+
+def _made(agent_id: str, reference: str, make: Callable[[], object]) -> object:
+    """What a factory makes. Raises AgentError for whatever it raises."""
+    with noticing_ctrl_c():
+        try:
+            with redirect_stdout(sys.stderr):  # what it prints is no part of a command's answer
+                return make()
+        except CheckpointError as error:
+            if "@" not in reference or reference in str(error):
+                raise
+            raise CheckpointError(f"{reference}: {error}") from error
+        except AgentError:
+            raise
+        except MovingOutError as error:
+            raise AgentError(f"agent {agent_id!r}: {error}") from error
+        except AGENT_RAISES as error:
+            if is_ctrl_c(error):
+                raise
+            sentence = f"agent {agent_id!r} could not be made: {type(error).__name__}: {error}"
+            raise AgentError(located(sentence, error)) from error
 
 
 def load_live_agent(agent_id: str) -> Agent:

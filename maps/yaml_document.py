@@ -16,11 +16,11 @@ MAX_BYTES = 1 << 20
 NOT_UTF8 = "is not UTF-8 text; in the editor, save it with the encoding UTF-8"
 _MOST_NODES = 20_000  # aliases can blow a small file up
 _LONGEST_NUMBER = 64  # letters; reading longer ones takes time that grows with the square
-_BEGUN = r"simple key|quoted scalar found unexpected end"  # what the parser says of something that began before
+_BEGUN = r"simple key|quoted scalar found unexpected"  # what the parser says of something that began before
 _ADVICE = (
     (r"'\\t'", "indent with spaces, not with tabs"),
     (r"simple key", "a field is NAME: VALUE, with a space after the colon"),
-    (r"unknown escape", "in double quotes a backslash is written twice; in the path of a file, write /"),
+    (r"scalar .*escape", "in double quotes a backslash is written twice; in the path of a file, write /"),
     (r"quoted scalar", "the closing quotation mark is missing"),
     (r"single document", "remove the line ---: a file holds one document"),
     (

@@ -29,12 +29,13 @@ from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.agents.checkpoint.onnx_interface import Shapes
 from movingout.agents.commands import weakness
 from movingout.agents.conformance import MAPS, TICKS, Conformance, ConformanceError, check_agent
+from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.agents.data.rollout import check_undelivered, rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.llm.agent import SILENT
 from movingout.agents.llm.first_answer import FirstAnswer, first_answer
-from movingout.maps import load_map
+from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.parser import add_out
 from movingout.maps.commands.sentences import tell
 from movingout.maps.extras import needs_extra
@@ -216,13 +217,7 @@ def _probe(arguments: argparse.Namespace) -> int:
     check_undelivered(the_map)
     if caution := unseen_map(arguments.agent, the_map.name):
         tell(caution)
-    try:
-        with redirect_stdout(sys.stderr):  # what the agent prints
-            ticks = sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))
-    except AgentError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise AgentError(located(f"{arguments.agent} raised {type(error).__name__}: {error}", error)) from error
+    ticks = _probed_ticks(arguments, timed, the_map)
     p50, p99 = np.percentile(timed.decisions_ms, (50, 99)).tolist()
     holds = p99 < TICK_MS
     if arguments.json:
@@ -234,6 +229,20 @@ def _probe(arguments: argparse.Namespace) -> int:
         print(f"{arguments.agent} on {arguments.map}: {len(timed.decisions_ms)} decisions in {ticks} ticks, ", end="")
         print(f"p50 {p50:.1f} ms, p99 {p99:.1f} ms of {TICK_MS} ms: {verdict}")
     return 0 if holds else 1
+
+
+def _probed_ticks(arguments: argparse.Namespace, timed: TimedAgent, the_map: MapSpec) -> int:
+    """Let it play; returns for how many ticks. Raises AgentError for whatever it raises."""
+    with noticing_ctrl_c():
+        try:
+            with redirect_stdout(sys.stderr):  # what the agent prints
+                return sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))
+        except AgentError:
+            raise
+        except AGENT_RAISES as error:
+            if is_ctrl_c(error):
+                raise
+            raise AgentError(located(f"{arguments.agent} raised {type(error).__name__}: {error}", error)) from error
 
 
 def _quantize(arguments: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Protocol
 
 from movingout.agents.catalogue import load_agent
+from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.agents.data.calls import results_of
 from movingout.agents.data.corrections import SUFFIX, read_about, save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
@@ -268,14 +269,17 @@ def _label_and_save(job: LabellingJob, path: Path, code: str) -> WrittenEpisode:
 
 def _answered(job: EpisodeJob | LabellingJob, call: Callable[[], WrittenEpisode]) -> WrittenEpisode:
     """What the call returns. Raises AgentError for whatever an agent raised or answered: its code may be anybody's."""
-    try:
-        return call()
-    except (AgentError, WorldError) as error:
-        raise _fault(job, str(error), error) from error
-    except MovingOutError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise _fault(job, f"{type(error).__name__}: {error}", error) from error
+    with noticing_ctrl_c():
+        try:
+            return call()
+        except (AgentError, WorldError) as error:
+            raise _fault(job, str(error), error) from error
+        except MovingOutError:
+            raise
+        except AGENT_RAISES as error:
+            if is_ctrl_c(error):
+                raise
+            raise _fault(job, f"{type(error).__name__}: {error}", error) from error
 
 
 def _fault(job: EpisodeJob | LabellingJob, said: str, error: BaseException) -> AgentError:

@@ -11,6 +11,7 @@ from movingout.maps.check import MapFault, check_map
 from movingout.maps.commands.map_cautions import map_hints
 from movingout.maps.document_check import check_document
 from movingout.maps.errors import MapError
+from movingout.maps.files.composed_name import as_stored
 from movingout.maps.files.input_file import read_input
 from movingout.maps.library import is_generated_or_shipped, load_map, map_document
 from movingout.maps.official import is_official
@@ -62,11 +63,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def perform(args: argparse.Namespace) -> int:
     """Print what was found; the worst exit code of the files. Raises MapError for a single file that is no map."""
-    if len(args.maps) == 1 and not _is_folder(args.maps[0]):
-        one = _Checked(args.maps[0], *_findings(args.maps[0]))
+    maps = [*map(as_stored, args.maps)]
+    if len(maps) == 1 and not _is_folder(maps[0]):
+        one = _Checked(maps[0], *_findings(maps[0]))
         print(json.dumps(one.document, indent=2) if args.json else "\n".join([*one.details, one.summary]))
         return one.code
-    every = [_checked(file) for file in dict.fromkeys(_files(args.maps))]
+    every = [_checked(file) for file in dict.fromkeys(_files(maps))]
     if args.json:
         print(json.dumps({"maps": [one.document for one in every]}, indent=2))
     else:

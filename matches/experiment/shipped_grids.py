@@ -16,9 +16,10 @@ def shipped_grids() -> list[str]:
 def grid_path(grid: Path) -> Path:
     """The file of a shipped grid where `grid` is its name, else `grid` itself.
 
-    Raises MatchError for a bare word that is neither a file nor the name of a grid.
+    A folder of that name, as that of its results, is no grid. Raises MatchError for a bare word that is neither a file
+    nor the name of a grid.
     """
-    if grid.exists() or grid.name != str(grid):
+    if grid.name != str(grid) or (grid.exists() and not grid.is_dir()):
         return grid
     if grid.stem in shipped_grids():
         return FOLDER / f"{grid.stem}.yaml"

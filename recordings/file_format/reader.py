@@ -178,6 +178,7 @@ def _build(found: _Collected, damage: str) -> Episode:
     header = header_of(found.metadata, payloads.read_map(found.the_map))
     initial = payloads.read_state(found.states[0])[0]
     _require_bodies((initial, *(tick.state for tick in ticks)), len(header.map.items))
+    _require_named_items(found.events, len(header.map.items))
     closing = found.metadata.get(RECORDING, {})
     damage = damage or closing.get("damage", "")
     outcome = _outcome(found.metadata.get(END, {}))
@@ -209,6 +210,13 @@ def _require_bodies(states: Iterable[WorldState], items: int) -> None:
     for state in states:
         if len(state.item_poses) != items or any(not -1 <= held < items for held in state.held.tolist()):
             raise UnreadableError(f"tick {state.tick}: other items than the {items} of its map")
+
+
+def _require_named_items(events: Iterable[Event], items: int) -> None:
+    """Events name none but the items of the map: -1 is no item."""
+    for event in events:
+        if not -1 <= event.item < items:
+            raise UnreadableError(f"tick {event.tick}: an event of other items than the {items} of its map")
 
 
 def _require_consecutive(ticks: tuple[TickRecord, ...], states: int, actions: int) -> None:

@@ -1,6 +1,7 @@
 """Agents that behave well or badly on purpose; workers load them as `tests.agents.support:Name`."""
 
 import os
+import signal
 import threading
 import time
 
@@ -136,6 +137,17 @@ def broken_factory() -> Forward:
 def ending_factory() -> Forward:
     """Ends the program instead of making an agent."""
     raise SystemExit(2)
+
+
+def interrupting_factory() -> Forward:
+    """Raises what Ctrl-C raises."""
+    raise KeyboardInterrupt("mine")
+
+
+def pressing_factory() -> Forward:
+    """Somebody presses Ctrl-C while it makes an agent."""
+    signal.raise_signal(signal.SIGINT)
+    return Forward()
 
 
 def not_an_agent() -> object:

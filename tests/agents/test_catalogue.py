@@ -51,6 +51,7 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
         (f"{HERE}:Missing", "has no factory 'Missing'"),
         (f"{HERE}:HERE", f"'HERE' in '{HERE}' is a str, not a class or a function that makes agents"),
         (f"{HERE}:ending_factory", "could not be made: SystemExit: 2 (tests/agents/support.py, line"),
+        (f"{HERE}:interrupting_factory", "could not be made: KeyboardInterrupt: mine (tests/agents/support.py, line"),
         (f"{HERE}:Forward:speed=1", "options: rows, execute, distance"),
         (f"{HERE}:Forward:rows", "options are written key=value"),
         (f"{HERE}:broken_factory", "could not be made: RuntimeError: no weights here"),
@@ -62,6 +63,11 @@ def test_a_wrong_id_is_answered_with_a_sentence(agent_id: str, sentence: str) ->
     with pytest.raises(AgentError) as raised:
         load_agent(agent_id)
     assert sentence in str(raised.value)
+
+
+def test_ctrl_c_while_an_agent_is_made_is_no_fault_of_it() -> None:
+    with pytest.raises(KeyboardInterrupt):
+        load_agent(f"{HERE}:pressing_factory")
 
 
 def test_a_policy_of_the_running_script_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -57,7 +57,9 @@ def test_what_cannot_be_read_is_named_with_line_and_path(text: str, message: str
         ("a:\n  b: 1\n c: 2\n", 3, "unlike its neighbours"),
         ("a: @home\n", 1, "put this text in double quotes"),
         ('a: "own\\den.json"\n', 1, "write /"),
+        ('a: "C:\\Users\\den.json"\n', 1, "write /"),
         ("b: 1\na: 'x\nc: 2\n", 2, "closing quotation mark"),
+        ("b: 1\na: 'x\n---\nc: 2\n", 2, "closing quotation mark"),
         ("a: 1\n---\nb: 2\n", 2, "remove the line ---"),
     ],
 )

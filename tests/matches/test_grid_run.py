@@ -57,6 +57,18 @@ def test_shipped_grids_have_their_names_also_in_python(tmp_path: Path) -> None:
         run_grid("idle-contrl", tmp_path)
 
 
+def test_a_folder_of_results_named_as_a_shipped_grid_is_not_taken_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shipped = read_grid("idle-control")
+    monkeypatch.chdir(tmp_path)
+    for name in ("idle-control", "nothing"):
+        Path(name).mkdir()
+    assert read_grid("idle-control") == shipped
+    with pytest.raises(MatchError, match="there is no grid 'nothing'"):
+        read_grid("nothing")
+
+
 @pytest.mark.slow
 def test_shards_add_up_to_the_whole(tmp_path: Path) -> None:
     whole = run_grid(small_grid(), tmp_path / "whole", workers=1)

@@ -155,6 +155,27 @@ def test_a_probe_of_an_agent_that_raises_says_where(
     )
 
 
+def test_a_probe_ends_by_ctrl_c_but_not_by_what_an_agent_raises(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = (
+        "import signal",
+        "class Interrupting:",
+        "    def reset(self, episode):",
+        "        pass",
+        "    def act(self, seen):",
+        "        raise KeyboardInterrupt('mine')",
+        "class Pressed(Interrupting):",
+        "    def act(self, seen):",
+        "        signal.raise_signal(signal.SIGINT)",
+    )
+    (tmp_path / "interrupting_agent.py").write_text("\n".join(lines))
+    monkeypatch.syspath_prepend(tmp_path)
+    assert main(["agents", "probe", "interrupting_agent:Interrupting", "--ticks", "5"]) == 2
+    assert "interrupting_agent:Interrupting raised KeyboardInterrupt: mine (" in capsys.readouterr().err
+    assert main(["agents", "probe", "interrupting_agent:Pressed", "--ticks", "5"]) == 130
+
+
 @pytest.mark.parametrize("action", ["probe", "check"])
 def test_a_map_that_is_delivered_from_the_start_is_refused(
     action: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

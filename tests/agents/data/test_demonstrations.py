@@ -35,6 +35,13 @@ class Leaving(Raising):
         raise SystemExit("no way home")
 
 
+class Interrupting(Raising):
+    """Raises what Ctrl-C raises."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        raise KeyboardInterrupt("no way home")
+
+
 class Silent(Raising):
     """Answers nothing."""
 
@@ -50,6 +57,7 @@ class Somebody(NamedTuple):
 
 RAISING = f"{__name__}:Raising"
 LEAVING = f"{__name__}:Leaving"
+INTERRUPTING = f"{__name__}:Interrupting"
 SILENT = f"{__name__}:Silent"
 KEPT = r"no way home; finished episodes are kept \(.*, line \d+\)"
 
@@ -57,7 +65,12 @@ KEPT = r"no way home; finished episodes are kept \(.*, line \d+\)"
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("workers", "partner", "raised"),
-    [(1, RAISING, "RuntimeError"), (2, RAISING, "RuntimeError"), (1, LEAVING, "SystemExit")],
+    [
+        (1, RAISING, "RuntimeError"),
+        (2, RAISING, "RuntimeError"),
+        (1, LEAVING, "SystemExit"),
+        (1, INTERRUPTING, "KeyboardInterrupt"),
+    ],
 )
 def test_a_partner_that_raises_is_answered_with_a_sentence(
     tmp_path: Path, workers: int, partner: str, raised: str

@@ -1,6 +1,7 @@
 import json
 from pathlib import Path
 from typing import Any
+from unicodedata import normalize
 
 import pytest
 from PIL import Image
@@ -82,6 +83,18 @@ def test_check_prints_every_fault_with_its_path_and_fails(capsys: Output, tmp_pa
     assert [fault["path"] for fault in result["faults"]] == ["items[1]", "items[3]"]
     assert main(["maps", "check", str(file)]) == 1
     assert capsys.readouterr().out.splitlines()[-1] == f"{file}: 2 faults"
+
+
+def test_check_finds_a_faulty_file_and_its_folder_by_the_other_spelling(capsys: Output, tmp_path: Path) -> None:
+    document = map_to_json(load_map("CornerDecision"))
+    for item in document["items"][:2]:
+        item["shape"] = "blob"
+    folder = tmp_path / normalize("NFD", "größe")
+    folder.mkdir()
+    (folder / normalize("NFD", "höhle.json")).write_text(json.dumps(document))
+    name = normalize("NFC", f"{tmp_path}/größe")
+    assert len(answer(capsys, "check", f"{name}/{normalize('NFC', 'höhle.json')}", code=1)["faults"]) == 2
+    assert [len(one["faults"]) for one in answer(capsys, "check", name, code=1)["maps"]] == [2]
 
 
 def test_check_reads_past_the_first_unreadable_part(capsys: Output, tmp_path: Path) -> None:

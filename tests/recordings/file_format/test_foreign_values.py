@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 from movingout.maps import load_map
-from movingout.recordings import RecordingError, finalise, read_episode
+from movingout.recordings import Event, RecordingError, finalise, read_episode
 from movingout.recordings.file_format import payloads
 from movingout.recordings.file_format.metadata import EPISODE, RECORDING, RESULT, header_metadata, header_of
 from movingout.recordings.file_format.payloads import read_event, read_input
 from movingout.recordings.storage import listing
+from movingout.recordings.storage.finished import recover
 from movingout.recordings.storage.index import list_recordings
 from movingout.world.state import WorldState
-from tests.recordings.support import header, record
+from tests.recordings.support import begin, header, play, record
 
 INPUT: dict[str, Any] = {"tick": 1, "seat": 0, "seq": 1, "client_ms": 1.0, "move": 1, "heading": 0.0, "grabs": 0}
 INPUT |= {"device": "keyboard", "rtt_ms": 5.0}
@@ -89,6 +90,21 @@ def test_a_state_with_other_items_than_the_map_is_refused(
     monkeypatch.setattr(payloads, "read_state", altered)
     with pytest.raises(RecordingError, match="tick 2: other items than the 4 of its map"):
         read_episode(journal)
+
+
+@pytest.mark.parametrize("item", [4, -2])
+def test_an_event_of_an_item_that_the_map_does_not_have_is_refused_and_stops_no_recovery(
+    tmp_path: Path, item: int
+) -> None:
+    writer, played = begin(tmp_path, episode_id="foreign")
+    play(writer, played, 2)
+    writer.event(Event(2, "ping", 0, item))
+    writer.close("time")
+    record(tmp_path, ticks=2, episode_id="good")
+    with pytest.raises(RecordingError, match="tick 2: an event of other items than the 4 of its map"):
+        read_episode(writer.path)
+    recovered = {one.journal.name: one.recording is not None for one in recover(tmp_path)}
+    assert recovered == {"foreign.mcap.journal": False, "good.mcap.journal": True}
 
 
 @pytest.mark.parametrize(("read", "payload"), [(read_input, INPUT), (read_event, EVENT)])
