@@ -17,7 +17,7 @@ import { has, say } from "../text/catalogue.js";
  *   ending: why it is over, unless this page hung up; why: what the server said before it closed a connection that is
  *   tried again, a sentence for people
  */
-/** @typedef {{kind: string, sentence: string}} Ending kind: a value of ENDINGS, or what a page adds to them; the sentence is for people */
+/** @typedef {{kind: string, sentence: string}} Ending  kind: of ENDINGS, or a page's own; the sentence is for people */
 
 const BACK_OFF_MS = { first: 100, last: 5000 };
 const PING_MS = 1000;
