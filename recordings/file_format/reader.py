@@ -178,7 +178,7 @@ def _build(found: _Collected, damage: str) -> Episode:
     header = header_of(found.metadata, payloads.read_map(found.the_map))
     initial = payloads.read_state(found.states[0])[0]
     _require_bodies((initial, *(tick.state for tick in ticks)), len(header.map.items))
-    _require_named_items(found.events, len(header.map.items))
+    _require_pinged_items(found.events, len(header.map.items))
     closing = found.metadata.get(RECORDING, {})
     damage = damage or closing.get("damage", "")
     outcome = _outcome(found.metadata.get(END, {}))
@@ -212,11 +212,11 @@ def _require_bodies(states: Iterable[WorldState], items: int) -> None:
             raise UnreadableError(f"tick {state.tick}: other items than the {items} of its map")
 
 
-def _require_named_items(events: Iterable[Event], items: int) -> None:
-    """Events name none but the items of the map: -1 is no item."""
+def _require_pinged_items(events: Iterable[Event], items: int) -> None:
+    """Pings are at the items of the map: -1 is the robot's own place. In other events an item is a note."""
     for event in events:
-        if not -1 <= event.item < items:
-            raise UnreadableError(f"tick {event.tick}: an event of other items than the {items} of its map")
+        if event.kind == "ping" and not -1 <= event.item < items:
+            raise UnreadableError(f"tick {event.tick}: a ping at none of the {items} items of its map")
 
 
 def _require_consecutive(ticks: tuple[TickRecord, ...], states: int, actions: int) -> None:

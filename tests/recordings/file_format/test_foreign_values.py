@@ -93,7 +93,7 @@ def test_a_state_with_other_items_than_the_map_is_refused(
 
 
 @pytest.mark.parametrize("item", [4, -2])
-def test_an_event_of_an_item_that_the_map_does_not_have_is_refused_and_stops_no_recovery(
+def test_a_ping_at_an_item_that_the_map_does_not_have_is_refused_and_stops_no_recovery(
     tmp_path: Path, item: int
 ) -> None:
     writer, played = begin(tmp_path, episode_id="foreign")
@@ -101,10 +101,18 @@ def test_an_event_of_an_item_that_the_map_does_not_have_is_refused_and_stops_no_
     writer.event(Event(2, "ping", 0, item))
     writer.close("time")
     record(tmp_path, ticks=2, episode_id="good")
-    with pytest.raises(RecordingError, match="tick 2: an event of other items than the 4 of its map"):
+    with pytest.raises(RecordingError, match="tick 2: a ping at none of the 4 items of its map"):
         read_episode(writer.path)
     recovered = {one.journal.name: one.recording is not None for one in recover(tmp_path)}
     assert recovered == {"foreign.mcap.journal": False, "good.mcap.journal": True}
+
+
+def test_what_another_event_says_of_items_costs_nobody_a_recording(tmp_path: Path) -> None:
+    writer, played = begin(tmp_path, episode_id="noted")
+    play(writer, played, 2)
+    writer.event(Event(2, "grab", 0, 4))
+    writer.close("time")
+    assert read_episode(writer.path).events[-1].item == 4
 
 
 @pytest.mark.parametrize(("read", "payload"), [(read_input, INPUT), (read_event, EVENT)])
