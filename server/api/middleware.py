@@ -14,11 +14,12 @@ from movingout.server.settings import Settings
 
 log = logging.getLogger(__name__)
 _HOST = re.compile(r"[A-Za-z0-9.\-]+(:\d+)?|\[[0-9A-Fa-f:]+\](:\d+)?")
+_LONGEST_HOST = 253 + len(":65535")  # characters of a name in DNS, and a port
 
 
 def content_security_policy(host: str) -> str:
     """Everything from this origin only; sockets are listed because older browsers do not count them as 'self'."""
-    sockets = f" ws://{host} wss://{host}" if _HOST.fullmatch(host) else ""
+    sockets = f" ws://{host} wss://{host}" if len(host) <= _LONGEST_HOST and _HOST.fullmatch(host) else ""
     return (
         f"default-src 'self'; connect-src 'self'{sockets}; img-src 'self' data:; object-src 'none'; base-uri 'none'; "
         "form-action 'self'; frame-ancestors 'none'"
