@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { recruitmentParameters } from "../../study/arrival.js";
+import { recruitmentParameters } from "../../study/arrivals/arrival_screen.js";
 import { seatsToTake, stillHere, whoseTurn } from "../../study/people.js";
 
 /**

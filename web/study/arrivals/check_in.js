@@ -4,22 +4,22 @@
  * somebody who has finished.
  */
 
-import { currentLanguage, sayError } from "../text/catalogue.js";
-import { browserLanguages, pickLanguage } from "../text/language.js";
-import { arrivalScreen } from "./arrival.js";
-import { keepUnsentOf } from "./kept_answers.js";
-import { forgetSecond, forgetSettings } from "./own_settings.js";
-import { keepByLink, keepLink, loadPeople, stillHere } from "./people.js";
-import { Place, arrive, titleOf } from "./service.js";
+import { currentLanguage, sayError } from "../../text/catalogue.js";
+import { browserLanguages, pickLanguage } from "../../text/language.js";
+import { arrivalScreen } from "./arrival_screen.js";
+import { keepUnsentOf } from "../kept_answers.js";
+import { forgetSecond, forgetSettings } from "../own_settings.js";
+import { keepByLink, keepLink, loadPeople, stillHere } from "../people.js";
+import { Place, arrive, titleOf } from "../service.js";
 
-/** @typedef {import("./service.js").View} View */
+/** @typedef {import("../service.js").View} View */
 
 /**
  * @typedef {object} ArrivalPage what arrivals need of the page
- * @property {import("./service.js").Study} study
- * @property {import("./people_here.js").PeopleHere} here
- * @property {import("./frame.js").StudyFrame} frame
- * @property {import("./persistence.js").Persistence} persistence
+ * @property {import("../service.js").Study} study
+ * @property {import("../people_here.js").PeopleHere} here
+ * @property {import("../frame.js").StudyFrame} frame
+ * @property {import("../persistence.js").Persistence} persistence
  * @property {(language: string) => Promise<void>} follow switches to the language of the study's texts
  * @property {() => void} seated somebody sits here now: the page asks for their news and shows their step
  * @property {() => void} show the step of who sits here
@@ -117,7 +117,7 @@ export class Arrivals {
 
   /**
    * @param {string} id of the screen
-   * @param {Omit<import("./arrival.js").ArrivalOptions, "title" | "asksCode" | "arrive">} options
+   * @param {Omit<import("./arrival_screen.js").ArrivalOptions, "title" | "asksCode" | "arrive">} options
    */
   #showArrival(id, options) {
     const { study } = this.#page;

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { recruitmentParameters } from "../../study/arrival.js";
+import { recruitmentParameters } from "../../../study/arrivals/arrival_screen.js";
 
 test("the server hears of an id that a platform left empty, which it refuses", () => {
   assert.deepEqual(recruitmentParameters("?PROLIFIC_PID=&STUDY_ID=s&other=1"), { PROLIFIC_PID: "", STUDY_ID: "s" });

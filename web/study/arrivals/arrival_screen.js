@@ -3,12 +3,12 @@
  * The first screen, before anyone is known. Asks for a code where the study requires one.
  */
 
-import { heading, problemBox, runAction, showProblem } from "../components/action.js";
-import { el } from "../core/dom.js";
-import { say } from "../text/catalogue.js";
-import { card } from "./screen.js";
+import { heading, problemBox, runAction, showProblem } from "../../components/action.js";
+import { el } from "../../core/dom.js";
+import { say } from "../../text/catalogue.js";
+import { card } from "../screen.js";
 
-/** @typedef {import("./screen.js").Screen} Screen */
+/** @typedef {import("../screen.js").Screen} Screen */
 
 const PARAMETERS = [
   "PROLIFIC_PID",
