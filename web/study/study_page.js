@@ -8,8 +8,8 @@ import { ApiError } from "../core/api.js";
 import { Elapsed } from "../core/elapsed.js";
 import { LiveStream } from "../core/live_stream.js";
 import { saveTokens } from "../wire/seat_tokens.js";
-import { recruitmentParameters } from "./arrivals/arrival_screen.js";
-import { Arrivals } from "./arrivals/check_in.js";
+import { CheckIn } from "./arrivals/check_in.js";
+import { recruitmentParameters } from "./arrivals/recruitment_link.js";
 import { StudyFrame } from "./frame.js";
 import { markStudyRound } from "../text/study_mark.js";
 import { dropUnsentOf } from "./kept_answers.js";
@@ -45,12 +45,12 @@ export class StudyPage {
   #kept = {};
   #frame = new StudyFrame({ language: (language) => void this.#setLanguage(language), stop: () => void this.#stop() });
 
-  #arrivals;
+  #checkIn;
 
   /** @param {import("./service.js").Study} study */
   constructor(study) {
     this.study = study;
-    this.#arrivals = new Arrivals({
+    this.#checkIn = new CheckIn({
       study,
       here: this.#here,
       frame: this.#frame,
@@ -70,15 +70,15 @@ export class StudyPage {
     setInterval(() => this.#tick(), CLOCK_MS);
     addEventListener("pageshow", (event) => event.persisted && location.reload()); // back from the game: stale
     const parameters = recruitmentParameters(location.search);
-    if (Object.keys(parameters).length > 0) return this.#arrivals.arriveByLink(parameters);
+    if (Object.keys(parameters).length > 0) return this.#checkIn.arriveByLink(parameters);
     const tokens = loadPeople();
     const link = loadLink();
-    if (tokens.length === 0) return link ? this.#arrivals.arriveByLink(link) : this.#arrivals.askWho("");
+    if (tokens.length === 0) return link ? this.#checkIn.arriveByLink(link) : this.#checkIn.askWho("");
     this.#here.remember(tokens);
     await this.#refresh();
     this.#listen();
     const { views } = this.#here;
-    if (views.length > 0 && views.every(({ step }) => step.long_ago)) await this.#arrivals.askNext();
+    if (views.length > 0 && views.every(({ step }) => step.long_ago)) await this.#checkIn.askNext();
   }
 
   // ---- leaving ----------------------------------------------------------------------------------------------
@@ -89,7 +89,7 @@ export class StudyPage {
     this.#closeStreams();
     this.#here.forget();
     const again = problem && loadLink() !== null; // the study was mended while they read the consent
-    again ? location.reload() : this.#arrivals.askWho(problem);
+    again ? location.reload() : this.#checkIn.askWho(problem);
     dropUnsentOf(gone); // with what the screen that closed has kept
   }
 
@@ -148,7 +148,7 @@ export class StudyPage {
     if (views.length < this.#here.places.length) return; // the other person's view is still to come
     if (this.#here.take(views)) this.#listen();
     this.#news.restart();
-    if (this.#arrivals.asksNext) return;
+    if (this.#checkIn.asksNext) return;
     const [{ language, step }] = this.#here.views;
     if (step.kind !== "ended-elsewhere") await this.#follow(language); // nobody's page keeps the language that it has
     this.#show();
@@ -204,7 +204,7 @@ export class StudyPage {
       },
       decline: () => this.#each(people, (one) => one.decline()),
       play: () => void this.#play(this.#here.steps(this.#here.turn)),
-      addPerson: this.study.one_screen && !two ? () => this.#arrivals.askSecond() : null,
+      addPerson: this.study.one_screen && !two ? () => this.#checkIn.askSecond() : null,
       pay: this.#pay,
       leaveScreen: cameByLink() ? null : () => this.#leave(""),
       nextCode: bothDone ? () => this.#otherCode() : null,
@@ -272,10 +272,10 @@ export class StudyPage {
   /** @param {string} language */
   async #setLanguage(language) {
     keepLanguage(language);
-    if (this.#arrivals.asksNext) return this.#arrivals.askNext(language);
+    if (this.#checkIn.asksNext) return this.#checkIn.askNext(language);
     if (this.#here.places.length === 0) {
       await this.#follow(language);
-      this.#arrivals.askWho("", recruitmentParameters(location.search)); // of a link that was refused
+      this.#checkIn.askWho("", recruitmentParameters(location.search)); // of a link that was refused
       return;
     }
     if (this.#here.views[0]?.step.kind === "ended-elsewhere") await this.#follow(language);

@@ -1,21 +1,21 @@
 // @ts-check
 /*
- * Who sits down at this screen: by a link, by a code or name that is asked for, beside the first person, or after
- * somebody who has finished.
+ * The check-in at a study page: who sits down at this screen, by a link, by a code or name that is asked for, beside
+ * the first person, or after somebody who has finished.
  */
 
 import { currentLanguage, sayError } from "../../text/catalogue.js";
 import { browserLanguages, pickLanguage } from "../../text/language.js";
-import { arrivalScreen } from "./arrival_screen.js";
 import { keepUnsentOf } from "../kept_answers.js";
 import { forgetSecond, forgetSettings } from "../own_settings.js";
 import { keepByLink, keepLink, loadPeople, stillHere } from "../people.js";
 import { Place, arrive, titleOf } from "../service.js";
+import { arrivalScreen } from "./arrival_screen.js";
 
 /** @typedef {import("../service.js").View} View */
 
 /**
- * @typedef {object} ArrivalPage what arrivals need of the page
+ * @typedef {object} CheckInPage what the check-in needs of the page
  * @property {import("../service.js").Study} study
  * @property {import("../people_here.js").PeopleHere} here
  * @property {import("../frame.js").StudyFrame} frame
@@ -26,12 +26,12 @@ import { Place, arrive, titleOf } from "../service.js";
  * @property {() => void} stay whoever has finished here goes on looking at their last screen
  */
 
-export class Arrivals {
+export class CheckIn {
   #asksNext = false; // somebody finished here long ago, and another person may sit here now
   #known = loadPeople(); // at the start of this page
   #page;
 
-  /** @param {ArrivalPage} page */
+  /** @param {CheckInPage} page */
   constructor(page) {
     this.#page = page;
   }

@@ -2,7 +2,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { recruitmentParameters } from "../../study/arrivals/arrival_screen.js";
 import { seatsToTake, stillHere, whoseTurn } from "../../study/people.js";
 
 /**
@@ -71,16 +70,4 @@ test("the seats of a round are taken in their order once all are known", () => {
   });
   assert.equal(seatsToTake([inRoom(0, "blue"), { key: "k", kind: "round", room: null }]), null);
   assert.equal(seatsToTake([inRoom(0, "blue"), inRoom(1, "red", "r2")]), null);
-});
-
-test("of a link only what recruitment platforms put there is taken", () => {
-  const query = "?PROLIFIC_PID=5f&STUDY_ID=s1&SESSION_ID=&workerId=W&code=AB-1&lang=de&utm=x";
-  assert.deepEqual(recruitmentParameters(query), {
-    PROLIFIC_PID: "5f",
-    STUDY_ID: "s1",
-    SESSION_ID: "",
-    workerId: "W",
-    code: "AB-1",
-  });
-  assert.deepEqual(recruitmentParameters(""), {});
 });
