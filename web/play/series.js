@@ -5,13 +5,13 @@ import { FINISHED } from "../messages.js";
 import { badge, byId, el } from "../core/dom.js";
 import { problemBox, showProblem } from "../components/action.js";
 import { showQuestionnaire } from "./room_questionnaire.js";
-import { showResult } from "./result.js";
+import { showResult } from "./result/result.js";
 import { say, sayError } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
-import { countRound } from "./best_rounds.js";
+import { countRound } from "./result/best_rounds.js";
 import { goOn, sameSeats } from "./next_game.js";
 import { companyText, heldText, isOver, reasonText, seatName } from "./seat_phrases.js";
-import { shareButtons } from "./share_round.js";
+import { shareButtons } from "./result/share_round.js";
 import { isDrawnIn, keepPlayed, seedOf } from "../wire/played_map.js";
 
 /** @typedef {import("./game.js").Game} Game */
@@ -105,7 +105,7 @@ export class Series {
   /**
    * How to play on, the main way first.
    * @param {Game} game @param {string} outcome
-   * @returns {import("./result.js").Way[]}
+   * @returns {import("./result/result.js").Way[]}
    */
   #ways(game, outcome) {
     const start = { text: say("play.over.lobby"), href: "/" };

@@ -5,7 +5,7 @@
  */
 
 import { el } from "../core/dom.js";
-import { measures, valueText } from "../play/result_words.js";
+import { measures, valueText } from "../play/result/result_words.js";
 
 /** @typedef {import("../messages.js").Metric} Metric */
 /** @typedef {{low: number, high: number}} Scale */
@@ -82,7 +82,7 @@ export class MetricCharts {
     return this.curves[key] ?? [];
   }
 
-  /** @param {import("../play/result_words.js").Measure} measure */
+  /** @param {import("../play/result/result_words.js").Measure} measure */
   #row({ metric, name, value: end }) {
     const values = this.#curve(metric);
     const cursor = shape("path", { class: "replay-curve-cursor" });

@@ -10,7 +10,7 @@ import { namedBadge } from "../components/named_badge.js";
 import { byId, el, notice } from "../core/dom.js";
 import { filterChoices, filterRecordings, mapOf, playerWords } from "./recordings_filter.js";
 import { save } from "./source.js";
-import { duration, percent } from "../play/result_words.js";
+import { duration, percent } from "../play/result/result_words.js";
 import { currentLanguage, has, say, sayError } from "../text/catalogue.js";
 import { mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";

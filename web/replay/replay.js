@@ -8,7 +8,7 @@ import { kept } from "../components/admin_token.js";
 import { ApiError } from "../core/api.js";
 import { byId, el, notice } from "../core/dom.js";
 import { eventTone, eventWords, tickTime, shownEvents } from "./event_words.js";
-import { offerGhosts } from "../play/ghost.js";
+import { offerGhosts } from "./ghost.js";
 import { MetricCharts } from "./metric_curves.js";
 import { ReplayError, episodeIn, linkedTick, tickAt } from "./data.js";
 import { nextEventTick } from "./player.js";

@@ -5,7 +5,7 @@
 
 import { namedBadge } from "../components/named_badge.js";
 import { byId, el } from "../core/dom.js";
-import { outcomeText } from "../play/result_words.js";
+import { outcomeText } from "../play/result/result_words.js";
 import { currentLanguage, say } from "../text/catalogue.js";
 import { mapTitle, replayedPlayer } from "../text/names.js";
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { ghostRequest } from "../../play/ghost.js";
+import { ghostRequest } from "../../replay/ghost.js";
 
 test("the person takes one seat and the recording the other", () => {
   assert.deepEqual(ghostRequest("then", 0, 300), {

@@ -3,13 +3,13 @@
  * Who delivered what in a round: every item as it looks, with the name of who brought it home.
  */
 
-import { namedBadge } from "../components/named_badge.js";
-import { el } from "../core/dom.js";
-import { outline, radiusOf } from "../shapes.js";
-import { say } from "../text/catalogue.js";
-import { shapeName } from "../text/names.js";
+import { namedBadge } from "../../components/named_badge.js";
+import { el } from "../../core/dom.js";
+import { outline, radiusOf } from "../../shapes.js";
+import { say } from "../../text/catalogue.js";
+import { shapeName } from "../../text/names.js";
 
-/** @typedef {import("../view/render.js").Item} Item */
+/** @typedef {import("../../view/render.js").Item} Item */
 
 const SVG = "http://www.w3.org/2000/svg";
 const MARGIN = 1.5; // of the largest item, for the corners of a star

@@ -4,15 +4,15 @@
  * its name, what it means (.help), and for some what it means below zero (.negative) or without a value (.none).
  */
 
-import { METRICS } from "../messages.js";
-import { secondsOf } from "../core/ticks.js";
-import { has, say, sayNumber } from "../text/catalogue.js";
+import { METRICS } from "../../messages.js";
+import { secondsOf } from "../../core/ticks.js";
+import { has, say, sayNumber } from "../../text/catalogue.js";
 import { isBetter } from "./best_rounds.js";
 
 const OUTCOMES = ["delivered", "time", "left", "stopped"];
 
-/** @typedef {import("../messages.js").Metric} Metric */
-/** @typedef {import("../core/metric_values.js").MetricValues} MetricValues */
+/** @typedef {import("../../messages.js").Metric} Metric */
+/** @typedef {import("../../core/metric_values.js").MetricValues} MetricValues */
 /** @typedef {{metric: Metric, name: string, value: string, help: string}} Measure a metric in words */
 
 /**

@@ -2,10 +2,18 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { bestText, duration, headline, howItEnded, measures, outcomeText, percent } from "../../play/result_words.js";
-import { METRICS } from "../../messages.js";
-import { LANGUAGES } from "../../text/language.js";
-import { speak, textsOf } from "../text/support.js";
+import {
+  bestText,
+  duration,
+  headline,
+  howItEnded,
+  measures,
+  outcomeText,
+  percent,
+} from "../../../play/result/result_words.js";
+import { METRICS } from "../../../messages.js";
+import { LANGUAGES } from "../../../text/language.js";
+import { speak, textsOf } from "../../text/support.js";
 
 speak("en");
 

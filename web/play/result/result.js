@@ -4,19 +4,19 @@
  * share. The metrics are folded under Details.
  */
 
-import { el } from "../core/dom.js";
-import { say } from "../text/catalogue.js";
-import { mapTitle } from "../text/names.js";
-import { context2d, drawScene, fitCanvas } from "../view/render.js";
+import { el } from "../../core/dom.js";
+import { say } from "../../text/catalogue.js";
+import { mapTitle } from "../../text/names.js";
+import { context2d, drawScene, fitCanvas } from "../../view/render.js";
 import { deliveryList } from "./deliveries.js";
 import { bestText, headline, howItEnded, measures } from "./result_words.js";
-import { roundText } from "./seat_phrases.js";
+import { roundText } from "../seat_phrases.js";
 
-/** @typedef {import("./game.js").RoundResult} Result */
+/** @typedef {import("../game.js").RoundResult} Result */
 /** @typedef {import("./result_words.js").Measure} Measure */
 /**
  * The server's `round` message.
- * @typedef {{index: number, total: number, map: import("../view/render.js").GameMap}} Round
+ * @typedef {{index: number, total: number, map: import("../../view/render.js").GameMap}} Round
  */
 /**
  * @typedef {{text: string, href?: string, onclick?: () => void}} Way a way on: a link, which may do something first, or
@@ -36,7 +36,7 @@ import { roundText } from "./seat_phrases.js";
  * @property {HTMLElement} [problem] says why a way on is closed
  * @property {HTMLElement} [company] says who has left, or is ready for the next round
  * @property {readonly HTMLElement[]} [asides] small print below
- * @property {import("../view/render.js").View} [view] how the arena looked at the end
+ * @property {import("../../view/render.js").View} [view] how the arena looked at the end
  */
 
 /** @param {HTMLElement} container @param {Options} options */

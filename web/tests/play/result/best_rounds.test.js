@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { countRound } from "../../play/best_rounds.js";
+import { countRound } from "../../../play/result/best_rounds.js";
 
 /** @returns {Pick<Storage, "getItem" | "setItem">} */
 function memory() {
@@ -11,18 +11,18 @@ function memory() {
   return { getItem: (key) => kept.get(key) ?? null, setItem: (key, value) => void kept.set(key, value) };
 }
 
-/** @param {string} name @param {number} limit @param {number} x @returns {import("../../play/best_rounds.js").Round} */
+/** @typedef {import("../../../play/result/best_rounds.js").Round} Round */
+
+/** @param {string} name @param {number} limit @param {number} x @returns {Round} */
 function round(name, limit = 500, x = 0) {
   const map = { name, robots: {}, walls: [], goals: [], items: [{ x }] };
-  return /** @type {import("../../play/best_rounds.js").Round} */ (
-    /** @type {unknown} */ ({ index: 0, total: 1, limit_ticks: limit, map })
-  );
+  return /** @type {Round} */ (/** @type {unknown} */ ({ index: 0, total: 1, limit_ticks: limit, map }));
 }
 
 let number = 0;
 /** @param {number} delivered @param {number} ticks @param {string} [recording] */
 function result(delivered, ticks, recording = `r${(number += 1)}`) {
-  return /** @type {import("../../play/game.js").RoundResult} */ (
+  return /** @type {import("../../../play/game.js").RoundResult} */ (
     /** @type {unknown} */ ({ delivered, ticks, recording, items: 4, outcome: "time" })
   );
 }

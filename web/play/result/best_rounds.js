@@ -4,10 +4,10 @@
  * then less time. Kept in localStorage.
  */
 
-import { lastingStorage } from "../core/browser_storage.js";
-import { textHash } from "../core/text_hash.js";
+import { lastingStorage } from "../../core/browser_storage.js";
+import { textHash } from "../../core/text_hash.js";
 
-/** @typedef {import("./game.js").RoundResult} RoundResult */
+/** @typedef {import("../game.js").RoundResult} RoundResult */
 /** @typedef {import("./result.js").Round & {limit_ticks: number}} Round */
 /** @typedef {{delivered: number, ticks: number}} Score */
 /** @typedef {Score & {at: number, last: string, before: Score | null}} Kept `last`: the round that was counted last */

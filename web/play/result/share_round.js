@@ -3,10 +3,10 @@
  * A finished round as a picture or an animation: handed to the device's own way of sharing on phones, saved elsewhere.
  */
 
-import { canShare } from "../components/link.js";
-import { requestBlob } from "../core/api.js";
-import { el } from "../core/dom.js";
-import { currentLanguage, say, sayError } from "../text/catalogue.js";
+import { canShare } from "../../components/link.js";
+import { requestBlob } from "../../core/api.js";
+import { el } from "../../core/dom.js";
+import { currentLanguage, say, sayError } from "../../text/catalogue.js";
 
 /** @typedef {{room: string, token: () => string, recording: string}} Shared  token: as it is at the press */
 
