@@ -6,8 +6,9 @@ from typing import Any, Concatenate
 
 from movingout.recordings.episode import Outcome
 from movingout.server.agent_workers.agent_use import AgentUse, agent_use
+from movingout.server.monitoring.overload import ProcessHealth
+from movingout.server.monitoring.status import room_report, server_report
 from movingout.server.notices import Notice
-from movingout.server.overload import ProcessHealth
 from movingout.server.public_host import Found, Given, PublicHost
 from movingout.server.room_host import RoomHost, warm_up
 from movingout.server.rooms.lateness import Lateness
@@ -18,7 +19,6 @@ from movingout.server.rooms.room_view import PlayedRound, RoomView
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
-from movingout.server.status import room_report, server_report
 
 
 class Host(PublicHost, RoomHost):

@@ -16,8 +16,8 @@ from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server.agent_workers.agent_use import AgentUse
 from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl, address_group
+from movingout.server.monitoring.overload import ProcessHealth
 from movingout.server.notices import NOTHING, ErrorCode, Notice
-from movingout.server.overload import ProcessHealth
 from movingout.server.own_maps.folder import MapFolder
 from movingout.server.own_maps.workers import MapWorkers
 from movingout.server.persistence.answer_log import AnswerLog
@@ -152,7 +152,7 @@ class PublicHost(ABC):
 
     @abstractmethod
     async def room_reports(self) -> list[dict[str, Any]]:
-        """What each process with rooms reports (server.status.room_report)."""
+        """What each process with rooms reports (server.monitoring.status.room_report)."""
 
     async def other_reports(self) -> dict[str, dict[str, Any]]:
         """What each process without rooms reports, by its name; that of agents, where it is one, with its workers."""

@@ -22,9 +22,9 @@ from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.closing import KEPT, CloseConnection, no_room
 from movingout.server.connection.endpoint import SocketEndpoint
 from movingout.server.memory import GarbageCollection
+from movingout.server.monitoring.overload import Overload, ProcessHealth
 from movingout.server.notices import ErrorCode
 from movingout.server.open_files import within_open_files
-from movingout.server.overload import Overload, ProcessHealth
 from movingout.server.own_maps.workers import MapWorkers
 from movingout.server.persistence.fsync import sync_recordings, try_writing
 from movingout.server.persistence.room_snapshot import restore_room, room_file

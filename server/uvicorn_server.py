@@ -234,7 +234,7 @@ def game_server(
         ws_ping_timeout=20.0,
         timeout_keep_alive=5,
         timeout_graceful_shutdown=5,
-        log_config=None,  # what it would set up ends our limits, JSON and addresses left out (server.logs)
+        log_config=None,  # what it would set up ends our limits, JSON and addresses left out (monitoring.logs)
         log_level="warning",
         access_log=False,
         server_header=False,

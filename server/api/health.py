@@ -6,7 +6,7 @@ from fastapi import APIRouter, Depends
 from fastapi.responses import Response
 
 from movingout.server.api.authentication import admin
-from movingout.server.metrics import CONTENT_TYPE, metrics_text
+from movingout.server.monitoring.metrics import CONTENT_TYPE, metrics_text
 from movingout.server.public_host import PublicHost
 
 

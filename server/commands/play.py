@@ -13,7 +13,7 @@ from movingout.maps.commands.sentences import tell
 from movingout.server.app import create_app
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.commands.partner_check import check_partner
-from movingout.server.logs import log_to
+from movingout.server.monitoring.logs import log_to
 from movingout.server.network_options import is_loopback
 from movingout.server.open_files import raise_open_files
 from movingout.server.options import add_options, values_of

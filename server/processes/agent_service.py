@@ -36,10 +36,10 @@ from movingout.server.agent_workers.capacity import COSTS_S, AgentCosts, cost_na
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.agent_workers.process import Worker
 from movingout.server.background import BackgroundWork
-from movingout.server.logs import log_to
+from movingout.server.monitoring.logs import log_to
+from movingout.server.monitoring.status import process_report
 from movingout.server.processes.agent_messages import Free, Lost
 from movingout.server.processes.channel import Channel, first_message
-from movingout.server.status import process_report
 
 log = logging.getLogger(__name__)
 

@@ -18,8 +18,9 @@ from movingout.server.agent_workers.capacity import COSTS
 from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.memory import GarbageCollection
+from movingout.server.monitoring.overload import ProcessHealth
+from movingout.server.monitoring.status import process_report, server_report
 from movingout.server.notices import Notice
-from movingout.server.overload import ProcessHealth
 from movingout.server.processes import agent_service, room_process
 from movingout.server.processes.agent_link import AgentLink
 from movingout.server.processes.agent_service import StartAgents
@@ -40,7 +41,6 @@ from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Settings
-from movingout.server.status import process_report, server_report
 
 log = logging.getLogger(__name__)
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Protocol
 
 from movingout.server.connection.admission import SocketNews
-from movingout.server.overload import ProcessHealth
+from movingout.server.monitoring.overload import ProcessHealth
 from movingout.server.rooms.room_view import PlayedRound
 
 

@@ -15,7 +15,7 @@ import psutil
 
 from movingout.server.connection.admission import SocketNews, address_group
 from movingout.server.connection.socket_counts import SocketCounts
-from movingout.server.overload import ProcessHealth
+from movingout.server.monitoring.overload import ProcessHealth
 from movingout.server.processes.channel import Channel, ProcessGone
 from movingout.server.processes.handover import HandingOver, closed_on_error, socket_pair
 from movingout.server.processes.kept_process import STOP_S, KeptProcess

@@ -19,7 +19,8 @@ from starlette.routing import Mount, WebSocketRoute
 from movingout.maps import MapSpec
 from movingout.recordings.episode import Outcome
 from movingout.server.connection.asgi import App, Message, Receive, Send
-from movingout.server.logs import log_to
+from movingout.server.monitoring.logs import log_to
+from movingout.server.monitoring.status import room_report
 from movingout.server.notices import Notice
 from movingout.server.processes import news
 from movingout.server.processes.channel import Channel, first_message
@@ -36,7 +37,6 @@ from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Settings
-from movingout.server.status import room_report
 from movingout.server.uvicorn_server import GameServer, game_server
 
 log = logging.getLogger(__name__)

@@ -6,7 +6,7 @@ from typing import get_args
 
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 
-from movingout.server.metrics import counter, gauge
+from movingout.server.monitoring.metrics import counter, gauge
 from movingout.server.notices import AlertCode
 from movingout.server.study.running_study import RunningStudy
 

@@ -13,7 +13,7 @@ import pytest
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.connection_limits import ConnectionLimits, both_forms, is_trusted
 from movingout.server.host import Host
-from movingout.server.overload import Overload
+from movingout.server.monitoring.overload import Overload
 from movingout.server.persistence.answer_log import AnswerLog, TooManyAnswers
 from movingout.server.rooms.scheduler import RoomScheduler
 from movingout.server.settings import Limits

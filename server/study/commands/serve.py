@@ -23,7 +23,7 @@ from movingout.server.commands.play import (
 )
 from movingout.server.connection.asgi import App
 from movingout.server.host import Host
-from movingout.server.logs import log_to
+from movingout.server.monitoring.logs import log_to
 from movingout.server.options import values_of
 from movingout.server.persistence.data_folder import (
     exclusive_data_folder,

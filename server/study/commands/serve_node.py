@@ -8,7 +8,7 @@ from hashlib import sha256
 from movingout.server.cluster.errors import ClusterError
 from movingout.server.cluster.study.app import create_study_node
 from movingout.server.commands.play import as_node, shown_token, tell_cautions, with_kept_token
-from movingout.server.logs import log_to
+from movingout.server.monitoring.logs import log_to
 from movingout.server.persistence.data_folder import exclusive_data_folder, refuse_served_folder
 from movingout.server.persistence.recording_uploads import check_bucket
 from movingout.server.settings import Settings

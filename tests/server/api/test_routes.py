@@ -15,10 +15,10 @@ from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, agent_card
 from movingout.agents.checkpoint.checkpoint import SHIPPED, read_checkpoint, readable_checkpoints
 from movingout.maps import map_from_json, shipped_map_names
 from movingout.server import messages as m
-from movingout.server import status as server_status
 from movingout.server.api import offered_agents, room_requests
 from movingout.server.api.offered_agents import OfferedAgents
 from movingout.server.api.pages import WEB
+from movingout.server.monitoring import status as server_status
 from movingout.server.settings import Settings
 from tests.server.live import ADMIN, Live, serve
 

@@ -12,13 +12,13 @@ from movingout.server import messages as m
 from movingout.server.agent_workers.agent_seat import AgentSeat
 from movingout.server.cluster.host import ClusterHost
 from movingout.server.host import Host
+from movingout.server.monitoring.status import room_report
 from movingout.server.persistence.room_snapshot import room_file
 from movingout.server.persistence.room_store import RoomFile
 from movingout.server.room_host import RoomHost, RoomKept
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
-from movingout.server.status import room_report
 
 ROUND = "round-1"
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from movingout.server.overload import ProcessHealth
+from movingout.server.monitoring.overload import ProcessHealth
 from movingout.server.processes.channel import ProcessGone
 from movingout.server.processes.front import Front
 from movingout.server.rooms.services import RoomConfig

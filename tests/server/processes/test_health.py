@@ -16,8 +16,8 @@ from movingout.server.processes import agent_link, agent_service
 from movingout.server.processes.front import Front
 from movingout.server.processes.template import TemplateProcess
 from tests.server.live import ADMIN, Live
+from tests.server.monitoring.test_metrics import scraped
 from tests.server.processes.cluster import cluster, links
-from tests.server.test_metrics import scraped
 
 WITHIN_S = 30.0
 

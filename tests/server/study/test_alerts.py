@@ -2,7 +2,7 @@
 
 import io
 
-from movingout.server.logs import PER_MINUTE, log_to
+from movingout.server.monitoring.logs import PER_MINUTE, log_to
 from movingout.server.study.alerts import MAX_ALERTS, MOST_ALIKE, REPEAT_S, Alerts
 
 

@@ -12,8 +12,8 @@ from typing import Any, NoReturn
 import pytest
 
 from movingout.agents.errors import AgentError, AgentsBusyError
+from movingout.server.monitoring.overload import ProcessHealth
 from movingout.server.notices import Notice
-from movingout.server.overload import ProcessHealth
 from movingout.server.rooms.seat import Seat
 from movingout.server.study import databases
 from movingout.study.errors import StoreError

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from movingout.server.logs import PER_MINUTE, JsonFormatter, LogFormat, RateLimit, log_to, printable
+from movingout.server.monitoring.logs import PER_MINUTE, JsonFormatter, LogFormat, RateLimit, log_to, printable
 from tests.server.live import WAIT_S, raw_socket, serve
 
 

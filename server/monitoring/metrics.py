@@ -9,9 +9,9 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Histo
 from prometheus_client.exposition import CONTENT_TYPE_PLAIN_1_0_0
 from prometheus_client.registry import Collector
 
+from movingout.server.monitoring.status import refused
 from movingout.server.public_host import PublicHost
 from movingout.server.rooms.lateness import Lateness
-from movingout.server.status import refused
 
 CONTENT_TYPE = CONTENT_TYPE_PLAIN_1_0_0
 LATE_MS = 10.0

@@ -12,14 +12,14 @@ import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 from movingout.server.host import Host
+from movingout.server.monitoring.status import room_report
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.settings import Settings
-from movingout.server.status import room_report
 from tests.server.live import ADMIN, Live, limits, serve
 from tests.server.study.support import served
 
-DEPLOY = Path(__file__).parents[2] / "deploy" / "monitoring"
+DEPLOY = Path(__file__).parents[3] / "deploy" / "monitoring"
 STUDY_ONLY = "movingout_study_"
 
 
