@@ -149,15 +149,10 @@ def run_grid(
     open_folder(folder, grid, provenance)
     with Shard(folder, index, count) as file:
         begun = _BegunShard(matches, read_results(folder))
-        if failed := begun.failed:
-            again(failed)
-        if begun.todo and (other := begun.of_other_code):
-            other_code(other)
         recordings = folder / "recordings" if record else None
         if recordings is not None:
             make_folder(recordings)
-            if lacking := begun.unrecorded:
-                unrecorded(lacking)
+        begun.tell(again, other_code, unrecorded if record else no_op)
         progress(begun.done, len(matches))
         if begun.todo:
             add_metrics(folder, provenance)
@@ -204,6 +199,15 @@ class _BegunShard:
         """How many of these matches are not played again and have no recording."""
         todo = {match.id for match in self.todo}
         return sum(match.id not in todo and not self._finished[match.id].recording for match in self._matches)
+
+    def tell(self, again: OnAgain, other_code: OnOtherCode, unrecorded: OnUnrecorded) -> None:
+        """Say what the earlier results mean for this run; nothing where there are none."""
+        if failed := self.failed:
+            again(failed)
+        if self.todo and (other := self.of_other_code):
+            other_code(other)
+        if lacking := self.unrecorded:
+            unrecorded(lacking)
 
 
 def _finish(folder: Path, grid: Grid, plan: list[PlannedMatch]) -> GridRun:

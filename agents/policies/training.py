@@ -45,15 +45,8 @@ def train_policy(
     if first is None:
         fit_normaliser(policy, windows)
     change = augmentation(spec, config)
-    train, held_out = windows.split(config.held_out, config.seed)
     random = np.random.default_rng(config.seed)
-    if config.window_share < 1.0:
-        train = random.choice(train, max(int(config.window_share * len(train)), 1), replace=False)
-    if config.event_weight > 1:
-        train = np.concatenate([train, *[train[hand_changes(windows, train)]] * (config.event_weight - 1)])
-    held_out = random.permutation(held_out if len(held_out) else train)[
-        : VALIDATION_PICTURES if spec.picture else VALIDATION_ROWS
-    ]
+    train, held_out = _training_rows(windows, config, random, VALIDATION_PICTURES if spec.picture else VALIDATION_ROWS)
     updates = math.ceil(config.epochs * len(train) / config.batch) if config.epochs else config.updates
 
     def draw() -> tuple[Tensor, Tensor]:
@@ -71,6 +64,21 @@ def train_policy(
     trained = fit(TrainingTask(policy, losses, validate, updates, random, len(train), draw), config, folder)
     assert isinstance(trained.network, Policy)
     return FitResult(trained.network.cpu(), trained.updates, trained.made)
+
+
+def _training_rows(
+    windows: Windows, config: PolicyConfig, random: np.random.Generator, validation_rows: int
+) -> tuple[Indices, Indices]:
+    """Rows to draw batches from, in which grasps occur `event_weight` times, and at most `validation_rows` to validate.
+
+    Where nobody is held out, rows of training validate.
+    """
+    train, held_out = windows.split(config.held_out, config.seed)
+    if config.window_share < 1.0:
+        train = random.choice(train, max(int(config.window_share * len(train)), 1), replace=False)
+    if config.event_weight > 1:
+        train = np.concatenate([train, *[train[hand_changes(windows, train)]] * (config.event_weight - 1)])
+    return train, random.permutation(held_out if len(held_out) else train)[:validation_rows]
 
 
 def drawing_devices(network: nn.Module) -> list[torch.device]:

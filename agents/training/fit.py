@@ -81,14 +81,8 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
     """
     torch.set_num_threads(config.threads)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    network = task.network.to(device)
-    optimiser = torch.optim.AdamW(
-        network.parameters(), lr=config.rate, weight_decay=config.decay, fused=device.type == "cuda"
-    )
-    mixed = config.precision == "bf16" or (config.precision == "auto" and _faster_in_bf16(device))
     is_compiled = _is_compiled(task, config, device)
-    gradients = Gradients(network, _compiled(task.losses) if is_compiled else task.losses, task.draw, device, mixed)
-    state = _State(network, _copied(network), optimiser, gradients)
+    state = _new_state(task, config, device, is_compiled)
     folder.mkdir(parents=True, exist_ok=True)
     torch.manual_seed(config.seed * SEED_STRIDE)
     _resume(state, task, config, folder / RESUME)
@@ -109,16 +103,31 @@ def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.
             is_evaluated = state.update % config.evaluate_every == 0 or state.update == task.updates
             if is_evaluated:
                 values = _evaluated(state, task, losses)
-                with written(folder):
-                    for name, value in values.items():
-                        writer.add_scalar(name, value, state.update)
-                seconds = round(time.monotonic() - begun, 1)
-                append_losses(folder, {"update": state.update, "seconds": seconds, **values})
+                _log_losses(folder, writer, state.update, time.monotonic() - begun, values)
                 display.evaluated(values["loss"])
             if is_evaluated or time.monotonic() - saved >= SAVE_SECONDS:
                 _save(state, task, config, folder / RESUME)
                 saved = time.monotonic()
     return FitResult(state.average.eval(), state.update, state.update - begun_at)
+
+
+def _new_state(task: TrainingTask, config: Optimisation, device: torch.device, is_compiled: bool) -> _State:
+    """Before the first update, with the network on `device`."""
+    network = task.network.to(device)
+    optimiser = torch.optim.AdamW(
+        network.parameters(), lr=config.rate, weight_decay=config.decay, fused=device.type == "cuda"
+    )
+    mixed = config.precision == "bf16" or (config.precision == "auto" and _faster_in_bf16(device))
+    gradients = Gradients(network, _compiled(task.losses) if is_compiled else task.losses, task.draw, device, mixed)
+    return _State(network, _copied(network), optimiser, gradients)
+
+
+def _log_losses(folder: Path, writer: SummaryWriter, update: int, seconds: float, values: dict[str, float]) -> None:
+    """To TensorBoard and `losses.jsonl`; `seconds` since this run began. Raises DataError if they cannot be written."""
+    with written(folder):
+        for name, value in values.items():
+            writer.add_scalar(name, value, update)
+    append_losses(folder, {"update": update, "seconds": round(seconds, 1), **values})
 
 
 @contextlib.contextmanager

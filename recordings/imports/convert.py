@@ -130,10 +130,7 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
     drift_tick, drift = _drift(states, simulated)
     last = "recorded"
     if before:
-        agrees = drift_tick < 0
-        states = [*states, simulated[len(states)]] if agrees else states
-        actions = actions if agrees else actions[:-1]
-        last = "simulated" if agrees else "left out"
+        states, actions, last = _completed(states, actions, simulated, agrees=drift_tick < 0)
     if played != spec:  # as whoever simulates the recording will find
         drift_tick, drift = _drift(states, _simulated(spec, actions))
     if not len(actions):
@@ -161,6 +158,18 @@ def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) 
         drift=drift,
         drift_tick=drift_tick,
     )
+
+
+def _completed(
+    states: list[WorldState], actions: Floats, simulated: list[WorldState], *, agrees: bool
+) -> tuple[list[WorldState], Floats, str]:
+    """States and actions of a file that has no state after its last action, and what became of that tick.
+
+    Its state is simulated where the simulation agrees with all states before; otherwise the tick is left out.
+    """
+    if agrees:
+        return [*states, simulated[len(states)]], actions, "simulated"
+    return states, actions[:-1], "left out"
 
 
 def _origin(source: TrajectoryFile) -> tuple[str, str, str]:

@@ -16,7 +16,14 @@ from fastapi.responses import Response
 from movingout.recordings import RecordingError
 from movingout.recordings.annotation.findings_table import finding_rows
 from movingout.recordings.annotation.search import FailureSearch, search_failures
-from movingout.recordings.annotation.verdicts import add_verdict, checked_annotator, new_line, newest, verdicts_of
+from movingout.recordings.annotation.verdicts import (
+    VerdictLine,
+    add_verdict,
+    checked_annotator,
+    new_line,
+    newest,
+    verdicts_of,
+)
 from movingout.recordings.spreadsheet import safe_cells
 from movingout.server.api.authentication import admin, body_of
 from movingout.server.api.errors import ApiError, unreadable
@@ -69,14 +76,7 @@ def routes(host: PublicHost) -> APIRouter:
     @router.post("/verdicts")
     async def say(request: Request) -> dict[str, bool]:
         body = await body_of(request, VerdictRequest)
-        known = {finding["id"]: finding for finding in _documents(await searched(0.0))}
-        if body.finding not in known:
-            raise ApiError(404, "no_finding", "There is no such finding; the recording may have been deleted.")
-        try:
-            study = known[body.finding]["study"]
-            line = new_line(body.finding, body.verdict, _named(body.annotator), study, body.note)
-        except RecordingError as error:
-            raise ApiError(422, "answer", str(error)) from None
+        line = _checked_verdict(body, await searched(0.0))
         try:
             await asyncio.to_thread(add_verdict, folder(), line)
         except OSError as error:
@@ -87,15 +87,31 @@ def routes(host: PublicHost) -> APIRouter:
     async def table() -> Response:
         search = await searched(0.0)
         lines = await asyncio.to_thread(verdicts_of, folder())
-        columns, rows = finding_rows(search.recordings, newest(lines))
-        text = io.StringIO()
-        writer = csv.DictWriter(text, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(map(safe_cells, rows))
         headers = {"content-disposition": 'attachment; filename="annotations.csv"', "cache-control": "no-store"}
-        return Response(text.getvalue(), media_type="text/csv; charset=utf-8", headers=headers)
+        return Response(_csv_text(search, lines), media_type="text/csv; charset=utf-8", headers=headers)
 
     return router
+
+
+def _checked_verdict(body: VerdictRequest, search: FailureSearch) -> VerdictLine:
+    """The verdict as it is kept. Raises ApiError for a finding that is not there, and for a verdict that is none."""
+    known = {finding["id"]: finding for finding in _documents(search)}
+    if body.finding not in known:
+        raise ApiError(404, "no_finding", "There is no such finding; the recording may have been deleted.")
+    try:
+        return new_line(body.finding, body.verdict, _named(body.annotator), known[body.finding]["study"], body.note)
+    except RecordingError as error:
+        raise ApiError(422, "answer", str(error)) from None
+
+
+def _csv_text(search: FailureSearch, lines: list[VerdictLine]) -> str:
+    """The table of findings with the newest verdict of each annotator."""
+    columns, rows = finding_rows(search.recordings, newest(lines))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(map(safe_cells, rows))
+    return text.getvalue()
 
 
 def _documents(search: FailureSearch) -> Iterator[dict[str, Any]]:

@@ -215,6 +215,16 @@ def _answer_routes(host: PublicHost) -> APIRouter:
 # ---- recordings -----------------------------------------------------------------------------------------------
 
 
+async def _replay_of(host: PublicHost, episode_id: str, request: Request) -> ReplayFiles:
+    """Raises ApiError for a recording that is not there, and where this address has asked for too many replays."""
+    if not (host.recording_service.has_replay(episode_id) or host.is_admin(bearer(request))):
+        limit_replays(host, address_of(request))
+    try:
+        return await host.recording_service.replay(episode_id, address_group(address_of(request)))
+    except RecordingError as error:
+        raise unreadable(error, 404, "no_recording") from None
+
+
 def _recording_routes(host: PublicHost) -> APIRouter:
     blinded = [] if host.settings.lobby else [Depends(admin(host))]  # a recording says who the partner was
     router = APIRouter(dependencies=blinded)
@@ -227,25 +237,17 @@ def _recording_routes(host: PublicHost) -> APIRouter:
             raise unreadable(error, 503, "no_recordings") from None
         return Response(document, media_type="application/json")
 
-    async def replay_of(episode_id: str, request: Request) -> ReplayFiles:
-        if not (host.recording_service.has_replay(episode_id) or host.is_admin(bearer(request))):
-            limit_replays(host, address_of(request))
-        try:
-            return await host.recording_service.replay(episode_id, address_group(address_of(request)))
-        except RecordingError as error:
-            raise unreadable(error, 404, "no_recording") from None
-
     @router.get("/api/recordings/{episode_id}")
     async def recording(episode_id: str, request: Request) -> Response:
-        return Response((await replay_of(episode_id, request)).summary, media_type="application/json")
+        return Response((await _replay_of(host, episode_id, request)).summary, media_type="application/json")
 
     @router.get("/api/recordings/{episode_id}/poses")
     async def poses(episode_id: str, request: Request) -> Response:
-        return Response((await replay_of(episode_id, request)).poses, media_type="application/octet-stream")
+        return Response((await _replay_of(host, episode_id, request)).poses, media_type="application/octet-stream")
 
     @router.get("/api/recordings/{episode_id}/thoughts")
     async def decision_traces(episode_id: str, request: Request) -> Response:
-        return Response((await replay_of(episode_id, request)).decision_traces, media_type="application/json")
+        return Response((await _replay_of(host, episode_id, request)).decision_traces, media_type="application/json")
 
     @router.get("/api/recordings/{episode_id}/file")
     async def file(episode_id: str, request: Request) -> Response:

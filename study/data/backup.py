@@ -80,6 +80,27 @@ def back_up(
 def _write(
     folder: StudyFolder, part: Path, target: Path, identities: bool, previous: Path | None, now: float
 ) -> BackedUp:
+    _copy_databases(folder, part, identities)
+    rows, warnings = _copy_study(folder, part)
+    _fold_in(part / MAIN)
+    episodes = [str(row["episode"]) for row in rows]
+    absent = tuple(_copy_recordings(folder.recordings, part / "recordings", episodes, previous))
+    unplayed = {row["episode"] for row in rows if row["ticks"] == 0}
+    missing = tuple(episode for episode in absent if episode not in unplayed)
+    for line in verdicts_of(folder.recordings):
+        if line.recording in set(episodes):
+            add_verdict(part, line)
+    files = _write_manifest(part, folder.study.id, identities, now)
+    for path in (*part.rglob("*"), part):
+        if path.is_file() or path.is_dir():
+            sync(path)
+    size = sum(path.stat().st_size for path in part.rglob("*") if path.is_file())
+    copied = len(set(episodes)) - len(absent)
+    return BackedUp(target, folder.study.id, files, size, copied, missing, identities, warnings)
+
+
+def _copy_databases(folder: StudyFolder, part: Path, identities: bool) -> None:
+    """The main database and, where `identities` are wanted, those who had a page before the main one was copied."""
     if identities:
         _save(folder.identities, folder.own / IDENTITY, "identity", part / IDENTITY)
         before = _opened(part / IDENTITY)
@@ -90,6 +111,10 @@ def _write(
         _leave_out_arrivals(part, before)
         with suppress(FileNotFoundError):
             shutil.copy2(folder.own / LINK_KEY, part / LINK_KEY)
+
+
+def _copy_study(folder: StudyFolder, part: Path) -> tuple[list[dict[str, Any]], tuple[str, ...]]:
+    """Write the study's file, notes and maps beside its copied database; returns its rounds and warnings."""
     with closing(Store(part / MAIN)) as store:
         frozen = frozen_study(store)
         if frozen.id != folder.study.id:
@@ -99,28 +124,19 @@ def _write(
         add_notes(folder.data, part)
         study, warnings = _begun(folder, store)
         copy_own_maps(study, part)
-        rows = store.rows(rounds)
-    episodes = [str(row["episode"]) for row in rows]
-    _fold_in(part / MAIN)
-    absent = tuple(_copy_recordings(folder.recordings, part / "recordings", episodes, previous))
-    unplayed = {row["episode"] for row in rows if row["ticks"] == 0}
-    missing = tuple(episode for episode in absent if episode not in unplayed)
-    for line in verdicts_of(folder.recordings):
-        if line.recording in set(episodes):
-            add_verdict(part, line)
+        return store.rows(rounds), warnings
+
+
+def _write_manifest(part: Path, study_id: str, identities: bool, now: float) -> int:
+    """Write the size and the digest of each file of the backup; returns how many there are."""
     files = {
         str(path.relative_to(part)): {"bytes": path.stat().st_size, "sha256": _digest(path)}
         for path in sorted(part.rglob("*"))
         if path.is_file() and path != part / MANIFEST
     }
-    about = {"format": FORMAT, "study": folder.study.id, "made": round(now), "identities": identities, "files": files}
+    about = {"format": FORMAT, "study": study_id, "made": round(now), "identities": identities, "files": files}
     (part / MANIFEST).write_text(json.dumps(about, indent=1), encoding="utf-8")
-    for path in (*part.rglob("*"), part):
-        if path.is_file() or path.is_dir():
-            sync(path)
-    size = sum(path.stat().st_size for path in part.rglob("*") if path.is_file())
-    copied = len(set(episodes)) - len(absent)
-    return BackedUp(target, folder.study.id, len(files), size, copied, missing, identities, warnings)
+    return len(files)
 
 
 def _opened(identity_file: Path) -> set[str]:

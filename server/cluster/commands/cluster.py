@@ -7,12 +7,13 @@ import math
 import sys
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from movingout.agents.live_options import check_live_agent
 from movingout.maps.commands.parser import output_place
 from movingout.server.cluster.capacity import FIGURES, plan, read_figures
 from movingout.server.cluster.errors import ClusterError
-from movingout.server.cluster.lease_store import ClusterView, LeaseStore
+from movingout.server.cluster.lease_store import ClusterView, LeaseStore, NodeRow
 from movingout.server.cluster.proxy_config import TEMPLATES, ProxyConfig, ProxyLimits, command_line, nodes_of
 from movingout.server.cluster.report import has_lease, unserved_study, waiting_rooms
 from movingout.server.cluster.shards import SHARDS, STUDY
@@ -177,22 +178,8 @@ def _status(args: argparse.Namespace) -> int:
             await store.close()
 
     view = asyncio.run(look())
-    waiting, study = list(waiting_rooms(view, args.lease)), view.lease(STUDY)
-    rows = [
-        {
-            "name": node.name,
-            "state": node.state if node.alive or node.state == "ended" else "away",
-            "rooms": node.rooms,
-            "shards": "".join(
-                lease.shard for lease in view.leases if lease.node == node.name and lease.shard in SHARDS
-            ),
-            "runs_study": study is not None and has_lease(node, study) and not node.problem,
-            "problem": node.problem if node.alive else "",
-            "version": node.version,
-            "address": node.address,
-        }
-        for node in view.nodes
-    ]
+    waiting = list(waiting_rooms(view, args.lease))
+    rows = [_node_row(node, view) for node in view.nodes]
     unserved = [f"node {row['name']}: {row['problem']}" for row in rows if row["problem"]]
     unserved = unserved or [sentence for sentence in [unserved_study(view)] if sentence]
     if args.json:
@@ -202,8 +189,21 @@ def _status(args: argparse.Namespace) -> int:
         for row in rows:
             runs = "  runs the study" if row["runs_study"] else ""
             print("{name:<16}{state:<10}{rooms:>6}  {shards:<12}{version:<10}{address}".format(**row) + runs)
-        for sentence in unserved:
-            print(sentence)
-        for sentence in waiting:
+        for sentence in (*unserved, *waiting):
             print(sentence)
     return 1 if waiting or unserved else 0
+
+
+def _node_row(node: NodeRow, view: ClusterView) -> dict[str, Any]:
+    """What is printed of a node, which is "away" when it neither renews its leases nor has ended."""
+    study = view.lease(STUDY)
+    return {
+        "name": node.name,
+        "state": node.state if node.alive or node.state == "ended" else "away",
+        "rooms": node.rooms,
+        "shards": "".join(lease.shard for lease in view.leases if lease.node == node.name and lease.shard in SHARDS),
+        "runs_study": study is not None and has_lease(node, study) and not node.problem,
+        "problem": node.problem if node.alive else "",
+        "version": node.version,
+        "address": node.address,
+    }

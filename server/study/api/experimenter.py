@@ -52,20 +52,30 @@ def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: 
     @router.get("/qr.svg")
     async def qr(request: Request, code: Annotated[str, Query(max_length=LONGEST_CODE)]) -> Response:
         address = str(request.base_url.replace(path="/study", query="")) + f"?code={code}"
-        picture = io.BytesIO()  # with its namespace: the page shows it in an <img>
-        segno.make(address, error="m").save(picture, kind="svg", border=2, scale=4, dark="#000", light="#fff")
-        return Response(picture.getvalue(), media_type="image/svg+xml", headers=NO_STORE)
+        return Response(_qr_code(address), media_type="image/svg+xml", headers=NO_STORE)
 
     @router.get("/payments.csv")
     async def payments() -> Response:
-        text = io.StringIO()
-        writer = csv.DictWriter(text, PAYMENT_COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(await experimenter.payments())
-        file = text.getvalue().encode(ENCODING)
+        file = _payments_csv(await experimenter.payments())
         return Response(file, media_type="text/csv; charset=utf-8", headers=NO_STORE)
 
     return router
+
+
+def _qr_code(address: str) -> bytes:
+    """An SVG with its namespace: the page shows it in an <img>."""
+    picture = io.BytesIO()
+    segno.make(address, error="m").save(picture, kind="svg", border=2, scale=4, dark="#000", light="#fff")
+    return picture.getvalue()
+
+
+def _payments_csv(rows: list[dict[str, Any]]) -> bytes:
+    """A table with PAYMENT_COLUMNS, in the encoding that spreadsheets expect."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, PAYMENT_COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue().encode(ENCODING)
 
 
 def _handler(

@@ -77,6 +77,13 @@ def serve(args: argparse.Namespace) -> int:
         timed = _check_beginning(found, args, settings, begun=frozen.begun)
         sys.setswitchinterval(SWITCH_S)
         return serve_node(settings, folder, text_to_freeze(args.file, frozen.text), admission, timed)
+    return _serve_alone(args, study, found, settings, admission)
+
+
+def _serve_alone(
+    args: argparse.Namespace, study: Study, found: Review, settings: Settings, admission: Admission
+) -> int:
+    """Serve the study from this machine alone, until the server is stopped; the exit code. Raises MovingOutError."""
     folder = StudyFolder(study, settings.data, args.database, args.identities)
     refuse_cluster_folder(settings.data)
     if settings.s3:
