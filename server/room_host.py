@@ -21,7 +21,7 @@ from movingout.server.background import BackgroundWork, reason
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.closing import KEPT, CloseConnection, no_room
 from movingout.server.connection.endpoint import SocketEndpoint
-from movingout.server.memory import GarbageCollection
+from movingout.server.garbage_collection import GarbageCollection
 from movingout.server.monitoring.overload import Overload, ProcessHealth
 from movingout.server.notices import ErrorCode
 from movingout.server.open_files import within_open_files

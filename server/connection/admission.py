@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Literal, TypeVar
 
-from movingout.server.connection.networks import TIMES, counted_as, take_of_all
+from movingout.server.connection.networks import TIMES, counted_as, take_from_all
 from movingout.server.connection.other_nodes import OtherNodes
 from movingout.server.connection.socket_counts import SocketCounts
 from movingout.server.connection.token_bucket import TokenBucket
@@ -302,7 +302,9 @@ class AdmissionControl:
 
     def _take(self, buckets: dict[str, TokenBucket], group: str, per_s: float, burst: float, cost: float = 1.0) -> bool:
         now = self._clock()
-        return take_of_all(group, cost, now, lambda each, times: used(buckets, each, times * per_s, times * burst, now))
+        return take_from_all(
+            group, cost, now, lambda each, times: used(buckets, each, times * per_s, times * burst, now)
+        )
 
 
 def recorded_as(owner: str) -> list[tuple[str, int]]:

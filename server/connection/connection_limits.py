@@ -6,7 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Collection
 
 from movingout.server.connection.admission import address_group, used
-from movingout.server.connection.networks import counted_as, take_of_all
+from movingout.server.connection.networks import counted_as, take_from_all
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.settings import Limits
 
@@ -57,7 +57,7 @@ class ConnectionLimits:
         for each, _ in counted:
             self._open[each] += 1
         per_s, cost = self._limits.accepts_per_address_per_s, HANDSHAKE_COST if tls else 1.0
-        return all(self._open[each] <= times * most for each, times in counted) and take_of_all(
+        return all(self._open[each] <= times * most for each, times in counted) and take_from_all(
             group, cost, now, lambda each, times: used(self._opened, each, times * per_s, times * 10.0 * per_s, now)
         )
 

@@ -21,7 +21,7 @@ def counted_as(group: str) -> tuple[tuple[str, int], ...]:
     return ((group, 1),)
 
 
-def take_of_all(group: str, cost: float, now: float, bucket_of: Callable[[str, int], TokenBucket]) -> bool:
+def take_from_all(group: str, cost: float, now: float, bucket_of: Callable[[str, int], TokenBucket]) -> bool:
     """Take from each bucket of what a group counts as, which `bucket_of` gives; from none where one has too little."""
     buckets = [bucket_of(*each) for each in counted_as(group)]
     return all([bucket.holds(now, cost) for bucket in buckets]) and all([bucket.take(now, cost) for bucket in buckets])

@@ -12,7 +12,7 @@ from movingout.maps import MapSpec, is_reserved
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split
 from movingout.recordings.process_pool import StoppablePool, process_pool
-from movingout.server.connection.turns import Turns
+from movingout.server.connection.fair_queue import FairQueue
 from movingout.server.own_maps import solving
 from movingout.server.own_maps.folder import Outcome
 from movingout.server.persistence.work_process import CLOSE_S, NICE
@@ -39,7 +39,7 @@ class MapWorkers:
 
     def __init__(self, on_work: Callable[[str, float], None] = lambda address, seconds: None) -> None:
         self._pools: dict[Kind, StoppablePool] = {}
-        self._turns = {kind: Turns() for kind in ("checks", "variants")}
+        self._queues = {kind: FairQueue() for kind in ("checks", "variants")}
         self._on_work = on_work
         self._solving: set[str] = set()  # addresses
         self._closed = False
@@ -68,7 +68,7 @@ class MapWorkers:
     async def read_file(self, path: Path) -> Outcome:
         """The map of a file of the operator's folder, or what is wrong with it."""
         try:
-            async with self._turns["checks"].turn():
+            async with self._queues["checks"].turn():
                 outcome: Outcome = await self._run("checks", solving.read_file, path)
         except Busy:
             return f"{path.name} cannot be looked at: the process that reads it ends; change the file to try again"
@@ -95,9 +95,9 @@ class MapWorkers:
 
     async def _in_turn(self, kind: Kind, address: str, charged: str, work: Any, *arguments: Any) -> Any:
         """Run when it is the turn of an address, at the expense of `charged`. Raises Busy."""
-        if address and not self._turns[kind].has_place(address, MOST_WAITING, MOST_OF_ONE):
+        if address and not self._queues[kind].has_place(address, MOST_WAITING, MOST_OF_ONE):
             raise Busy("The server is checking many maps at the moment; try again in a few seconds.")
-        async with self._turns[kind].turn(address):
+        async with self._queues[kind].turn(address):
             started = time.monotonic()
             seconds: float | None = None
             try:

@@ -7,7 +7,7 @@ from typing import Any
 
 from movingout.recordings import RecordingError
 from movingout.recordings.process_pool import process_pool
-from movingout.server.connection.turns import Turns
+from movingout.server.connection.fair_queue import FairQueue
 
 log = logging.getLogger(__name__)
 
@@ -27,7 +27,7 @@ class WorkProcess:
     def __init__(self, what: str) -> None:
         self._what = what
         self._executor = process_pool(1, NICE)
-        self._turns = Turns()  # a process that dies concerns one call, not all that wait for it
+        self._queue = FairQueue()  # a process that dies concerns one call, not all that wait for it
         self._closed = False
 
     async def run(self, work: Any, *arguments: Any, urgent: bool = False, address: str = "") -> Any:
@@ -37,9 +37,9 @@ class WorkProcess:
         Once more in a new process if it died. RecordingError when it dies again, or after `close`; ReadersBusy, unless
         it is `urgent`, when too many are waiting.
         """
-        if not urgent and not self._turns.has_place(address, MOST_WAITING, MOST_OF_ONE):
+        if not urgent and not self._queue.has_place(address, MOST_WAITING, MOST_OF_ONE):
             raise ReadersBusy("too many recordings are being read at the moment; try again in a minute")
-        async with self._turns.turn(address):
+        async with self._queue.turn(address):
             return await self._attempt_twice(work, arguments)
 
     async def close(self) -> None:

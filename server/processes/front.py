@@ -17,7 +17,7 @@ from movingout.server.agent_workers.agent_use import AgentUse
 from movingout.server.agent_workers.capacity import COSTS
 from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl
-from movingout.server.memory import GarbageCollection
+from movingout.server.garbage_collection import GarbageCollection
 from movingout.server.monitoring.overload import ProcessHealth
 from movingout.server.monitoring.status import process_report, server_report
 from movingout.server.notices import Notice
@@ -25,7 +25,7 @@ from movingout.server.processes import agent_service, room_process
 from movingout.server.processes.agent_link import AgentLink
 from movingout.server.processes.agent_service import StartAgents
 from movingout.server.processes.channel import ProcessGone
-from movingout.server.processes.expected import Expected
+from movingout.server.processes.expected_connections import ExpectedConnections
 from movingout.server.processes.handover import AGENTS
 from movingout.server.processes.homes import home_of
 from movingout.server.processes.room_link import RoomLink
@@ -73,7 +73,7 @@ class Front(PublicHost):
             settings.agent_workers, settings.data / COSTS, settings.log_format, settings.agent_thread_cores
         )
         self.agents = AgentLink(agents, self._connect_agents)
-        self.expected = Expected()
+        self.expected = ExpectedConnections()
         self._recovering: asyncio.Task[None] | None = None
 
     async def start(self) -> None:

@@ -68,7 +68,10 @@ def _printed(log: Path, process: "subprocess.Popen[bytes]") -> tuple[str, str]:
 
 def collecting_often(folder: Path) -> dict[str, str]:
     """An environment in which all processes collect garbage every 10 s: what still grows then is a leak."""
-    lines = ["import movingout.server.memory as memory", "memory.BUSY_S, memory.GROWTH_OBJECTS = 10.0, 0"]
+    lines = [
+        "import movingout.server.garbage_collection as collection",
+        "collection.BUSY_S, collection.GROWTH_OBJECTS = 10.0, 0",
+    ]
     folder.mkdir()
     (folder / "sitecustomize.py").write_text("\n".join(lines), encoding="utf-8")
     return {"PYTHONPATH": os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])}

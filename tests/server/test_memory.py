@@ -5,7 +5,13 @@ import resource
 
 import pytest
 
-from movingout.server.memory import BUSY_S, GROWTH_OBJECTS, IDLE_S, GarbageCollection, objects_since_collection
+from movingout.server.garbage_collection import (
+    BUSY_S,
+    GROWTH_OBJECTS,
+    IDLE_S,
+    GarbageCollection,
+    objects_since_collection,
+)
 from movingout.server.open_files import raise_open_files
 from movingout.server.settings import Limits
 

@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager
 from typing import Literal, NamedTuple
 from weakref import WeakValueDictionary
 
-from movingout.server.connection.turns import Turns
+from movingout.server.connection.fair_queue import FairQueue
 from movingout.server.security.tokens import hash_token, new_id, new_token
 from movingout.server.study.arrivals.arrival_link import INVITED, LINK, Arrival, ArrivalRefused
 from movingout.server.study.participant_session import ParticipantSession, notify
@@ -40,7 +40,7 @@ class SessionService:
         # By the hash of the token. Weak: who left without a consent is remembered by nobody.
         self._sessions = WeakValueDictionary[str, ParticipantSession]()
         self._superseded: dict[str, str] = {}  # whose they were, the oldest first
-        self._turns = Turns()
+        self._queue = FairQueue()
 
     async def arrive(
         self, arrival: Arrival, language: str, beside: str = "", known: Sequence[str] = (), address: str = ""
@@ -130,7 +130,7 @@ class SessionService:
     async def _turn(self, address: str) -> AsyncIterator[Transaction]:
         """A transaction, for which one arrival waits at a time: a flood of them is not in front of everybody else."""
         asked = time.monotonic()
-        async with self._turns.turn(address), self._running.transaction(asked) as tx:
+        async with self._queue.turn(address), self._running.transaction(asked) as tx:
             yield tx
 
     async def _refuse_new(self, tx: Transaction, arrival: Arrival) -> None:

@@ -2,7 +2,7 @@
 
 from typing import cast
 
-from movingout.server.processes.expected import CONNECTIONS, EXPECTED_S, MOST_EXPECTED, Expected
+from movingout.server.processes.expected_connections import CONNECTIONS, EXPECTED_S, MOST_EXPECTED, ExpectedConnections
 from movingout.server.processes.room_link import RoomLink
 
 ONE, OTHER = cast(RoomLink, "one"), cast(RoomLink, "other")
@@ -16,7 +16,7 @@ class Clock:
 
 
 def test_connections_go_there_until_the_websocket_has_arrived() -> None:
-    expected = Expected(Clock())
+    expected = ExpectedConnections(Clock())
     expected.add("1.2.3.4", ONE)
     assert expected.take("5.6.7.8") is None
     assert expected.take("1.2.3.4") is ONE
@@ -26,7 +26,7 @@ def test_connections_go_there_until_the_websocket_has_arrived() -> None:
 
 def test_a_few_connections_are_enough_and_a_moment_too() -> None:
     clock = Clock()
-    expected = Expected(clock)
+    expected = ExpectedConnections(clock)
     expected.add("1.2.3.4", ONE)
     assert [expected.take("1.2.3.4") for _ in range(CONNECTIONS + 1)] == [ONE] * CONNECTIONS + [None]
     expected.add("1.2.3.4", ONE)
@@ -35,7 +35,7 @@ def test_a_few_connections_are_enough_and_a_moment_too() -> None:
 
 
 def test_two_people_at_one_address_come_one_after_the_other() -> None:
-    expected = Expected(Clock())
+    expected = ExpectedConnections(Clock())
     expected.add("1.2.3.4", ONE)
     expected.add("1.2.3.4", OTHER)
     assert expected.take("1.2.3.4") is ONE
@@ -46,7 +46,7 @@ def test_two_people_at_one_address_come_one_after_the_other() -> None:
 
 
 def test_one_address_is_expected_a_limited_number_of_times() -> None:
-    expected = Expected(Clock())
+    expected = ExpectedConnections(Clock())
     for _ in range(10 * MOST_EXPECTED):
         expected.add("1.2.3.4", ONE)
     taken = 0

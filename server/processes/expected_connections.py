@@ -20,7 +20,7 @@ class _Expectation:
     left: int = CONNECTIONS
 
 
-class Expected:
+class ExpectedConnections:
     """Which process the next connections from an address are for, until its websocket has arrived there.
 
     A browser that does not trust the certificate of itself breaks off its first connection and makes a second one.

@@ -1,4 +1,4 @@
-"""Turns at one process: addresses take them round and round, so that who asks for much waits, and nobody else."""
+"""A queue that is fair to addresses: they take turns, so that whoever asks for much waits, and nobody else does."""
 
 import asyncio
 from collections import Counter, deque
@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 
-class Turns:
+class FairQueue:
     """One turn at a time. An address is given as limits know it (`address_group`), empty for the server itself."""
 
     def __init__(self) -> None:
