@@ -22,7 +22,7 @@ import { Touch } from "../input/touch.js";
 import { Panels } from "./panels.js";
 import { PauseControl } from "./pause_control.js";
 import { Probe } from "./probe.js";
-import { Series } from "./series.js";
+import { AfterRound } from "./after_round.js";
 import { Settings } from "./settings.js";
 import { TabTitle } from "./tab_title.js";
 import { StudyGame } from "../study/game.js";
@@ -75,9 +75,9 @@ class Play {
     askStop: this.#study ? () => void this.#study?.askToStop().then(() => this.#panels.focusAction()) : null,
     asksReady: this.#study === null,
   });
-  #series =
+  #afterRound =
     this.#study ??
-    new Series({
+    new AfterRound({
       next: () => this.#each((seat) => this.#ready(seat)),
       again: () => this.#each((seat) => this.#connection.send({ type: "again", seat })),
     });
@@ -154,12 +154,12 @@ class Play {
 
   /** What follows a round: a tutorial of the lobby has an end of its own. */
   get #after() {
-    return this.#game.tutorial !== null && this.#study === null ? this.#tutorial : this.#series;
+    return this.#game.tutorial !== null && this.#study === null ? this.#tutorial : this.#afterRound;
   }
 
   /** Whether a result stands in place of the arena; the end of a tutorial, or in a study, lies over it. */
   get #arenaIsGone() {
-    return this.#study === null && this.#after === this.#series && this.#series.showsResult;
+    return this.#study === null && this.#after === this.#afterRound && this.#afterRound.showsResult;
   }
 
   // ---- from the connection ----------------------------------------------------------------------------------

@@ -26,7 +26,7 @@ const LEAVING_MS = 5000; // until a page that was to be left may be left once mo
 /** @type {readonly string[]} */
 const COMPLETE = FINISHED;
 
-export class Series {
+export class AfterRound {
   #play = byId("play", HTMLElement);
   #arena = byId("arena-box", HTMLElement);
   #box = byId("result", HTMLElement);
