@@ -28,7 +28,7 @@ from movingout.world.observation import LAYOUTS
 
 if TYPE_CHECKING:
     from movingout.agents.policies.diffusion_policy import DiffusionPolicy
-    from movingout.agents.reinforcement.rooms import Company
+    from movingout.agents.reinforcement.rooms import EpisodeDistribution
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -51,12 +51,12 @@ def _train(run: TrainingRun[ResponseConfig]) -> Trained:
 
     options, config = run.options, run.config
     base = run.find(options.base)
-    company = _company(run, base)
+    distribution = _distribution(run, base)
     policy = SteeredPolicy(_network(base))
-    played = _fingerprint(company)
-    specs = [load_map(name) for name in company.maps]
+    played = _fingerprint(distribution)
+    specs = [load_map(name) for name in distribution.maps]
     before = run.begin(played, {"base": "never"}, on_maps(specs))  # the steering is that of its weights
-    response = BestResponse(policy, company, config)
+    response = BestResponse(policy, distribution, config)
     made = learn_response(response, run.folder, lambda told: run.tell(_line(told)))
     run.check_learned(before, RoundsMade(response.round, made), "--updates")
     partners = ", ".join(options.partners)
@@ -81,12 +81,12 @@ def _population(before: str, partners: str) -> str:
     return shortened(f"{shortened(before, MAX_LINE // 2)}; then a best response to {partners}", MAX_LINE)
 
 
-def _company(run: TrainingRun[ResponseConfig], base: Checkpoint) -> "Company":
+def _distribution(run: TrainingRun[ResponseConfig], base: Checkpoint) -> "EpisodeDistribution":
     """What is played. Raises AgentError or MapError for partners or maps that are not there.
 
     AgentError or WorldError too for a map with more than a partner or the policy sees.
     """
-    from movingout.agents.reinforcement.rooms import Company
+    from movingout.agents.reinforcement.rooms import EpisodeDistribution
 
     options = run.options
     maps = selected_maps(options.map)
@@ -103,13 +103,13 @@ def _company(run: TrainingRun[ResponseConfig], base: Checkpoint) -> "Company":
     run.check_own_maps_seen((agent_id, spec) for ids in groups for agent_id in ids for spec in specs)
     if options.ticks < 1:
         raise DataError("--ticks must be at least 1")
-    return Company(tuple(maps), groups, options.ticks, run.load_agent)
+    return EpisodeDistribution(tuple(maps), groups, options.ticks, run.load_agent)
 
 
-def _fingerprint(company: "Company") -> str:
+def _fingerprint(distribution: "EpisodeDistribution") -> str:
     """The SHA-256 of the maps and the partners that are played: a list may have changed under the same name."""
-    maps = [map_to_json(load_map(name)) for name in company.maps]
-    return hashlib.sha256(json.dumps([maps, company.partners]).encode()).hexdigest()
+    maps = [map_to_json(load_map(name)) for name in distribution.maps]
+    return hashlib.sha256(json.dumps([maps, distribution.partners]).encode()).hexdigest()
 
 
 def _network(base: Checkpoint) -> "DiffusionPolicy":

@@ -89,7 +89,7 @@ def _saved(
 ) -> Checkpoint:
     from movingout.agents.policies.export import card_maps
     from movingout.agents.reinforcement.option_network import export_options
-    from movingout.agents.reinforcement.self_play import read_young
+    from movingout.agents.reinforcement.self_play import read_early_network
 
     where = counted(len(maps), "map")
     about = (
@@ -100,7 +100,7 @@ def _saved(
         "schema_version": 1, "id": run.agent_id, "name": run.name, "description": about, "kind": run.kind,
         "maps": card_maps(run.maps(maps)), "training": training.model_dump(),
     }  # fmt: skip
-    networks = {"old": learner.network, "young": read_young(run.folder, run.config.width)}
+    networks = {"old": learner.network, "young": read_early_network(run.folder, run.config.width)}
     return write_checkpoint(
         run.model_folder, card, {AGES[age]: export_options(network) for age, network in networks.items()}
     )

@@ -12,9 +12,9 @@ import numpy as np
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
 from movingout.agents.partners.walking import (
-    Legs,
+    Perceiver,
     Point,
-    Sight,
+    StuckRecovery,
     drive_along,
     go_and_grab,
     goal_centres,
@@ -55,8 +55,8 @@ class GreedyWalker:
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode."""
         self._random = Random(f"greedy/{self.seed}/{episode.seed}/{episode.seat}")
-        self._sight = Sight(episode.map, episode.seat)
-        self._legs = Legs(self._random)
+        self._perceiver = Perceiver(episode.map, episode.seat)
+        self._recovery = StuckRecovery(self._random)
         self._target = -1
         robot = episode.map.robots[episode.seat]
         self._start = (robot.x, robot.y)  # where it goes when there is nothing left for it
@@ -65,8 +65,8 @@ class GreedyWalker:
 
     def act(self, observation: Observation) -> ActionChunk:
         """A chunk of one row."""
-        now = self._sight.perceive(observation.state)
-        command = self._legs.unstuck(now, self.command(now))
+        now = self._perceiver.perceive(observation.state)
+        command = self._recovery.unstuck(now, self.command(now))
         return np.array([[command.distance, math.cos(command.heading), math.sin(command.heading), command.grasp]])
 
     def command(self, now: Perception) -> DriveCommand:

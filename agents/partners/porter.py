@@ -11,7 +11,7 @@ import numpy as np
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
-from movingout.agents.partners.walking import Legs, Point, Sight, go_and_grab, goal_centres, walk
+from movingout.agents.partners.walking import Perceiver, Point, StuckRecovery, go_and_grab, goal_centres, walk
 from movingout.agents.scripted.navigation.geometry import heading_of
 from movingout.agents.scripted.navigation.motion_choice import REST, DriveCommand, drive
 from movingout.agents.scripted.perception import Perception
@@ -41,8 +41,8 @@ class StubbornPorter:
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode: the order of the items is drawn once."""
         random = Random(f"porter/{self.seed}/{episode.seed}/{episode.seat}")
-        self._sight = Sight(episode.map, episode.seat)
-        self._legs = Legs(random)
+        self._perceiver = Perceiver(episode.map, episode.seat)
+        self._recovery = StuckRecovery(random)
         self._order = list(range(len(episode.map.items)))
         random.shuffle(self._order)
         robot = episode.map.robots[episode.seat]
@@ -54,8 +54,8 @@ class StubbornPorter:
 
     def act(self, observation: Observation) -> ActionChunk:
         """A chunk of one row."""
-        now = self._sight.perceive(observation.state)
-        command = self._carry(now) if now.own_item >= 0 else self._legs.unstuck(now, self._fetch(now))
+        now = self._perceiver.perceive(observation.state)
+        command = self._carry(now) if now.own_item >= 0 else self._recovery.unstuck(now, self._fetch(now))
         return np.array([[command.distance, math.cos(command.heading), math.sin(command.heading), command.grasp]])
 
     def _fetch(self, now: Perception) -> DriveCommand:

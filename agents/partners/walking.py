@@ -34,7 +34,7 @@ _TURNS_WITHIN = 0.35  # units from its goal at which it turns what it carries ah
 _FACING = 0.3  # rad off the item's direction within which it drives on to it
 
 
-class Sight:
+class Perceiver:
     """What one simple partner sees in one episode; it keeps the free spaces that it has worked out."""
 
     def __init__(self, the_map: MapSpec, seat: int) -> None:
@@ -47,8 +47,8 @@ class Sight:
         return Perception(self._map, state, self._seat, free_spaces=self._floors)
 
 
-class Legs:
-    """Drives one robot; random only in how it gets unstuck."""
+class StuckRecovery:
+    """Gets a robot unstuck that was to move and did not; only how it does so is random."""
 
     def __init__(self, random: Random) -> None:
         self._random = random

@@ -19,7 +19,7 @@ from movingout.agents.observation.features import Singles
 from movingout.agents.policies.policy import CLIP
 from movingout.agents.reinforcement.config import ResponseConfig
 from movingout.agents.reinforcement.resume_file import read_resume, write_resume
-from movingout.agents.reinforcement.rooms import Company, PlayRoom, play_all
+from movingout.agents.reinforcement.rooms import EpisodeDistribution, PlayRoom, play_all
 from movingout.agents.reinforcement.steered_policy import Critic, SteeredPolicy, divergence
 from movingout.agents.training.run_folder import RESUME
 from movingout.agents.training.run_output import append_losses, cut_losses
@@ -42,11 +42,13 @@ Tell = Callable[[dict[str, float]], None]
 class BestResponse:
     """Everything that changes while a response is learned."""
 
-    def __init__(self, policy: SteeredPolicy, company: Company, config: ResponseConfig) -> None:
+    def __init__(self, policy: SteeredPolicy, distribution: EpisodeDistribution, config: ResponseConfig) -> None:
         torch.manual_seed(config.seed)
         torch.set_num_threads(config.threads)
         self.policy, self.config, self.round = policy, config, 0
-        self.rooms = [PlayRoom(company, policy.spec, config.seed * 100_003 + number) for number in range(config.rooms)]
+        self.rooms = [
+            PlayRoom(distribution, policy.spec, config.seed * 100_003 + number) for number in range(config.rooms)
+        ]
         critic = Critic(policy)
         steering = TensorDictModule(_Steer(policy), in_keys=["observation"], out_keys=["loc", "scale"])
         actor = ProbabilisticActor(

@@ -26,8 +26,8 @@ from movingout.world.state import Floats, WorldState
 
 
 @dataclass(frozen=True, slots=True)
-class Company:
-    """What is played: drawn evenly for every episode."""
+class EpisodeDistribution:
+    """Maps and partners, of which every episode is given one of each, drawn evenly."""
 
     maps: tuple[str, ...]
     partners: tuple[tuple[str, ...], ...]  # groups of agent ids, each group as often as the others
@@ -36,8 +36,8 @@ class Company:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Played:
-    """One decision in each of K rooms."""
+class VectorStep:
+    """What came of one decision in each of K rooms."""
 
     rewards: Floats  # (K,) progress made
     over: Floats  # (K,) 1 where the episode ended, for whatever reason
@@ -57,8 +57,8 @@ class RoomDecision(NamedTuple):
 class PlayRoom:
     """One world after another, with the learner in one seat."""
 
-    def __init__(self, company: Company, spec: PolicySpec, seed: int) -> None:
-        self._company, self._spec = company, spec
+    def __init__(self, distribution: EpisodeDistribution, spec: PolicySpec, seed: int) -> None:
+        self._distribution, self._spec = distribution, spec
         self._seen = FeatureSet.of(spec)
         self._random = np.random.default_rng(seed)
         self._past: deque[WorldState] = deque(maxlen=self._seen.memory_ticks + 1)
@@ -89,7 +89,7 @@ class PlayRoom:
             if self._world.delivered().all():
                 break
         finished = bool(self._world.delivered().all())
-        over = finished or self._world.tick >= self._company.ticks
+        over = finished or self._world.tick >= self._distribution.ticks
         gained, last = self._progress() - before, self.features() if over else None
         if over:
             self._open()
@@ -108,16 +108,16 @@ class PlayRoom:
 
     def _open(self) -> None:
         """The next episode: another map, partner and seat."""
-        company, draw = self._company, self._random
-        the_map = load_map(company.maps[draw.integers(len(company.maps))])
-        family = company.partners[draw.integers(len(company.partners))]
+        distribution, draw = self._distribution, self._random
+        the_map = load_map(distribution.maps[draw.integers(len(distribution.maps))])
+        family = distribution.partners[draw.integers(len(distribution.partners))]
         partner = family[draw.integers(len(family))]
         self._seat, seed = int(draw.integers(2)), int(draw.integers(2**31))
         self._world = World(the_map, record_sub_poses=False)
         self._with = f"{partner} on {the_map.name}, seed {seed}"
         with _in_a_sentence(self._with):
-            episode = EpisodeInfo(the_map, 1 - self._seat, seed, company.ticks)
-            agent = company.load_agent(partner)
+            episode = EpisodeInfo(the_map, 1 - self._seat, seed, distribution.ticks)
+            agent = distribution.load_agent(partner)
             self._partner = SeatPlayer(agent, episode)
             if isinstance(agent, Watcher):
                 agent.watch(self._world)
@@ -146,8 +146,8 @@ def _in_a_sentence(where: str) -> Iterator[None]:
         raise AgentError(located(f"{where}: {type(error).__name__}: {error}", error)) from error
 
 
-def play_all(rooms: Sequence[PlayRoom], chunks: Singles) -> Played:
+def play_all(rooms: Sequence[PlayRoom], chunks: Singles) -> VectorStep:
     """One decision in every room, chunks (K, H, 5)."""
     results = [room.play(chunk) for room, chunk in zip(rooms, chunks, strict=True)]
     numbers = np.array([result[:3] for result in results], dtype=np.float64)
-    return Played(numbers[:, 0], numbers[:, 1], numbers[:, 2], tuple(result.last for result in results))
+    return VectorStep(numbers[:, 0], numbers[:, 1], numbers[:, 2], tuple(result.last for result in results))

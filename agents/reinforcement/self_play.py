@@ -33,7 +33,7 @@ with needs_extra("rl", "reinforcement learning"):
     from torchrl.modules import ProbabilisticActor, ValueOperator
     from torchrl.objectives import ClipPPOLoss
 
-YOUNG = "young.safetensors"  # in the folder of a run
+EARLY_NETWORK = "young.safetensors"  # in the folder of a run
 Tell = Callable[[dict[str, float]], None]
 
 
@@ -162,18 +162,18 @@ def learn_self_play(learner: SelfPlay, folder: Path, tell: Tell) -> None:
         values["episodes"] = float(learner.episodes)
         append_losses(folder, {**values, "seconds": round(time.monotonic() - begun, 1)})
         if before < config.young <= learner.episodes:
-            save_tensors(folder / YOUNG, learner.network.state_dict())
+            save_tensors(folder / EARLY_NETWORK, learner.network.state_dict())
         learner.save(folder / RESUME)
         tell(values)
 
 
-def read_young(folder: Path, width: int) -> OptionNetwork:
+def read_early_network(folder: Path, width: int) -> OptionNetwork:
     """The copy that was kept early on. Raises DataError where it cannot be read."""
     network = OptionNetwork(width)
     try:
-        network.load_state_dict(load_file(folder / YOUNG))
+        network.load_state_dict(load_file(folder / EARLY_NETWORK))
     except (OSError, SafetensorError, RuntimeError) as error:
-        raise DataError(f"{folder / YOUNG} is missing or damaged; choose another --id") from error
+        raise DataError(f"{folder / EARLY_NETWORK} is missing or damaged; choose another --id") from error
     return network
 
 

@@ -12,14 +12,15 @@ from movingout.maps.library import is_reserved
 from movingout.maps.spec import MapSpec
 
 
-def ground(the_map: MapSpec) -> Hashable:
-    """What variants of a map have in common: its name, walls and goals; of a map that is known by name, that."""
+def variant_family(the_map: MapSpec) -> Hashable:
+    """What variants of a map have in common: name, walls and goals; the name alone where the map is known by it."""
     return the_map.name if is_reserved(the_map.name) else (the_map.name, the_map.walls, the_map.goals)
 
 
-def whole(the_map: MapSpec) -> Hashable:
-    """Equal for equal maps as designed."""
-    return ground(the_map) if is_reserved(the_map.name) else (ground(the_map), the_map.robots, the_map.items)
+def designed_identity(the_map: MapSpec) -> Hashable:
+    """A value that is the same for equal maps as designed."""
+    family = variant_family(the_map)
+    return family if is_reserved(the_map.name) else (family, the_map.robots, the_map.items)
 
 
 def numbered_maps(played: Iterable[tuple[MapSpec, str]]) -> tuple[list[str], dict[str, list[str]]]:
@@ -32,7 +33,7 @@ def numbered_maps(played: Iterable[tuple[MapSpec, str]]) -> tuple[list[str], dic
     designed: defaultdict[Hashable, set[Hashable]] = defaultdict(set)
     for the_map, _ in listed:
         if not the_map.variant:
-            designed[ground(the_map)].add(whole(the_map))
+            designed[variant_family(the_map)].add(designed_identity(the_map))
     firsts: defaultdict[str, dict[Hashable, str]] = defaultdict(dict)
     for the_map, file in listed:
         versions = _versions(the_map, designed)
@@ -58,7 +59,8 @@ def one_name_sentence(name: str, firsts: Sequence[str]) -> str:
 
 def _versions(the_map: MapSpec, designed: Mapping[Hashable, set[Hashable]]) -> set[Hashable]:
     """Of those with one name, the maps that this one may be, or be a variant of."""
-    return (designed.get(ground(the_map)) or {ground(the_map)}) if the_map.variant else {whole(the_map)}
+    family = variant_family(the_map)
+    return (designed.get(family) or {family}) if the_map.variant else {designed_identity(the_map)}
 
 
 def _number(known: Sequence[Hashable], versions: Collection[Hashable]) -> str:

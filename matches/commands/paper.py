@@ -16,7 +16,7 @@ from movingout.maps.suggestion import counted
 from movingout.matches.commands.carry_out import carry_out
 from movingout.matches.commands.dry_run import dry_run
 from movingout.matches.errors import MatchError
-from movingout.matches.paper.beginning import alone, begin, begun, finish, grown
+from movingout.matches.paper.beginning import begin, begun, exclusive_folder, finish, grown
 from movingout.matches.paper.budgets import BUDGETS, GROWING, budget_of
 from movingout.matches.paper.data_sets import check_lists
 from movingout.matches.paper.entry import PaperEntry, measurements, played_cells
@@ -166,7 +166,7 @@ def _make(args: argparse.Namespace) -> int:
         space = _workspace(args, given, styles)
         if args.dry_run:
             return dry_run(entries, space, args.json)
-        with alone():
+        with exclusive_folder():
             begin(space)
             written, failed = _made(entries, space)
     _show(args, folder, written, failed)

@@ -17,7 +17,7 @@ from filelock import FileLock, Timeout
 
 from movingout.matches.errors import MatchError
 from movingout.matches.paper.budgets import GROWING, Budget, budget_of
-from movingout.matches.paper.data_sets import list_anew
+from movingout.matches.paper.data_sets import rewrite_list
 from movingout.matches.paper.workspace import DATA, TIMES, Workspace
 from movingout.matches.results.results_folder import write_whole
 from movingout.recordings.storage.study_rounds import uncounted_episodes
@@ -30,7 +30,7 @@ RECORDINGS = "recordings"  # key of the digest, which earlier versions did not w
 
 
 @contextmanager
-def alone() -> Iterator[None]:
+def exclusive_folder() -> Iterator[None]:
     """Keep other commands out of the current folder: two would record and train the same at once.
 
     Raises MatchError where one is at work.
@@ -59,7 +59,7 @@ def begin(space: Workspace) -> None:
     note = _note(space)
     if _is_begun() and _is_elsewhere(space, _begun_with()):
         for challenge in (1, 2):
-            list_anew(challenge, space)
+            rewrite_list(challenge, space)
     write_whole(BEGUN, json.dumps({**note, FINISHED: _finished()}, indent=1) + "\n")
 
 

@@ -38,7 +38,7 @@ def list_episodes(challenge: int, space: Workspace) -> None:
     write_groups(space.listing(f"c{challenge}"), listed_episodes(challenge, space))
 
 
-def list_anew(challenge: int, space: Workspace) -> None:
+def rewrite_list(challenge: int, space: Workspace) -> None:
     """Write the list again, in its order, where there is one, of recordings that lie elsewhere by now.
 
     Raises MatchError where other episodes or groups come of it, and what `list_episodes` raises.

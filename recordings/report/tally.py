@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from movingout.maps.files.map_versions import ground, numbered_map, numbered_maps, whole
+from movingout.maps.files.map_versions import designed_identity, numbered_map, numbered_maps, variant_family
 from movingout.maps.spec import MapSpec
 from movingout.recordings.occupancy import CELLS
 from movingout.recordings.report.facts import EpisodeFacts, Pair
@@ -221,7 +221,7 @@ class ReportTally:
         if not facts.finished:
             self.unfinished += 1
             return
-        played_on = ("varied", ground(facts.map)) if facts.map.variant else whole(facts.map)
+        played_on = ("varied", variant_family(facts.map)) if facts.map.variant else designed_identity(facts.map)
         group = Group(facts.map, facts.population, facts.path.name)
         self.groups.setdefault((played_on, facts.population), group).add(facts)
         self._count_failures(facts)

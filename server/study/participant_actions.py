@@ -231,7 +231,7 @@ class ParticipantActions:
         """Another language from now on, where the study has it."""
         if language in self._study.languages and language != session.record.language and not session.declined:
             async with self._running.transaction() as tx:
-                await tx.run(self._store.speak, session.pid, language)
+                await tx.run(self._store.set_language, session.pid, language)
                 await self._running.participants.refresh(tx, session)
 
     async def decline(self, session: ParticipantSession) -> None:

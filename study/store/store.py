@@ -130,11 +130,11 @@ class Store:
         """The participant is now at this step."""
         self._change(pid, step=step)
 
-    def speak(self, pid: str, language: str) -> None:
+    def set_language(self, pid: str, language: str) -> None:
         """The participant reads in this language from now on."""
         self._change(pid, language=language)
 
-    def sit_together(self, pids: Sequence[str], screen: str) -> None:
+    def set_shared_screen(self, pids: Sequence[str], screen: str) -> None:
         """Note that these share one screen and will play with each other."""
         with self.database.write() as connection:
             connection.execute(update(participants).where(participants.c.pid.in_(pids)).values(screen=screen))

@@ -1,6 +1,6 @@
 """Training the simulator and the progress of BASS from pictures alone: no state vector, no goals, no rewards.
 
-Every seat of an episode is a film of its own, in which that seat is blue.
+Every seat of an episode is a sequence of its own, in which that seat is blue.
 """
 
 from dataclasses import dataclass
@@ -25,21 +25,21 @@ VALIDATION_ROWS = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Films:
-    """What each seat of many episodes saw and both did, one film after the other."""
+class PictureSequences:
+    """What each seat of many episodes saw and both did, one sequence after the other."""
 
     pictures: Bytes  # (M, D)
     actions: Singles  # (M, 2, 4) distance, cos, sin, grasp of the own seat and of the other
-    starts: Indices  # (F + 1,) first row of each film, and the number of rows
-    people: tuple[frozenset[str], ...]  # (F,)
+    starts: Indices  # (S + 1,) first row of each sequence, and the number of rows
+    people: tuple[frozenset[str], ...]  # (S,)
     shape: tuple[int, int, int]
 
     def __len__(self) -> int:
         return len(self.pictures)
 
 
-def films_of(trajectories: list[Trajectory], seen: PolicySpec) -> Films:
-    """The films of both seats, with actions as the policy of `seen` gives them. Raises DataError for short episodes."""
+def picture_sequences(trajectories: list[Trajectory], seen: PolicySpec) -> PictureSequences:
+    """Those of both seats, with actions as the policy of `seen` gives them. Raises DataError for short episodes."""
     assert seen.picture is not None
     kept = [one for one in trajectories if one.ticks > NEAR + 1]
     if not kept:
@@ -57,7 +57,7 @@ def films_of(trajectories: list[Trajectory], seen: PolicySpec) -> Films:
             actions.append(rows[:, [seat, 1 - seat]])
             people.append(trajectory.people)
     starts = np.cumsum([0, *map(len, pictures)])
-    return Films(np.concatenate(pictures), np.concatenate(actions), starts, tuple(people), seen.picture)
+    return PictureSequences(np.concatenate(pictures), np.concatenate(actions), starts, tuple(people), seen.picture)
 
 
 def picture_dynamics_spec(config: BassConfig) -> DynamicsSpec:
@@ -65,21 +65,21 @@ def picture_dynamics_spec(config: BassConfig) -> DynamicsSpec:
     return DynamicsSpec(width=config.width, latent=config.latent, residual=config.residual)
 
 
-def train_picture_dynamics(config: BassConfig, films: Films, folder: Path) -> FitResult[PictureDynamics]:
+def train_picture_dynamics(config: BassConfig, sequences: PictureSequences, folder: Path) -> FitResult[PictureDynamics]:
     """Fit the simulator to what is seen `config.depth` ticks later; curves and resume file go to `folder`."""
     torch.manual_seed(config.seed)
-    network = PictureDynamics(picture_dynamics_spec(config), films.shape)
+    network = PictureDynamics(picture_dynamics_spec(config), sequences.shape)
     random = np.random.default_rng(config.seed)
-    train, held = (_starting_rows(films, chosen, config.depth) for chosen in _divided(config, films))
+    train, held = (_starting_rows(sequences, chosen, config.depth) for chosen in _divided(config, sequences))
     fixed = random.permutation(held)[:VALIDATION_ROWS]
 
     def losses(dynamics: nn.Module) -> Losses:
         assert isinstance(dynamics, PictureDynamics)
-        return dynamics.losses(*_batch(films, random.choice(train, config.batch), config.depth, dynamics))
+        return dynamics.losses(*_batch(sequences, random.choice(train, config.batch), config.depth, dynamics))
 
     def validate(dynamics: nn.Module) -> Losses:
         assert isinstance(dynamics, PictureDynamics)
-        picture, actions, after = _batch(films, fixed, config.depth, dynamics)
+        picture, actions, after = _batch(sequences, fixed, config.depth, dynamics)
         levels = (dynamics(picture, actions) - after).abs().mean()
         return {"levels": levels, "unmoved": (picture - after).abs().mean()}
 
@@ -89,45 +89,51 @@ def train_picture_dynamics(config: BassConfig, films: Films, folder: Path) -> Fi
     return FitResult(trained.network.cpu(), trained.updates, trained.made)
 
 
-def train_picture_progress(config: BassConfig, films: Films, folder: Path) -> FitResult[PictureProgress]:
+def train_picture_progress(config: BassConfig, sequences: PictureSequences, folder: Path) -> FitResult[PictureProgress]:
     """Fit the embedding by the order of moments; curves and resume file go to `folder`."""
     torch.manual_seed(config.seed)
-    network = PictureProgress(config.progress_spec(), films.shape)
+    network = PictureProgress(config.progress_spec(), sequences.shape)
     random = np.random.default_rng(config.seed)
-    train, held = _divided(config, films)
-    fixed = draw_threes(films.starts, held, VALIDATION_ROWS, np.random.default_rng(config.seed))[0]
+    train, held = _divided(config, sequences)
+    fixed = draw_threes(sequences.starts, held, VALIDATION_ROWS, np.random.default_rng(config.seed))[0]
 
     def contrasted(embedding: nn.Module, rows: Indices) -> tuple[Tensor, Tensor]:
         device = next(embedding.parameters()).device
-        return contrast(embedding(torch.from_numpy(films.pictures[rows.ravel()]).to(device)))
+        return contrast(embedding(torch.from_numpy(sequences.pictures[rows.ravel()]).to(device)))
 
     def losses(embedding: nn.Module) -> Losses:
-        return {"loss": contrasted(embedding, draw_threes(films.starts, train, config.batch, random)[0])[0]}
+        return {"loss": contrasted(embedding, draw_threes(sequences.starts, train, config.batch, random)[0])[0]}
 
     def validate(embedding: nn.Module) -> Losses:
         loss, right = contrasted(embedding, fixed)
         return {"contrast": loss, "order": right}
 
-    trained = fit(TrainingTask(network, losses, validate, config.progress_updates, random, len(films)), config, folder)
+    trained = fit(
+        TrainingTask(network, losses, validate, config.progress_updates, random, len(sequences)), config, folder
+    )
     assert isinstance(trained.network, PictureProgress)
     return FitResult(trained.network.cpu(), trained.updates, trained.made)
 
 
-def _divided(config: BassConfig, films: Films) -> tuple[Indices, Indices]:
-    """Films for training and for validation, by person; both all where there are too few."""
-    held = held_out_episodes(films.people, config.held_out, config.seed)
+def _divided(config: BassConfig, sequences: PictureSequences) -> tuple[Indices, Indices]:
+    """Sequences for training and for validation, by person; both all where there are too few."""
+    held = held_out_episodes(sequences.people, config.held_out, config.seed)
     train, other = np.flatnonzero(~held), np.flatnonzero(held)
     return train, (other if len(other) else train)
 
 
-def _starting_rows(films: Films, chosen: Indices, depth: int) -> Indices:
-    """Rows of these films that have `depth` rows after them."""
-    return np.concatenate([np.arange(films.starts[one], films.starts[one + 1] - depth) for one in chosen])
+def _starting_rows(sequences: PictureSequences, chosen: Indices, depth: int) -> Indices:
+    """Rows of these sequences that have `depth` rows after them."""
+    return np.concatenate([np.arange(sequences.starts[one], sequences.starts[one + 1] - depth) for one in chosen])
 
 
-def _batch(films: Films, rows: Indices, depth: int, network: nn.Module) -> tuple[Tensor, Tensor, Tensor]:
+def _batch(sequences: PictureSequences, rows: Indices, depth: int, network: nn.Module) -> tuple[Tensor, Tensor, Tensor]:
     """Pictures (B, D), actions (B, depth, 2, 4) and the pictures after them (B, D), as floats."""
     device = next(network.parameters()).device
-    arrays = films.pictures[rows], films.actions[rows[:, None] + np.arange(depth)], films.pictures[rows + depth]
+    arrays = (
+        sequences.pictures[rows],
+        sequences.actions[rows[:, None] + np.arange(depth)],
+        sequences.pictures[rows + depth],
+    )
     picture, actions, after = (torch.from_numpy(array).to(device, torch.float32) for array in arrays)
     return picture, actions, after

@@ -9,7 +9,7 @@ import numpy as np
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.partners.options.features import OptionFeatures, Singles
 from movingout.agents.partners.options.option import WAIT, RobotOption, command_of, offered
-from movingout.agents.partners.walking import Legs, Sight
+from movingout.agents.partners.walking import Perceiver, StuckRecovery
 from movingout.agents.scripted.navigation.motion_choice import DriveCommand
 from movingout.agents.scripted.perception import Perception
 
@@ -31,21 +31,21 @@ class OptionPlayer:
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode."""
         self._random = Random(f"options/{self.seed}/{episode.seed}/{episode.seat}")
-        self._sight = Sight(episode.map, episode.seat)
-        self._legs = Legs(self._random)
+        self._perceiver = Perceiver(episode.map, episode.seat)
+        self._recovery = StuckRecovery(self._random)
         self._features = OptionFeatures(episode)
         self._option, self._decided = WAIT, -1
         self._known: tuple[int, int, bytes] | None = None  # hands and deliveries at the last decision
 
     def act(self, observation: Observation) -> ActionChunk:
         """A chunk of one row."""
-        now = self._sight.perceive(observation.state)
+        now = self._perceiver.perceive(observation.state)
         self._features.see(now)
         if now.own_item >= 0 and now.delivered[now.own_item]:
             command = command_of(RobotOption("let go", now.own_item), now)
         else:
             command = self._next(now)
-        command = self._legs.unstuck(now, command)
+        command = self._recovery.unstuck(now, command)
         return np.array([[command.distance, math.cos(command.heading), math.sin(command.heading), command.grasp]])
 
     def draw(self, tick: int, features: Singles) -> int:

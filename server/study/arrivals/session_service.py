@@ -179,7 +179,7 @@ class SessionService:
         if first is second or running.study.group < 2 or any(one.record.unit is not None for one in both):
             return
         screen = first.record.screen or secrets.token_hex(4)
-        await tx.run(running.databases.store.sit_together, [first.pid, second.pid], screen)
+        await tx.run(running.databases.store.set_shared_screen, [first.pid, second.pid], screen)
         for session in both:
             await running.participants.refresh(tx, session)
             running.units.stop_waiting(tx, session)  # they wait anew, for each other

@@ -54,13 +54,13 @@ def test_it_sees_the_partner_late_at_first_and_feels_its_own_hand_at_once(monkey
     agent = seated(Novice(learns_in=10**6), "PassOrSplit")
     assert isinstance(agent, Novice)
     seen: list[WorldState] = []
-    perceive = agent._sight.perceive
+    perceive = agent._perceiver.perceive
 
     def noted(state: WorldState) -> Perception:
         seen.append(state)
         return perceive(state)
 
-    monkeypatch.setattr(agent._sight, "perceive", noted)
+    monkeypatch.setattr(agent._perceiver, "perceive", noted)
     for tick in range(10):
         asked(agent, "PassOrSplit", scene("PassOrSplit", tick=tick))
     asked(agent, "PassOrSplit", holding("PassOrSplit", 0, tick=10))

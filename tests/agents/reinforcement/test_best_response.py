@@ -16,14 +16,15 @@ from movingout.agents.inference.network import PolicyNetwork
 from movingout.agents.policies.diffusion_policy import DiffusionPolicy
 from movingout.agents.policies.export import export_policy
 from movingout.agents.reinforcement.config import ResponseConfig
-from movingout.agents.reinforcement.rooms import Company, PlayRoom, RoomDecision, play_all
+from movingout.agents.reinforcement.rooms import EpisodeDistribution, PlayRoom, RoomDecision, play_all
 from movingout.agents.reinforcement.steered_policy import SteeredPolicy, divergence
 from movingout.world import World
 
 SPEC = PolicySpec(
     kind="dp", layout="relative-v1", lags=(2,), obs_horizon=1, horizon=8, execute=2, width=16, depth=1, denoiser="items"
 )
-COMPANY = Company(("DistancePriority", "generated:awareness:1"), (("idle",), ("scripted",)), 20, load_agent)
+MAPS = ("DistancePriority", "generated:awareness:1")
+EPISODES = EpisodeDistribution(MAPS, (("idle",), ("scripted",)), 20, load_agent)
 CONFIG = ResponseConfig(updates=2, rooms=2, decisions=6, batch=8, passes=1, evaluate_every=1)
 
 
@@ -50,7 +51,7 @@ def test_a_policy_that_draws_its_noise_otherwise_cannot_be_steered() -> None:
 
 
 def test_rooms_play_one_episode_after_another_with_all_partners_on_all_maps() -> None:
-    room, maps, seats = PlayRoom(COMPANY, SPEC, 0), set(), set()
+    room, maps, seats = PlayRoom(EPISODES, SPEC, 0), set(), set()
     overs = 0
     for _ in range(60):
         maps.add(room._world.map.name)
@@ -58,12 +59,12 @@ def test_rooms_play_one_episode_after_another_with_all_partners_on_all_maps() ->
         result = play_all([room], np.zeros((1, 8, 5), np.float32))
         overs += int(result.over[0])
         assert room.features().shape == (SPEC.features,)
-    assert (overs, maps, seats) == (6, set(COMPANY.maps), {0, 1})
+    assert (overs, maps, seats) == (6, set(EPISODES.maps), {0, 1})
 
 
 def test_a_room_counts_the_progress_that_was_made() -> None:
     room = PlayRoom(
-        dataclasses.replace(COMPANY, partners=(("scripted",),), ticks=400, maps=("DistancePriority",)), SPEC, 1
+        dataclasses.replace(EPISODES, partners=(("scripted",),), ticks=400, maps=("DistancePriority",)), SPEC, 1
     )
     gains = [room.play(np.zeros((8, 5), np.float32)).gained for _ in range(200)]
     assert 0.1 < sum(gains) < 1.0  # what the expert does alone
@@ -73,7 +74,7 @@ def test_a_room_counts_the_progress_that_was_made() -> None:
 class _Driving:
     """A room in which driving ahead is all that counts."""
 
-    def __init__(self, company: Company, spec: PolicySpec, seed: int) -> None:
+    def __init__(self, distribution: EpisodeDistribution, spec: PolicySpec, seed: int) -> None:
         self._spec, self._left = spec, 10
 
     def features(self) -> Singles:
@@ -103,7 +104,7 @@ def test_an_episode_that_ran_out_of_time_is_no_end_and_is_judged_by_its_own_last
     from movingout.agents.reinforcement import best_response
 
     monkeypatch.setattr(best_response, "PlayRoom", _Ending)
-    response = best_response.BestResponse(policy(), COMPANY, dataclasses.replace(CONFIG, rooms=1, decisions=4))
+    response = best_response.BestResponse(policy(), EPISODES, dataclasses.replace(CONFIG, rooms=1, decisions=4))
     played, _ = response._play()
     assert torch.equal(played["next", "observation"], torch.full_like(played["observation"], 0.5))
     assert played["observation"][0, :, 0].tolist() == pytest.approx([0.1, 0.09, 0.08, 0.07])
@@ -117,7 +118,7 @@ def test_an_episode_that_ran_out_of_time_is_no_end_and_is_judged_by_its_own_last
 
 
 def test_the_last_state_of_an_episode_is_of_its_own_map() -> None:
-    room = PlayRoom(dataclasses.replace(COMPANY, ticks=2), SPEC, 0)
+    room = PlayRoom(dataclasses.replace(EPISODES, ticks=2), SPEC, 0)
     world, seen = room._world, room.features()
     ended = room.play(np.zeros((8, 5), np.float32))
     assert ended.over and room._world is not world
@@ -145,8 +146,8 @@ class Leaving(Raising):
 @pytest.mark.parametrize(("partner", "raised"), [(Raising, "RuntimeError"), (Leaving, "SystemExit")])
 def test_a_partner_that_raises_is_answered_with_a_sentence(partner: type[Raising], raised: str) -> None:
     name = f"{__name__}:{partner.__name__}"
-    company = dataclasses.replace(COMPANY, maps=("HandOff",), partners=((name,),))
-    room = PlayRoom(company, SPEC, 0)
+    distribution = dataclasses.replace(EPISODES, maps=("HandOff",), partners=((name,),))
+    room = PlayRoom(distribution, SPEC, 0)
     with pytest.raises(AgentError, match=rf"{name} on HandOff, seed \d+: {raised}: no way home \(.*, line"):
         room.play(np.zeros((8, 5), np.float32))
 
@@ -160,7 +161,7 @@ class Silent(Raising):
 
 def test_a_partner_that_answers_nothing_is_named() -> None:
     name = f"{__name__}:Silent"
-    room = PlayRoom(dataclasses.replace(COMPANY, maps=("HandOff",), partners=((name,),)), SPEC, 0)
+    room = PlayRoom(dataclasses.replace(EPISODES, maps=("HandOff",), partners=((name,),)), SPEC, 0)
     with pytest.raises(AgentError, match=rf"{name} on HandOff, seed \d+: act\(\) returned None"):
         room.play(np.zeros((8, 5), np.float32))
 
@@ -180,7 +181,8 @@ class Watching:
 
 
 def test_an_oracle_as_partner_is_given_the_world_of_each_episode() -> None:
-    room = PlayRoom(Company(("DistancePriority",), ((f"{__name__}:Watching",),), 5, load_agent), SPEC, seed=0)
+    episodes = EpisodeDistribution(("DistancePriority",), ((f"{__name__}:Watching",),), 5, load_agent)
+    room = PlayRoom(episodes, SPEC, seed=0)
     assert any([room.play(np.zeros((8, 5), np.float32)).over for _ in range(6)])
 
 
@@ -195,7 +197,7 @@ def test_reward_changes_what_is_done_and_the_leash_holds_it_back(
     ends = {}
     for leash in (0.0, 10.0):
         config = dataclasses.replace(CONFIG, updates=12, rooms=8, decisions=20, batch=80, rate=5e-3, leash=leash)
-        response = best_response.BestResponse(policy(), COMPANY, config)
+        response = best_response.BestResponse(policy(), EPISODES, config)
         told: list[dict[str, float]] = []
         best_response.learn_response(response, tmp_path / str(leash), told.append)
         ends[leash] = (told[-1]["progress per episode"] - told[0]["progress per episode"], told[-1]["divergence"])
@@ -212,11 +214,11 @@ def test_an_interrupted_response_goes_on(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):  # saved after the first round alone
-        learn_response(BestResponse(policy(), COMPANY, CONFIG), tmp_path, stop)
-    again = BestResponse(policy(), COMPANY, CONFIG)
+        learn_response(BestResponse(policy(), EPISODES, CONFIG), tmp_path, stop)
+    again = BestResponse(policy(), EPISODES, CONFIG)
     assert learn_response(again, tmp_path, lambda told: None) == 1
     assert again.round == 2
     assert len((tmp_path / "losses.jsonl").read_text().splitlines()) == 2
     (tmp_path / "resume.safetensors").write_bytes(b"x")
     with pytest.raises(DataError, match="is damaged or of another policy"):
-        learn_response(BestResponse(policy(), COMPANY, CONFIG), tmp_path, lambda told: None)
+        learn_response(BestResponse(policy(), EPISODES, CONFIG), tmp_path, lambda told: None)

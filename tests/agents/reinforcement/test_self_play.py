@@ -20,7 +20,13 @@ from movingout.agents.partners.options.trained import TrainedScores
 from movingout.agents.reinforcement import option_episodes
 from movingout.agents.reinforcement.option_episodes import OptionChoice, advantages, item_progress, play_episode
 from movingout.agents.reinforcement.option_network import NEVER, OptionNetwork, export_options
-from movingout.agents.reinforcement.self_play import YOUNG, SelfPlay, learn_self_play, padded, read_young
+from movingout.agents.reinforcement.self_play import (
+    EARLY_NETWORK,
+    SelfPlay,
+    learn_self_play,
+    padded,
+    read_early_network,
+)
 from movingout.agents.reinforcement.self_play_config import SelfPlayConfig
 from movingout.agents.training.run_folder import RESUME
 from movingout.maps import load_map
@@ -52,7 +58,7 @@ def test_equal_seeds_give_equal_weights_also_after_an_interruption(tmp_path: Pat
     learn_self_play(continued, tmp_path / "begun", told.append)
     assert equal(weights(continued), weights(whole)) and continued.decisions == whole.decisions
     assert not equal(weights(SelfPlay(replace(TINY, seed=1), MAPS)), weights(SelfPlay(TINY, MAPS)))
-    young = list(read_young(tmp_path / "whole", TINY.width).state_dict().values())
+    young = list(read_early_network(tmp_path / "whole", TINY.width).state_dict().values())
     assert equal(young, weights(begun)) and not equal(young, weights(whole))
 
 
@@ -139,8 +145,8 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     (tmp_path / RESUME).write_bytes(b"no tensors")
     with pytest.raises(DataError, match="is damaged or of another policy"):
         learner.resume(tmp_path / RESUME)
-    with pytest.raises(DataError, match=f"{YOUNG} is missing or damaged"):
-        read_young(tmp_path, 8)
+    with pytest.raises(DataError, match=f"{EARLY_NETWORK} is missing or damaged"):
+        read_early_network(tmp_path, 8)
 
 
 def test_a_copy_later_than_the_last_episode_is_refused() -> None:

@@ -11,7 +11,7 @@ import pytest
 from movingout.matches.commands import paper
 from movingout.matches.errors import MatchError
 from movingout.matches.paper import data_sets
-from movingout.matches.paper.beginning import BEGUN, alone, begin, begun, finish, grown
+from movingout.matches.paper.beginning import BEGUN, begin, begun, exclusive_folder, finish, grown
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.data_sets import list_episodes
 from movingout.matches.paper.workspace import Workspace
@@ -196,7 +196,7 @@ def test_a_second_command_in_the_same_folder_is_told_to_wait(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     asked = ["paper", "tables", "tab:dense_rewards", "--budget", "smoke", "-o", str(tmp_path)]
-    with alone():
+    with exclusive_folder():
         assert main(asked) == 2
     assert f"another `movingout paper` is at work in {tmp_path}; wait for it" in capsys.readouterr().err
     assert main(asked) == 0

@@ -32,6 +32,6 @@ def test_a_pair_at_one_screen_is_flagged(tmp_path: Path) -> None:
     pairs, text = template("collect")
     _, store, pids = fill(tmp_path, pairs, text, 4)
     assert not any("one screen" in row[2] for row in flags(collect(pairs, store, tmp_path)).rows)
-    store.sit_together(pids[2:], "s1")
+    store.set_shared_screen(pids[2:], "s1")
     found = [row[2] for row in flags(collect(pairs, store, tmp_path)).rows if "one screen" in row[2]]
     assert found == ["unit 2: both at one screen; nothing shows that they were two people"]

@@ -243,8 +243,8 @@ def test_what_is_paused_stays_so_until_it_is_let_go_on(place: Path | str) -> Non
 def test_two_at_one_screen_read_on_in_their_language(place: Path | str) -> None:
     store = open_store(place)
     agree(store, ["P1", "P2"])
-    store.sit_together(["P1", "P2"], "a1b2")
-    store.speak("P2", "de")
+    store.set_shared_screen(["P1", "P2"], "a1b2")
+    store.set_language("P2", "de")
     assert [(one.screen, one.language) for one in store.everybody()] == [("a1b2", "en"), ("a1b2", "de")]
 
 

@@ -11,7 +11,11 @@ from movingout.agents.bass.config import BassConfig
 from movingout.agents.bass.latent.dynamics import LatentDynamics
 from movingout.agents.bass.latent.picture_agent import PictureBassAgent
 from movingout.agents.bass.latent.picture_networks import PictureDynamics, PictureProgress
-from movingout.agents.bass.latent.picture_training import films_of, picture_dynamics_spec, train_picture_dynamics
+from movingout.agents.bass.latent.picture_training import (
+    picture_dynamics_spec,
+    picture_sequences,
+    train_picture_dynamics,
+)
 from movingout.agents.catalogue import load_agent
 from movingout.agents.conformance import check_agent
 from movingout.agents.errors import AgentError, DataError
@@ -55,17 +59,17 @@ def test_a_residual_simulator_of_pictures_begins_with_no_change() -> None:
 
 def test_films_have_the_own_action_first() -> None:
     walk = walked(ticks=12)
-    films = films_of([walk], SEEN)
-    assert films.pictures.shape == (24, 49152) and films.starts.tolist() == [0, 12, 24]
-    assert np.array_equal(films.actions[:12, 0], films.actions[12:, 1])
+    sequences = picture_sequences([walk], SEEN)
+    assert sequences.pictures.shape == (24, 49152) and sequences.starts.tolist() == [0, 12, 24]
+    assert np.array_equal(sequences.actions[:12, 0], sequences.actions[12:, 1])
     with pytest.raises(DataError, match="no episode has more than 9 ticks"):
-        films_of([walked(ticks=9)], SEEN)
+        picture_sequences([walked(ticks=9)], SEEN)
 
 
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_simulator(tmp_path: Path) -> None:
-    films = films_of([walked(ticks=12)], SEEN)
-    first, second = (train_picture_dynamics(TINY, films, tmp_path / name).network for name in "ab")
+    sequences = picture_sequences([walked(ticks=12)], SEEN)
+    first, second = (train_picture_dynamics(TINY, sequences, tmp_path / name).network for name in "ab")
     assert _weights(first) == _weights(second)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from movingout.agents.partners.options.option import MOST_OPTIONS, WAIT, RobotOption, command_of, offered, spot_in
-from movingout.agents.partners.walking import Sight
+from movingout.agents.partners.walking import Perceiver
 from movingout.agents.scripted.perception import Perception
 from movingout.maps import load_map
 from movingout.maps.shapes import circumradius
@@ -20,7 +20,7 @@ HEAVY = next(index for index, item in enumerate(load_map(HEAVY_MAP).items) if it
 
 
 def seen(state: WorldState, map_name: str = MAP, seat: int = BLUE) -> Perception:
-    return Sight(load_map(map_name), seat).perceive(state)
+    return Perceiver(load_map(map_name), seat).perceive(state)
 
 
 def taken(now: Perception) -> set[int]:
@@ -62,7 +62,7 @@ def test_of_very_many_items_the_nearest_are_offered() -> None:
     state = scene(MAP)
     poses = np.tile(state.item_poses[:1], (len(many.items), 1))
     poses[:, 0] = np.linspace(-0.9, 0.9, len(poses))
-    now = Sight(many, BLUE).perceive(replace(state, item_poses=poses))
+    now = Perceiver(many, BLUE).perceive(replace(state, item_poses=poses))
     assert len(offered(now)) == MOST_OPTIONS
     away = np.abs(poses[:, 0] - now.pose[0])
     assert int(np.argmax(away)) not in taken(now) and int(np.argmin(np.hypot(*(poses - now.pose)[:, :2].T))) in taken(

@@ -10,7 +10,7 @@ from movingout.agents.data.rollout import rollout
 from movingout.agents.partners.options.features import SIZE, OptionFeatures, Singles
 from movingout.agents.partners.options.option import RobotOption, offered
 from movingout.agents.partners.options.player import DECIDES_EVERY, OptionPlayer
-from movingout.agents.partners.walking import Sight
+from movingout.agents.partners.walking import Perceiver
 from movingout.maps import load_map
 from movingout.world.state import Floats
 from tests.agents.partners.options.test_option import LIGHT, MAP, lying_in
@@ -55,7 +55,7 @@ def test_something_is_delivered_by_whoever_takes_the_nearest() -> None:
     agents = OptionPlayer(eager, temperature=0.0), OptionPlayer(eager, seed=1, temperature=0.0)
     the_map = load_map("Simple")
     last = list(rollout(the_map, agents, seed=0, ticks=300))[-1].after
-    assert Sight(the_map, 0).perceive(last).delivered.any()
+    assert Perceiver(the_map, 0).perceive(last).delivered.any()
 
 
 def test_it_decides_when_something_happens_and_else_a_few_times_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,7 +88,7 @@ def test_what_is_delivered_is_let_go_of_whatever_was_chosen() -> None:
 
 def first_features(map_name: str) -> Singles:
     the_map = load_map(map_name)
-    now = Sight(the_map, 0).perceive(scene(map_name))
+    now = Perceiver(the_map, 0).perceive(scene(map_name))
     features = OptionFeatures(EpisodeInfo(the_map, 0, 0, 500))
     features.see(now)
     return features.of(now, offered(now))
@@ -101,11 +101,11 @@ def test_a_mirrored_or_turned_map_looks_the_same(symmetry: str) -> None:
 
 def test_how_long_something_was_tried_is_seen() -> None:
     the_map = load_map(MAP)
-    features, sight = OptionFeatures(EpisodeInfo(the_map, 0, 0, 500)), Sight(the_map, 0)
-    features.chosen(RobotOption("take", LIGHT), sight.perceive(scene(MAP)))
+    features, perceiver = OptionFeatures(EpisodeInfo(the_map, 0, 0, 500)), Perceiver(the_map, 0)
+    features.chosen(RobotOption("take", LIGHT), perceiver.perceive(scene(MAP)))
     for tick in range(1, 31):
-        features.see(sight.perceive(scene(MAP, tick=tick)))
-    now = sight.perceive(scene(MAP, tick=30))
+        features.see(perceiver.perceive(scene(MAP, tick=tick)))
+    now = perceiver.perceive(scene(MAP, tick=30))
     options = offered(now)
     rows = features.of(now, options)
     tried = options.index(RobotOption("take", LIGHT))
@@ -115,12 +115,12 @@ def test_how_long_something_was_tried_is_seen() -> None:
 
 def test_a_held_item_that_nears_its_spot_is_seen() -> None:
     the_map, near, far = load_map(MAP), holding(MAP, LIGHT), holding(MAP, LIGHT)
-    features, sight = OptionFeatures(EpisodeInfo(the_map, 0, 0, 500)), Sight(the_map, 0)
-    features.see(sight.perceive(far))
-    options = offered(sight.perceive(far))
+    features, perceiver = OptionFeatures(EpisodeInfo(the_map, 0, 0, 500)), Perceiver(the_map, 0)
+    features.see(perceiver.perceive(far))
+    options = offered(perceiver.perceive(far))
     carried = next(index for index, option in enumerate(options) if option.kind == "carry")
     poses, (x, y) = near.item_poses.copy(), options[carried].spot
     poses[LIGHT, :2] += 0.1 * (np.array([x, y]) - poses[LIGHT, :2])
-    now = sight.perceive(replace(near, item_poses=poses))
+    now = perceiver.perceive(replace(near, item_poses=poses))
     features.see(now)
     assert features.of(now, offered(now))[carried, 40] > 0.1
