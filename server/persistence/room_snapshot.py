@@ -56,14 +56,15 @@ class InterruptedRound(NamedTuple):
 
 def restore_room(file: RoomFile, recordings: Path, services: Services, now: float) -> Room:
     """The room as it was, paused if it was playing. Raises MapError or AgentError when it cannot be."""
-    room = room_again(file, interrupted_round(file, recordings), services, now)
-    if file.next_episode and not (recordings / f"{file.next_episode}{JOURNAL_SUFFIX}").exists():
-        room.round.episode_id = file.next_episode  # a study has its row already
-    return room
+    has_begun = (recordings / f"{file.next_episode}{JOURNAL_SUFFIX}").exists()
+    next_episode = "" if has_begun else file.next_episode
+    return room_again(file, interrupted_round(file, recordings), services, now, next_episode=next_episode)
 
 
-def room_again(file: RoomFile, interrupted: InterruptedRound | None, services: Services, now: float) -> Room:
-    """The same, with its round as it was read before."""
+def room_again(
+    file: RoomFile, interrupted: InterruptedRound | None, services: Services, now: float, *, next_episode: str = ""
+) -> Room:
+    """The same, with its round as it was read before; `next_episode` is the id of the round that has not begun."""
     seats = [_seat(index, kept, now - file.config.resume_s) for index, kept in enumerate(file.seats)]
     broken_off = file.phase in IN_ROUND
     progress = RoomProgress(
@@ -73,6 +74,7 @@ def room_again(file: RoomFile, interrupted: InterruptedRound | None, services: S
         phase="lobby" if broken_off else file.phase,
         notice=RESTARTED if broken_off else Notice(file.reason_code, file.reason, file.reason_values),
         joined=file.joined,
+        next_episode=next_episode,
     )
     try:
         room = Room(room_id=file.id, config=file.config, seats=seats, services=services, now=now, progress=progress)

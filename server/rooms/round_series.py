@@ -31,6 +31,7 @@ class RoomProgress:
     phase: m.Phase = "lobby"
     notice: Notice = NOTHING  # why it is where it is
     joined: bool = False  # whether anybody ever came
+    next_episode: str = ""  # id of the round that is prepared first, where a study has its row already
 
 
 AT_THE_START = RoomProgress()
@@ -54,6 +55,7 @@ class RoundSeries:
         self._seats = seats
         self._services = services
         self._room_id = room_id
+        self._next_episode = progress.next_episode
 
     @property
     def more(self) -> bool:
@@ -85,11 +87,12 @@ class RoundSeries:
         the_map, tutorial = self._map(seed), None
         if self._config.tutorial:
             tutorial = TutorialProgress(the_map, self._players)
+        episode_id, self._next_episode = self._next_episode or self._services.new_episode_id(self._room_id), ""
         the_round = LiveRound(
             map_spec=the_map,
             limit_ticks=self._config.round_ticks,
             epoch=self.epoch,
-            episode_id=self._services.new_episode_id(self._room_id),
+            episode_id=episode_id,
             seed=seed or 0,
             tutorial=tutorial,
         )

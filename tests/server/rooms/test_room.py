@@ -1,12 +1,14 @@
 """The room, by time stepped by hand: phases, seats, pauses, series."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
-from movingout.server.persistence.room_snapshot import room_again, room_file
+from movingout.server.persistence.room_snapshot import restore_room, room_again, room_file
 from movingout.server.rooms import room_view
 from movingout.server.rooms.room_notices import ROOM_IDLE
 from movingout.server.rooms.round_series import KEPT_RESULTS
@@ -288,6 +290,17 @@ def test_of_a_map_played_again_and_again_the_newest_results_are_kept() -> None:
     file.results = results  # written by an earlier version
     again = room_again(file, None, table.services, table.now)
     assert list(again.series.results) == results[-KEPT_RESULTS:]
+
+
+def test_a_round_that_has_not_begun_keeps_its_id_and_one_that_was_recorded_gives_way_to_another(tmp_path: Path) -> None:
+    table = Table(limit_ticks=1)
+    kept = room_file(table.room, 0.0)
+    assert kept.next_episode
+    again = restore_room(kept, tmp_path, table.services, table.now)
+    assert again.round.episode_id == kept.next_episode
+    assert again.series.prepare().episode_id != kept.next_episode, "the round after it is another one"
+    (tmp_path / f"{kept.next_episode}{JOURNAL_SUFFIX}").touch()
+    assert restore_room(kept, tmp_path, table.services, table.now).round.episode_id != kept.next_episode
 
 
 def test_a_room_where_somebody_is_never_ready_may_give_way_and_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
