@@ -158,7 +158,7 @@ class RoomHost:
         return room
 
     def absence(self, room_id: str) -> CloseConnection:
-        """How a connection ends whose room is not here: one that waits for a start can be found later."""
+        """How a connection ends if its room is not here: a room that waits for a start can be found later."""
         return CloseConnection(m.CLOSE_SHUTDOWN, KEPT) if room_id in self.not_opened else no_room(room_id)
 
     async def open_kept(self, config: RoomConfig, seats: list[Seat]) -> Room:
@@ -202,7 +202,7 @@ class RoomHost:
             self._keep(room)
 
     def _keep(self, room: Room) -> None:
-        """Nobody comes back to a closed room, nor to a finished round of a study."""
+        """Save a room, or delete what was saved: nobody returns to a closed room or a finished round of a study."""
         if room.phase == "closed" or (room.config.study and room.phase == "series_over"):
             self.store.delete(room.id)
         else:
@@ -211,14 +211,14 @@ class RoomHost:
     # ---- restart --------------------------------------------------------------------------------------------
 
     async def prepare_map(self, file: RoomFile) -> None:
-        """Make the randomised map of a room that comes back where it delays no tick."""
+        """Make the randomised map of a room that comes back beforehand, so that it delays no tick."""
         config, index = file.config, file.index
-        with contextlib.suppress(MovingOutError):  # the room says it
+        with contextlib.suppress(MovingOutError):  # the room reports it
             wanted = config.designed(index), config.variant_seed(index), config.split
             await self.registry.prepared_maps.prepare(*wanted)
 
     async def restore(self, file: RoomFile) -> None:
-        """Open a room of the last run again, however busy its agents may be by what is known of them now."""
+        """Open a room of the last run again, even where its agents would be refused as too busy."""
         await self.prepare_map(file)
         try:
             with self.agents.without_limit():
@@ -261,7 +261,7 @@ class RoomHost:
         return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, faults, self._unwritable())
 
     def _unwritable(self) -> str:
-        """Why a round that began now would not be recorded: what failed the last time that it was done, or hangs."""
+        """Why a round that began now would not be recorded: writing failed the last time, or is stuck."""
         for work in (SYNC, WRITING):
             error = self.background.error(work)
             if error is not None and not isinstance(error, FolderReplacedError):
@@ -319,7 +319,7 @@ def _agents_of_its_own(settings: Settings) -> AgentPool:
 
 
 def _folder_id(folder: Path) -> tuple[int, int] | None:
-    """Which folder this path leads to, None when it leads to none."""
+    """The identity of the folder at this path; None if there is none."""
     try:
         about = folder.stat()
     except OSError:

@@ -93,7 +93,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         split: Split | None = None,
         render_mode: RenderMode | None = None,
     ) -> None:
-        """Raises WorldError or MapError, which name what is known, for arguments that are not."""
+        """Raises WorldError or MapError for arguments that are unknown, naming the known ones."""
         if reward not in REWARDS:
             raise WorldError(f"unknown reward {reward!r}; known: {', '.join(REWARDS)}")
         if isinstance(limit_ticks, bool) or not isinstance(limit_ticks, int | np.integer) or limit_ticks < 1:
@@ -123,11 +123,11 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         self._start(self.map)
 
     def observation_space(self, agent: str) -> spaces.Box:
-        """Raises WorldError for an agent that is none."""
+        """Raises WorldError for an unknown agent."""
         return self.observation_spaces[_known_agent(agent)]
 
     def action_space(self, agent: str) -> spaces.Box:
-        """Raises WorldError for an agent that is none."""
+        """Raises WorldError for an unknown agent."""
         return self.action_spaces[_known_agent(agent)]
 
     def reset(
@@ -245,7 +245,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return self._loaded(options["map"], stacklevel=4) if "map" in options else self.map
 
     def _loaded(self, map: MapSpec | str | os.PathLike[str], stacklevel: int) -> MapSpec:
-        """The map; of a file, what is to be said of it is said once. Raises MapError."""
+        """The map; cautions about a file are given once. Raises MapError."""
         if isinstance(map, MapSpec):
             return checked_map(map)
         spec = load_map(map)
@@ -256,9 +256,9 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return spec
 
     def _variant(self, designed: MapSpec, split: Split) -> MapSpec:
-        """That of the next seed that has a playable one: on a tight map, some have none. Raises MapError after 20.
+        """The variant of the next seed with a playable one: on a tight map, some seeds have none. MapError after 20.
 
-        Always with all attempts, so that the seed of an episode alone says which variant it has.
+        Each seed gets all attempts, so that the seed of an episode alone decides which variant it has.
         """
         for tried in range(_SEEDS_TRIED - 1):
             with suppress(MapError):

@@ -94,13 +94,13 @@ def ships(agent_id: str) -> bool:
 
 
 def missing_models() -> str:
-    """What an answer to an unknown agent ends with where MOVINGOUT_MODELS names no folder; else empty."""
+    """How the message about an unknown agent ends if MOVINGOUT_MODELS names no folder; else empty."""
     named = os.environ.get(MODELS_VARIABLE)
     return f"; {MODELS_VARIABLE} names {named}, which is no folder" if named and not Path(named).is_dir() else ""
 
 
 def own_models() -> str:
-    """The first of these folders, for a process that works elsewhere."""
+    """The first of these folders, for a process with another working directory."""
     return str(model_roots()[0].resolve())
 
 
@@ -145,7 +145,7 @@ def named_instead(path: Path) -> str:
     try:
         folder = path if path.is_dir() else path.parent
         card = read_checkpoint(folder.resolve()).card
-    except (CheckpointError, OSError):  # also what can be no path, being too long
+    except (CheckpointError, OSError):  # also what is too long to be a path
         return ""
     if path != folder and path.name != CARD and path.name not in {entry.name for entry in card.files if not entry.of}:
         return ""
@@ -219,7 +219,7 @@ def card_bytes(agent_id: str) -> bytes:
 def _acting_id(agent_id: str) -> str:
     try:
         return acting_id(agent_id)
-    except AgentError:  # options that are none are refused where it is loaded
+    except AgentError:  # unknown options are refused when the agent is loaded
         return agent_id
 
 
@@ -277,7 +277,7 @@ def write_checkpoint(
 def _entry(name: FileName, data: bytes) -> dict[str, object]:
     about: dict[str, object] = {"name": name, "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
     if name.endswith(".onnx"):
-        with contextlib.suppress(CheckpointError):  # what is no model is refused when it is loaded
+        with contextlib.suppress(CheckpointError):  # a file that is no model is refused when it is loaded
             about["inputs"], about["outputs"] = onnx_interface(data)
     return about
 

@@ -58,7 +58,7 @@ class Trajectory:
 
     @property
     def names(self) -> frozenset[str]:
-        """Who plays; the expert beside somebody counts as that person."""
+        """Who plays; an expert beside a person counts as that person."""
         return frozenset(person(name).removeprefix("expert:") for name in self.participants)
 
     @property
@@ -144,7 +144,7 @@ SeatChoice = Literal["acting", "human", "all"]
 def has_person(kinds: Sequence[SeatKind]) -> bool:
     """Whether a person acts in an episode, given the kinds of its seats, and can be imitated.
 
-    Who is replayed acts no more; that training and tests share nobody is another question (`split.has_people`).
+    A replayed person does not act; whether training and tests share people is another question (`split.has_people`).
     """
     return "human" in kinds
 
@@ -307,7 +307,7 @@ def recording_files(places: Sequence[Path], suffixes: tuple[str, ...] = (".mcap"
 
 
 def read_trajectories(files: Sequence[Path]) -> list[Trajectory]:
-    """Read recordings but tutorials, which show nobody's usual play, and those in which nothing was played.
+    """Read recordings, except tutorials, which show nobody's usual play, and those in which nothing was played.
 
     Raises RecordingError, naming the file, for one that cannot be read.
     """

@@ -195,13 +195,13 @@ class TaskSelector:
         return task or self._choose(now) or self._idle_task(now)
 
     def their_item(self, now: Perception, own: int) -> int:
-        """The item that the partner probably goes to, -1 for none."""
+        """The item that the partner is probably going to, -1 for none."""
         items = [item for item in now.waiting if item != own] or now.waiting
         gaps = [float(np.hypot(*(now.item_pose(item)[:2] - now.partner[:2]))) for item in items]
         return items[int(np.argmin(gaps))] if items else -1
 
     def _requested_task(self, now: Perception, task: Task | None) -> Task:
-        """What the partner has asked for; the current task where it is that already."""
+        """The task that the partner has asked for; the current one if it is that already."""
         item, place = self._request.item, self._request.place
         if item < 0:
             same = isinstance(task, ComeTo) and task.place == place
@@ -324,7 +324,7 @@ class TaskSelector:
         return Fetch(now, item, frozenset(), None, self.style.detour, rearranging=True) if item >= 0 else None
 
     def _idle_task(self, now: Perception) -> Task | None:
-        """Without a task: stay, but off the partner's path."""
+        """What to do without a task: stay where it is, but off the partner's path."""
         path = partner_path(now, self.their_item(now, -1), _WHOLE_WAY)
         if in_contact(now):  # it does not follow the predicted path
             path = np.vstack([path, now.pose[:2]])

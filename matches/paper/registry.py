@@ -337,7 +337,7 @@ ENTRIES: Mapping[str, PaperEntry] = {entry.label: entry for entry in _ENTRIES}
 
 
 def chosen_entries(labels: Sequence[str]) -> list[PaperEntry]:
-    """The entries of these labels, each once, or with `all` among them every one that can be made, were all extras
+    """The entries of these labels, each once; with `all` among them, every one that can be made with all extras
     installed.
 
     Raises MatchError for a label that is unknown.

@@ -112,7 +112,7 @@ def names_people(source: TrajectoryFile, kind: str = "") -> bool:
 def pseudonym(name: str, salt: str) -> str:
     """A pseudonym, the same for the same name; it leads back to the name only for those who know the salt.
 
-    That of a name of one room says so, too.
+    It also says whether the name held for one room only.
     """
     digest = hashlib.sha256("\n".join((salt, name)).encode()).hexdigest()
     prefix = ROOM_PSEUDONYM if is_room_pseudonym(name) else OTHER_PSEUDONYM
@@ -244,7 +244,7 @@ def _made_before(path: Path, alike: Path | None) -> Path | None:
 
 
 def _known(path: Path, header: EpisodeHeader, own: Path) -> str:
-    """What is said about a trajectory whose recording is there already, as `own` or as another: it is kept."""
+    """What to say of a trajectory whose recording is there already, as `own` or under another name: it is kept."""
     kept, seats = read_players(path).seats, header.seats
     said = "imported before" if path == own else f"recorded already, as {path.name}"
     otherwise = f"To import it otherwise, move {path.name} away"
@@ -261,7 +261,7 @@ def _known(path: Path, header: EpisodeHeader, own: Path) -> str:
 
 
 def _without_prefix(pseudonym: str) -> str:
-    """What it is by: names of one room had the prefix of all others at first."""
+    """The id without its prefix: at first, names of one room had the same prefix as all others."""
     return pseudonym.removeprefix(ROOM_PSEUDONYM).removeprefix(OTHER_PSEUDONYM)
 
 
@@ -319,7 +319,7 @@ def _kinds(source: TrajectoryFile) -> tuple[SeatKind, SeatKind]:
 
 
 def _started(source: TrajectoryFile) -> int:
-    """The recorder's time (taken as UTC), else when the file was last changed; a file has times from 1970 to 2262."""
+    """The recorder's time (taken as UTC), else the file's modification time; a recording holds times up to 2262."""
     try:
         moment = datetime.strptime(source.time, "%Y-%m-%d_%H:%M:%S").replace(tzinfo=UTC)
     except ValueError:

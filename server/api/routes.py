@@ -73,7 +73,7 @@ def install(app: FastAPI, host: PublicHost) -> None:
 
 
 def shape_errors(app: FastAPI, host: PublicHost) -> None:
-    """Every refusal is JSON with a code; an unknown address of a page is a page."""
+    """Give every refusal as JSON with a code, and the page for unknown addresses to browsers."""
 
     @app.exception_handler(ApiError)
     async def api_error(request: Request, error: ApiError) -> JSONResponse:
@@ -216,7 +216,7 @@ def _answer_routes(host: PublicHost) -> APIRouter:
 
 
 async def _replay_of(host: PublicHost, episode_id: str, request: Request) -> ReplayFiles:
-    """Raises ApiError for a recording that is not there, and where this address has asked for too many replays."""
+    """The replay of a recording. Raises ApiError if it is missing, or if this address asked for too many replays."""
     if not (host.recording_service.has_replay(episode_id) or host.is_admin(bearer(request))):
         limit_replays(host, address_of(request))
     try:

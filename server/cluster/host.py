@@ -171,12 +171,12 @@ class ClusterHost(Host):
         return ShardedRoomStore(self.settings.rooms, lambda shard: self.node.leases.fences.get(shard))
 
     def absence(self, room_id: str) -> CloseConnection:
-        """How a connection ends whose room is not here."""
+        """How a connection ends if its room is not here."""
         notice = self._absence(room_id)
         return super().absence(room_id) if notice is None else CloseConnection(m.CLOSE_SHUTDOWN, notice)
 
     def _absence(self, room_id: str) -> Notice | None:
-        """Where a room is that is not here; None: nowhere."""
+        """Where a room is that is not here; None if it is nowhere."""
         shard = shard_of(room_id)
         if not shard or (self.node.serves(shard) and room_id not in self._awaiting_agents):
             return None
@@ -199,7 +199,7 @@ class ClusterHost(Host):
             raise RoomElsewhere(notice, "moving" if notice is MOVING else "room_waits") from None
 
     async def close_rooms_owned_by(self, owner: str, code: int, notice: Notice) -> int:
-        """At all nodes: an owner has the same name everywhere. A node that does not answer keeps them."""
+        """Close them at all nodes: an owner has the same name everywhere. A node that does not answer keeps its own."""
         if not owner:
             return 0
         work, others = close_rooms_owned_by, [row for row in self._nodes() if row.run != self.node.who.run]
@@ -262,7 +262,7 @@ class ClusterHost(Host):
                 self.recording_service.recover(journal)
 
     async def _recover_left(self) -> None:
-        """Finish what is in this folder of shards that a node with another folder has: one node of the folder does."""
+        """Finish what this folder has of shards that a node with another folder holds; one of its nodes does this."""
         on_disk, who = await self.node.look(), self.node.who
         first = min((node.name for node in self._nodes() if node.folder == who.folder), default="")
         if self.node.problem or first != who.name:

@@ -230,7 +230,7 @@ async def _measure(
 
 
 def _refuse_several_nodes(target: RunningServer, rooms: list[str], state: Any) -> None:
-    """Raise LoadTestError where a node has answered that has not all the rooms: the figures are those of one node."""
+    """Raise LoadTestError if the answering node does not have all the rooms: figures are of one node only."""
     cluster = state.get("cluster")
     if cluster is None or {room[:1] for room in rooms} == {cluster["home"]}:
         return
@@ -242,7 +242,7 @@ def _refuse_several_nodes(target: RunningServer, rooms: list[str], state: Any) -
 
 
 async def _open_rooms(target: RunningServer, rooms: int, clients: int, partner: str, opened: list[str]) -> None:
-    """Open the rooms and append them to `opened`, which has those of before where one is refused."""
+    """Open the rooms and append each to `opened`, which keeps the earlier ones if one is refused."""
     names = map_names()
     for index in range(rooms):
         opened.append(await _opened_room(target, names[index % len(names)], clients, partner))
@@ -260,7 +260,7 @@ def _close_rooms(target: RunningServer, rooms: list[str]) -> None:
 
 
 async def _opened_room(target: RunningServer, name: str, clients: int, partner: str) -> str:
-    """Opens a room; of a server that is busy for a moment it is asked again."""
+    """Open a room; asks again if the server is busy for a moment."""
     loop = asyncio.get_running_loop()
     deadline = loop.time() + BUSY_LIMIT_S
     while True:
@@ -330,7 +330,7 @@ def _call(target: RunningServer, path: str, body: object = None) -> Any:
 
 
 def _reason(text: str) -> str:
-    """The sentence of an answer that refuses something; the answer itself where it has none."""
+    """The sentence in a refusal; the whole answer if it has none."""
     try:
         return str(json.loads(text)["error"]["message"])
     except (ValueError, TypeError, KeyError):

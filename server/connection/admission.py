@@ -65,7 +65,7 @@ class AdmissionControl:
         self._unknown_tokens: dict[str, TokenBucket] = {}
         self._requests: dict[str, TokenBucket] = {}
         self._being_answered: Counter[str] = Counter()  # requests by address
-        self._answered: dict[str, TokenBucket] = {}  # bytes that may still be answered
+        self._answered: dict[str, TokenBucket] = {}  # bytes of answers that may still be kept
         self._recorded: dict[str, TokenBucket] = {}  # bytes that may still be recorded, by owner
         self.refusals: Counter[str] = Counter()  # by reason
         self._banned: dict[str, float] = {}  # until
@@ -207,7 +207,7 @@ class AdmissionControl:
         return self._being_opened[self.owner(address)]
 
     def rooms_by_owner(self) -> dict[str, tuple[int, frozenset[str]]]:
-        """Per owner the rooms that are being opened, and those that are open."""
+        """For each owner, the rooms that are being opened and those that are open."""
         owners = {*self._being_opened, *self._rooms_of}
         return {owner: (self._being_opened[owner], frozenset(self._rooms_of.get(owner, ()))) for owner in owners}
 
@@ -220,7 +220,7 @@ class AdmissionControl:
         self._secret = secret
 
     def owner(self, address: str) -> str:
-        """Under which name rooms are counted for an address; of an IPv6 one it ends with that of its /48 network."""
+        """The name under which the rooms of an address are counted; for IPv6 it ends with that of its /48 network."""
         return ".".join(pseudonym(group, self._secret) for group, _ in counted_as(address_group(address)))
 
     def rooms_of(self, address: str) -> frozenset[str]:
@@ -228,7 +228,7 @@ class AdmissionControl:
         return self.rooms_owned_by(self.owner(address))
 
     def owner_of(self, room_id: str) -> str:
-        """Whose room this is; empty for one that was opened for nobody."""
+        """The owner of a room; empty if it was opened for nobody."""
         return self._room_owners.get(room_id, "")
 
     def rooms_owned_by(self, owner: str) -> frozenset[str]:
@@ -262,12 +262,12 @@ class AdmissionControl:
         return self._take_in_minute(self._study_arrivals, address_group(address), per_minute)
 
     def may_consent(self, address: str) -> bool:
-        """Whether one more participant of a study may begin here now: of each something stays for ever."""
+        """Whether one more participant of a study may begin here now: something is kept of each of them for good."""
         per_day = self._limits.study_consents_per_day
         return self._take(self._study_consents, address_group(address), per_day / DAY_S, per_day)
 
     def may_change(self, pid: str) -> bool:
-        """Whether this participant of a study may ask for one more change now: each waits for all others'."""
+        """Whether this participant of a study may ask for one more change now: changes wait for one another."""
         return self._take_of(self._study_changes, pid, self._limits.study_changes_per_s)
 
     def may_save_answer(self, pid: str) -> bool:
@@ -314,7 +314,7 @@ def recorded_as(owner: str) -> list[tuple[str, int]]:
 
 
 def address_group(address: str) -> str:
-    """Whom a limit is for: an IPv4 address, or the /64 network of an IPv6 one, of which everybody has all."""
+    """Whom a limit applies to: an IPv4 address, or the /64 network of an IPv6 one, which one person has whole."""
     try:
         parsed = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:
@@ -335,7 +335,7 @@ def keep(kept: dict[Key, Kept], key: Key, value: Kept) -> None:
 
 
 def used(buckets: dict[Key, TokenBucket], key: Key, per_s: float, burst: float, now: float) -> TokenBucket:
-    """The bucket of a key, which is the newest from now on; a full one where there is none."""
+    """The bucket of a key, marked as the most recently used; a full one if there was none."""
     bucket = buckets.get(key) or TokenBucket(per_s, burst, now)
     keep(buckets, key, bucket)
     return bucket

@@ -150,7 +150,7 @@ class Results:
         return tuple((", ".join(blocks), self._of_blocks(blocks)) for blocks in pooled)
 
     def by_condition_asked(self) -> tuple[tuple[str, "Results"], ...]:
-        """The same for answers: where blocks are apart, so is what was asked before and after all of them."""
+        """The same for answers: where blocks stay apart, so do the questions before and after all of them."""
         blocks = self.by_condition()
         said = tuple(row for row in self.answers if occasion(row["step"]) in ABOUT_NOBODY)
         return blocks if len(blocks) == 1 else (*blocks, ("", replace(self, rounds=(), answers=said)))
@@ -204,7 +204,7 @@ def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[
 
 
 def _name_substitutes(study: Study, kept: list[Row], said: Iterable[Row], groups: dict[int, list[str]]) -> None:
-    """Where earlier versions did not: the partner of a round, and of what is asked about it, in a unit of one."""
+    """Fill in, where earlier versions did not, the partner of a round and of its questions in a unit of one."""
     played = {row["unit"] for row in kept}  # with a member who was deleted, the rounds of a pair went, too
     alone = {pids[0] for unit, pids in groups.items() if study.group == 2 and len(pids) == 1 and unit in played}
     units_alone = {unit for unit, pids in groups.items() if pids[0] in alone}
@@ -220,7 +220,7 @@ def _name_substitutes(study: Study, kept: list[Row], said: Iterable[Row], groups
 def _about_what_counts(
     said: Iterable[Row], kept: Iterable[Row], counted: Iterable[Row], groups: dict[int, list[str]]
 ) -> Iterator[Row]:
-    """Without answers about a round that does not count; those about a partner are about other rounds, too."""
+    """Drop answers about rounds that do not count; those about a partner stay: they are about other rounds, too."""
     units = {pid: unit for unit, pids in groups.items() for pid in pids}
     played, valid = ({(row["unit"], row["step"]) for row in rows} for rows in (kept, counted))
     for row in said:
@@ -290,7 +290,7 @@ def _fault_flags(results: Results) -> Iterable[Flag]:
 
 
 def _one_screen_flags(store: Store, played: Container[int]) -> Iterable[Flag]:
-    """Pairs at one screen, who see and hear each other, and of whom nothing shows that they were two."""
+    """Pairs at one screen: they see and hear each other, and nothing shows that they really were two people."""
     pairs = Counter((row["unit"], row["screen"]) for row in store.rows(participants) if row["screen"])
     for unit in sorted(unit for (unit, _), people in pairs.items() if people > 1 and unit in played):
         yield Flag("", "–", Phrase("study.flag.one_screen", {"unit": unit}))
@@ -313,7 +313,7 @@ def _unpaired_flags(results: Results, under_way: Container[int]) -> Iterable[Fla
 
 
 def _under_way(store: Store, people: Iterable[Row]) -> set[int]:
-    """Units that have not ended, of whom one was heard within a day: a single person who leaves does not end theirs."""
+    """Units that have not ended and have a member heard from within a day; one who leaves alone does not end a unit."""
     since = store.now() - RECENT_MS
     here = {row["unit"] for row in people if max(row["arrived_ms"], row["heard_ms"] or 0) >= since}
     return {row["id"] for row in store.rows(units) if row["state"] == "active" and row["id"] in here}

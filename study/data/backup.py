@@ -100,7 +100,7 @@ def _write(
 
 
 def _copy_databases(folder: StudyFolder, part: Path, identities: bool) -> None:
-    """The main database and, where `identities` are wanted, those who had a page before the main one was copied."""
+    """Copy the main database and, if `identities` are wanted, those who had a page before it was copied."""
     if identities:
         _save(folder.identities, folder.own / IDENTITY, "identity", part / IDENTITY)
         before = _opened(part / IDENTITY)
@@ -140,15 +140,15 @@ def _write_manifest(part: Path, study_id: str, identities: bool, now: float) -> 
 
 
 def _opened(identity_file: Path) -> set[str]:
-    """Those of these identities who have got a page of the study."""
+    """The pseudonyms in a file of identities that have opened a page of the study."""
     with closing(IdentityStore(identity_file)) as kept:
         return {one.pid for one in kept.without(()) if one.used}
 
 
 def _leave_out_arrivals(part: Path, before: Collection[str]) -> None:
-    """Take who came after the copy of the main database out of that of identities, as if it were of the same moment.
+    """Remove identities that came after the main database was copied, as if both copies were of the same moment.
 
-    Else the main one would seem to be an older one that was put back, and `study purge` refuse.
+    Otherwise the main one would look like an older one that was put back, and `study purge` would refuse it.
     """
     with closing(Store(part / MAIN)) as store, closing(IdentityStore(part / IDENTITY)) as kept:
         left = kept.without({one.pid for one in store.everybody()})
@@ -171,7 +171,7 @@ def _begun(folder: StudyFolder, store: Store) -> tuple[Study, tuple[str, ...]]:
 
 
 def _save(address: str | None, file: Path, kind: Kind, target: Path) -> None:
-    """A database, PostgreSQL where it has an address, as a file of SQLite."""
+    """Save a database as an SQLite file; with an address it is a PostgreSQL database."""
     if address is None:
         _copy_database(file, target)
     else:
@@ -269,7 +269,7 @@ def restore(backup: Path, data: Path, database: str | None = None, identities: s
 
 
 def _place(backup: Path, data: Path, own: Path, files: Collection[str], addresses: dict[Kind, str]) -> None:
-    """Put everything where it belongs. Broken off, it leaves nothing of that. Raises OSError, StudyError."""
+    """Put everything where it belongs; if interrupted, leave nothing of it. Raises OSError and StudyError."""
     part = own.with_name(f"{own.name}.part")
     with ExitStack() as undo:
         undo.callback(shutil.rmtree, part, ignore_errors=True)
@@ -303,7 +303,7 @@ def _addresses(database: str | None, identities: str | None) -> dict[Kind, str]:
 
 
 def _fill(restored: Path, addresses: dict[Kind, str]) -> None:
-    """Move restored files of SQLite into PostgreSQL, where these have addresses."""
+    """Move the restored SQLite files into the PostgreSQL databases that have an address."""
     names: dict[Kind, str] = {"main": MAIN, "identity": IDENTITY}
     files: dict[Kind, Path] = {kind: restored / names[kind] for kind in addresses if (restored / names[kind]).exists()}
     fill_databases(files, addresses)
@@ -319,7 +319,7 @@ def _as_written(backup: Path, name: str, known: dict[str, Any]) -> bool:
 
 
 def _put(source: Path, target: Path) -> None:
-    """Under its name it is whole, whatever happens meanwhile."""
+    """Copy a file so that nothing incomplete ever has its name."""
     with draft_of(target) as draft:
         shutil.copy2(source, draft)
         sync(draft)

@@ -135,7 +135,7 @@ def unknown_to(store: Store, kept: IdentityStore) -> list[Leftover]:
 
 
 def _refuse_older(study: Study, store: Store, unknown: Sequence[Leftover]) -> None:
-    """Raises StudyError where there are any."""
+    """Raises StudyError if there are any."""
     if unknown:
         raise StudyError(
             f"{len(unknown)} of the identities are of people who opened the study, but {shown(store.database.address)} "
@@ -229,7 +229,7 @@ def remove_recordings_of(folder: Path, whose: Mapping[str, Collection[str]]) -> 
 
 
 def being_recorded(folder: Path, whose: Mapping[str, Collection[str]]) -> set[str]:
-    """Of whom, by pseudonym, somebody may still write a recording: of these rounds, or one that names them."""
+    """The participants, by pseudonym, whose recording may still be being written: of these rounds, or naming them."""
     try:
         paths = [path for path in folder.iterdir() if path.name.endswith((JOURNAL_SUFFIX, PART_SUFFIX))]
     except OSError:
@@ -250,19 +250,19 @@ class _Wanted:
                 self._by_word.setdefault(episode, pid)
 
     def in_summary(self, one: Summary) -> str | None:
-        """Whose recording this is; None of nobody of them."""
+        """Which of them this recording belongs to; None if it belongs to none."""
         seats = (seat.partition(" ")[2] for seat in (one.blue, one.red))
         words = (one.id, *seats, *one.study.values())
         return next((self._by_word[word] for word in words if word in self._by_word), None)
 
     def in_bytes(self, episode: str, content: bytes) -> set[str]:
-        """Of whom a file is that is called after `episode`, or whom it names."""
+        """Which of them a file belongs to, by the `episode` in its name or by whom it names."""
         named = {pid for pid in self._pids if pid.encode() in content}
         return named | ({self._by_word[episode]} if episode in self._by_word else set())
 
 
 def _files_of(folder: Path, whose: Mapping[str, Collection[str]]) -> tuple[dict[Path, str], bool]:
-    """What is to be deleted, with one whose it is, and whether a file got another name meanwhile.
+    """The files to delete, each with one participant it belongs to, and whether a file was renamed meanwhile.
 
     A server may be finishing recordings.
     """
@@ -293,12 +293,12 @@ def _listed(folder: Path) -> tuple[list[Summary], set[Path]]:
 
 
 def _content(path: Path) -> bytes:
-    """Where a file may say whom it is of: all of it, of a journal its beginning."""
+    """The part of a file that may say whom it belongs to: all of it, or the beginning of a journal."""
     return _bytes(path, HEAD_BYTES if path.name.endswith(JOURNAL_SUFFIX) else -1)
 
 
 def _bytes(path: Path, most: int = -1) -> bytes:
-    """The first bytes of a file, none of one that is gone by now."""
+    """The first bytes of a file; empty if the file is gone by now."""
     try:
         with path.open("rb") as stream:
             return stream.read(most)
@@ -330,7 +330,7 @@ def _remove(folder: Path, paths: set[Path]) -> None:
 
 
 def _remove_summaries(folder: Path) -> None:
-    """Delete what says who sat where and is made again from the recordings."""
+    """Delete the summaries, which say who sat where; they are made again from the recordings."""
     for name in (SEARCH_NAME, INDEX_NAME):
         (folder / name).unlink(missing_ok=True)
 

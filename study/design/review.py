@@ -133,7 +133,7 @@ def agent_ids(study: Study) -> tuple[str, ...]:
 
 
 def _attention(study: Study) -> Iterator[str]:
-    """An option is named by its place, which is easily taken for its text."""
+    """What each attention item expects: an option is given by its place, which is easily mistaken for its text."""
     asked = questionnaires_asked(study)
     for spec in (one for one in study.questionnaires if one.id in asked):
         for item in spec.build(study.languages[0]).items:
@@ -153,14 +153,14 @@ def _truth_values(study: Study) -> Iterator[str]:
 
 
 def _refused(study: Study) -> Iterator[str]:
-    """Agents with an option that stands twice, or that would stand still on a map that has more than they see."""
+    """Agents with an option given twice, or that would stand still on a map with more items than they see."""
     playable = [name for name in agent_ids(study) if not _fault_of(name)]
     yield from filter(None, (_fault_of(name, check_options_once) for name in playable))
     yield from unseen_maps(study, playable)
 
 
 def _alike(study: Study) -> Iterator[str]:
-    """Questions with options that read alike, of which nobody could say what was chosen."""
+    """Questions with options that read alike, so that nobody could say which one was chosen."""
     for spec in study.questionnaires:
         for question in spec.items:
             for language in study.languages:
@@ -173,7 +173,7 @@ def _alike(study: Study) -> Iterator[str]:
 
 
 def _fault_of(name: str, check: Callable[[str], None] = check_admitted_agent) -> str:
-    """Why no room could play an agent, as far as its id tells."""
+    """Why no room could play an agent, as far as its id shows."""
     try:
         check(name)
     except AgentError as error:
@@ -195,7 +195,7 @@ def own_agents_tried(found: Review) -> Review:
 
 
 def first_map(study: Study, agent: str) -> str:
-    """The first map of the data that an agent is met on, or that of practice where it is met there alone."""
+    """The first map of the data on which an agent is met, or the practice map if it is met only there."""
     met = (name for met_agent, name in maps_met(study) if met_agent == agent)
     return next(met, study.blocks[0].maps[0])
 
@@ -237,7 +237,7 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
 
 
 def _without_code(study: Study) -> list[str]:
-    """The outcomes that can occur and have no code in a file that fixes codes."""
+    """The outcomes that can occur but have no code in a file that fixes codes."""
     if study.codes == "unique":
         return []
     never = ("no-partner", "partner-left") if study.group == 1 else ()
@@ -246,7 +246,7 @@ def _without_code(study: Study) -> list[str]:
 
 
 def _unmet_partners(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]:
-    """A block whose time may be up before every partner was met as often as planned."""
+    """Blocks whose time may run out before every partner has been met as often as planned."""
     for block in study.blocks:
         rounds = [step for step in step_order if step.block == block.id and step.kind == "round"]
         longest = longest_round_s(block)
@@ -259,7 +259,7 @@ def _unmet_partners(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]
 
 
 def _impatient_partners(study: Study) -> Iterator[str]:
-    """A partner who can end the practice while the participant still reads the screen."""
+    """Partners who can end the practice while the participant is still reading the screen."""
     practice = study.practice
     if practice is None or practice.tutorial:
         return
@@ -309,7 +309,7 @@ def _order_confounds(study: Study) -> Iterator[str]:
 
 
 def _without_effect(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]:
-    """What the file says, and nothing happens."""
+    """Entries of the file that have no effect."""
     twice = [name for name, count in Counter(study.languages).items() if count > 1]
     if twice:
         yield f"languages: {', '.join(twice)} is named more than once"
@@ -330,7 +330,7 @@ def _without_effect(study: Study, step_order: tuple[Step, ...]) -> Iterator[str]
 
 
 def _unused(study: Study) -> Iterator[str]:
-    """Entries that nothing refers to, and ends of what is no scale."""
+    """Entries that nothing refers to, and labels for the ends of something that is not a scale."""
     asked = questionnaires_asked(study)
     for spec in study.questionnaires:
         if spec.id not in asked:

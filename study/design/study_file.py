@@ -80,7 +80,7 @@ def parse_study(
 
 
 def retention_of(text: str) -> Retention:
-    """The periods of a study file, of which the rest may have become unreadable. Raises StudyError."""
+    """The retention periods of a study file whose other parts may no longer be readable. Raises StudyError."""
     try:
         document: Any = YamlDocument(text).value
         return Retention.model_validate(document.get("retention") or {})
@@ -89,7 +89,7 @@ def retention_of(text: str) -> Retention:
 
 
 def codes_of(text: str) -> Literal["unique"] | dict[str, str]:
-    """The fixed completion codes of a study file, of which the rest may have become unreadable."""
+    """The fixed completion codes of a study file whose other parts may no longer be readable."""
     document: Any = None
     with suppress(YamlError):
         document = YamlDocument(text).value
@@ -112,7 +112,7 @@ def unread_study(path: Path, only: str = "") -> Study:
 
 
 def _id_of(path: Path) -> str:
-    """The id in a file, whatever else is wrong with it; "" for none."""
+    """The id in a file, whatever else is wrong with it; "" if it has none."""
     try:
         content = read_input(path)
     except OSError:
@@ -151,7 +151,7 @@ def _is_of(text: str, study: Study, folder: Path) -> bool:
 
 
 def _file_places(text: str, node: yaml.Node | None) -> Iterator[tuple[int, int, str]]:
-    """Where each {file: NAME} begins and ends, without its anchor, and the name."""
+    """Where each {file: NAME} begins and ends, without its anchor, and its name."""
     if isinstance(node, yaml.SequenceNode):
         for entry in node.value:
             yield from _file_places(text, entry)
@@ -202,12 +202,12 @@ def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Pat
 
 
 def _text_beside(file: Path) -> str:
-    """Without the mark that Notepad may write, behind which a heading is none, and with plain ends of lines."""
+    """The text without the byte order mark of Notepad, which would hide a heading, and with plain line ends."""
     return read_input(file).decode("utf-8-sig").replace("\r\n", "\n")
 
 
 def plain_text(complete: str) -> str:
-    """A complete text that an earlier version kept, without the marks and ends of lines that Windows had written."""
+    """A complete text that an earlier version kept, without the byte order marks and line ends of Windows."""
     text, parts, end = complete.removeprefix("\ufeff"), [], 0
     if QUOTED_MARK not in text and QUOTED_CRLF not in text:
         return text
@@ -224,7 +224,7 @@ def _plain_end(escape: re.Match[str]) -> str:
 
 
 def _double_quoted(text: str) -> list[tuple[int, int]]:
-    """Where texts in double quotes begin and end, in which alone a backslash is an escape; none of a faulty file."""
+    """Where double-quoted texts begin and end: only there is a backslash an escape. None for a faulty file."""
     try:
         tokens = list(yaml.scan(text, yaml.SafeLoader))
     except yaml.YAMLError:
@@ -237,7 +237,7 @@ def _double_quoted(text: str) -> list[tuple[int, int]]:
 
 
 def _follows(error: Any) -> bool:
-    """Whether another error says it: of a faulty entry, after which a list is too short; of what stands for a word."""
+    """Whether another error already covers it: a list that is too short after a faulty entry, an alternative form."""
     if error["type"] == "literal_error" and isinstance(error["input"], dict):
         return str(error["loc"][-1]).startswith("literal[")  # `codes: unique`, or a mapping
     if error["type"] == "bool_type" and error["loc"][-1] == "bool":
@@ -272,7 +272,7 @@ def _unknown_field(path: FieldPath, value: object) -> str:
 
 
 def _fields_needed(path: FieldPath, value: object) -> str:
-    """What to say where an entry with fields is needed: how a partner is written that is only named."""
+    """What to say where an entry with fields is needed: how to write a partner that is only named."""
     if path[:-1] == ("partners",) and isinstance(value, str):
         name = re.sub(r"[^a-z0-9]+", "-", value.lower()).strip("-") or "NAME"
         agent = value if re.fullmatch(r"[A-Za-z][A-Za-z0-9_@-]*", value) else json.dumps(value, ensure_ascii=False)

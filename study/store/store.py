@@ -180,7 +180,7 @@ class Store:
             connection.execute(change.values(away_ms=participants.c.away_ms + round(1e3 * away_s)))
 
     def seen(self, last_seen_ms: Mapping[str, int], heard: Collection[str] = ()) -> None:
-        """When participants were last seen, by pseudonym; and who of them was heard by now."""
+        """When participants were last seen, by pseudonym, and which of them have been heard from by now."""
         now = self.now()
         rows = [{"who": pid, "at": at, "heard": now if pid in heard else None} for pid, at in last_seen_ms.items()]
         heard_ms = func.coalesce(bindparam("heard", type_=BigInteger), participants.c.heard_ms)
@@ -210,7 +210,7 @@ class Store:
     # ---- units ------------------------------------------------------------------------------------------------------
 
     def form_unit(self, pids: Sequence[str], first_slot: int = 0) -> Unit:
-        """Give a participant or a pair the lowest free slot from `first_slot` on; those who have one keep it."""
+        """Give a participant or a pair the lowest free slot from `first_slot` on; whoever has one keeps it."""
         with self.database.write() as connection:
             known = [_participant(connection, pid) for pid in pids]
             if known[0].unit is not None and len({one.unit for one in known}) == 1:
@@ -239,7 +239,7 @@ class Store:
     def done_units(self) -> tuple[DoneUnit, ...]:
         """Units all of whose members have finished, of whom nobody has left and nobody's data were removed.
 
-        Those are among them whose data were removed because the time to keep them was over.
+        Those whose data were removed because their retention period was over are among them.
         """
         members = select(units.c.id, units.c.slot, func.count()).join(participants, participants.c.unit == units.c.id)
         query = members.where(units.c.state == "done").group_by(units.c.id, units.c.slot)
@@ -354,7 +354,7 @@ def _unit(connection: Connection, number: int) -> Unit:
 
 
 def _purged_units(connection: Connection) -> list[DoneUnit]:
-    """With the size that they had, as the audit has it: the rows of their members are deleted."""
+    """Each with its original size, from the audit: the rows of their members are deleted."""
     slots = {row.id: row.slot for row in connection.execute(select(units).where(units.c.state == "purged"))}
     if not slots:
         return []
