@@ -14,7 +14,7 @@ from movingout.study.errors import StudyError
 from movingout.study.store import tables
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import alone, is_made, shown
-from movingout.study.store.frozen_study import frozen_study, has_begun
+from movingout.study.store.frozen_study import frozen_study, has_begun, is_new
 from movingout.study.store.identity import IdentityStore
 from movingout.study.store.store import Store
 
@@ -109,9 +109,23 @@ class StudyFolder:
         return replace(self, study=study.allocated_by(frozen.allocation))
 
     def open_existing(self, now: Callable[[], int] = now_ms) -> Store:
-        """The store of a study that was run. Raises StudyError when it never was."""
+        """The store of a study that was run. Raises StudyError when it never was, and for another study's database."""
         self.check_was_run()
-        return self.open(now)
+        store = self.open(now)
+        try:
+            self._check_is_own(store)
+        except BaseException:
+            store.close()
+            raise
+        return store
+
+    def _check_is_own(self, store: Store) -> None:
+        """A file lies in a folder of the study's name; an address may be anybody's. Raises StudyError."""
+        if self.database is not None and not is_new(store) and (found := frozen_study(store).id) != self.study.id:
+            raise StudyError(
+                f"{shown(self.database)} has the data of the study {found}, not of {self.study.id}; give the address "
+                f"of the database of {self.study.id}, or the file of {found}"
+            )
 
     def has_begun_with(self, file: Path) -> bool:
         """Whether somebody has consented here to the study that the file describes, as it is now. Raises StudyError."""

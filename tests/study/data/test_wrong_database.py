@@ -8,7 +8,8 @@ import pytest
 from movingout.server.cli import main
 from movingout.study.design import partner_speed
 from movingout.study.store.tables import participants
-from tests.study.support import TEXT, agree, open_store
+from tests.study.filled import template
+from tests.study.support import TEXT, agree, open_identities, open_store
 
 
 def tables_of(address: str) -> list[str]:
@@ -58,3 +59,19 @@ def test_an_empty_database_of_identities_is_refused_before_a_participant_is_half
     assert run(file, "forget", "P1", "--identities", postgres) == 2
     assert f"study agent-survey has no identities in {postgres}" in capsys.readouterr().err
     assert tables_of(postgres) == [] and len(store.rows(participants)) == 1
+
+
+@pytest.mark.parametrize("command", [["forget", "P1"], ["purge", "--apply"]])
+def test_nobody_is_deleted_from_the_database_of_another_study(
+    command: list[str], file: Path, postgres: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other, text = template("human_study")
+    store = open_store(postgres)
+    agree(store, ["P1"])
+    open_identities(file.parent / "data" / "studies" / other.id)
+    file.write_text(text, encoding="utf-8")
+    name, *arguments = command
+    assert run(file, name, *arguments, "--database", postgres) == 2
+    said = f"has the data of the study agent-survey, not of {other.id}; give the address of the database of {other.id}"
+    assert said in capsys.readouterr().err
+    assert len(store.rows(participants)) == 1
