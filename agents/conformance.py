@@ -112,6 +112,11 @@ def check_agent(
     return found
 
 
+def episode_answers(agent: Agent, episode: EpisodeInfo) -> list[ActionChunk]:
+    """What an agent answers in an episode beside a partner who drives about. Raises ConformanceError."""
+    return _play(agent, episode, Conformance())
+
+
 def _check_arguments(factory: object, maps: Sequence[str], ticks: object) -> None:
     """Raises AgentError for what is no factory, for no map, and for a wrong number of ticks."""
     if isinstance(factory, str):

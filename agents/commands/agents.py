@@ -32,8 +32,10 @@ from movingout.agents.conformance import MAPS, TICKS, Conformance, ConformanceEr
 from movingout.agents.data.rollout import check_undelivered, rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
+from movingout.agents.hash_seeds import process_problem
 from movingout.agents.llm.agent import SILENT
 from movingout.agents.llm.first_answer import FirstAnswer, first_answer
+from movingout.agents.trial import runs_own_code
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.parser import add_out
 from movingout.maps.commands.sentences import tell
@@ -170,10 +172,12 @@ def _check(arguments: argparse.Namespace) -> int:
     try:
         with redirect_stdout(sys.stderr):
             found = check_agent(lambda: load_agent(arguments.agent), maps, arguments.ticks)
+        if found.deterministic and runs_own_code(arguments.agent):
+            problems += filter(None, [process_problem(arguments.agent, maps[0], arguments.ticks)])
     except ConformanceError as error:
         return _say_problem(arguments, "; ".join([*problems, str(error)]))
     if problems:
-        return _say_problem(arguments, *problems)
+        return _say_problem(arguments, "; ".join(problems))
     _say_found(arguments, maps, answered, found)
     return 0
 
