@@ -31,7 +31,6 @@ from movingout.agents.checkpoint.checkpoint import (
     named_instead,
     readable_checkpoints,
 )
-from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.factories import check_methods, factory_at
 from movingout.agents.fault_place import located
@@ -39,6 +38,7 @@ from movingout.agents.kinds.registry import KINDS, kind_of
 from movingout.agents.llm.model_id import LLM, model_id
 from movingout.maps import MovingOutError, map_names
 from movingout.maps.extras import AGENTS, installed, package_of
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.maps.files.list_file import LIST
 from movingout.maps.generated.names import PREFIX
 from movingout.maps.suggestion import known_names, probably_meant
@@ -213,7 +213,7 @@ def _made(agent_id: str, reference: str, make: Callable[[], object]) -> object:
             raise
         except MovingOutError as error:
             raise AgentError(f"agent {agent_id!r}: {error}") from error
-        except AGENT_RAISES as error:
+        except FOREIGN_CODE_RAISES as error:
             if is_ctrl_c(error):
                 raise
             sentence = f"agent {agent_id!r} could not be made: {type(error).__name__}: {error}"

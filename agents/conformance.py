@@ -20,7 +20,6 @@ import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
 from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation, Watcher, batch_group
-from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.agents.data.rollout import check_undelivered
 from movingout.agents.decision_time import unhindered
 from movingout.agents.decision_trace import UNWRITABLE, decision_trace
@@ -29,6 +28,7 @@ from movingout.agents.factories import check_methods
 from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.world import World
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
@@ -110,6 +110,11 @@ def check_agent(
         _play(agent, EpisodeInfo(load_map(maps[0]), 0, SEED, LIMIT_TICKS), found, WHOLE_S)
         found.episodes += 1
     return found
+
+
+def episode_answers(agent: Agent, episode: EpisodeInfo) -> list[ActionChunk]:
+    """What an agent answers in an episode beside a partner who drives about. Raises ConformanceError."""
+    return _play(agent, episode, Conformance())
 
 
 def _check_arguments(factory: object, maps: Sequence[str], ticks: object) -> None:
@@ -281,7 +286,7 @@ def _blamed(what: str) -> Iterator[None]:
             yield
         except AgentError as error:  # its sentence names the place already
             raise ConformanceError(f"{what} raised {type(error).__name__}: {error}") from error
-        except AGENT_RAISES as error:
+        except FOREIGN_CODE_RAISES as error:
             if is_ctrl_c(error):
                 raise
             raise ConformanceError(located(f"{what} raised {type(error).__name__}: {error}", error)) from error

@@ -11,6 +11,7 @@ from typing import cast
 
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES, is_ctrl_c, noticing_ctrl_c
 
 
 def factory_at(reference: str) -> Callable[..., object]:
@@ -19,20 +20,25 @@ def factory_at(reference: str) -> Callable[..., object]:
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.append(here)  # your module may lie in the current folder; it never shadows an installed one
-    try:
-        with redirect_stdout(sys.stderr):
-            module = importlib.import_module(module_name)
-        return _called(module_name, module, attribute)
-    except AgentError:
-        raise
-    except SystemExit as error:  # a script that reads its command line, say
-        reason = (
-            "it ends the program while it is imported; put what it does as a script under if __name__ == '__main__':"
-        )
-        raise AgentError(located(f"cannot import {module_name!r}: {reason}", error)) from error
-    except Exception as error:  # whatever somebody's module raises while it is imported
-        words = error.msg if isinstance(error, SyntaxError) else str(error)  # its own have the place, which ours add
-        raise AgentError(located(f"cannot import {module_name!r}: {type(error).__name__}: {words}", error)) from error
+    with noticing_ctrl_c():
+        try:
+            with redirect_stdout(sys.stderr):
+                module = importlib.import_module(module_name)
+            return _called(module_name, module, attribute)
+        except AgentError:
+            raise
+        except FOREIGN_CODE_RAISES as error:
+            if is_ctrl_c(error):
+                raise
+            raise AgentError(located(f"cannot import {module_name!r}: {_words(error)}", error)) from error
+
+
+def _words(error: BaseException) -> str:
+    """Of whatever somebody's module raises while it is imported."""
+    if isinstance(error, SystemExit):  # a script that reads its command line, say
+        return "it ends the program while it is imported; put what it does as a script under if __name__ == '__main__':"
+    words = error.msg if isinstance(error, SyntaxError) else str(error)  # its own have the place, which ours add
+    return f"{type(error).__name__}: {words}"
 
 
 def _called(module_name: str, module: ModuleType, attribute: str) -> Callable[..., object]:

@@ -11,19 +11,23 @@ from typing import Any, Literal, NamedTuple
 from movingout.maps.errors import DocumentFault
 from movingout.maps.flood_fill import OVERLAP, overlapped
 from movingout.maps.packing import fits_alone, narrowest, unplaced_items
-from movingout.maps.passage import GRID, areas_near, best_near, robot_areas, way_to_goal, window
+from movingout.maps.passage import GRID, areas_near, best_near, distances_from, robot_areas, way_to_goal, window
 from movingout.maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
 from movingout.maps.spec import ROBOT_RADIUS, SEAT_COLOURS, WALL_MARGIN, ItemSpec, MapSpec
 
 _GRAZE = 0.0025  # items are taken this much smaller: two corners of the official HandOff graze, harmlessly
 _STANDS = (0.1, 0.16)  # a robot grabs with its centre 0.12 to 0.135 from the surface; widened by half a grid step
+_BESIDE = 0.19  # from a goal to a robot's centre, which does not get nearer to a corner of two walls, on the grid
 
 
 FaultCode = Literal[
     "unreadable", "outside", "in_wall", "overlap", "large_unreachable", "unreachable", "no_way", "too_big",
     "goals_full", "tiny_goal",
 ]  # fmt: skip
-HintCode = Literal["name_taken", "name_understood", "paper_number", "degrees", "delivered", "sticks_out", "thin_wall"]
+HintCode = Literal[
+    "name_taken", "name_understood", "paper_number", "degrees", "delivered", "sticks_out", "thin_wall",
+    "goal_unreachable",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,3 +139,14 @@ def areas_beside(spec: MapSpec, item: ItemSpec) -> set[int]:
     distances = solid.distances_from(GRID[part].reshape(-1, 2))
     areas = robot_areas(spec.walls)[part].reshape(-1)
     return set(areas[(distances >= nearest) & (distances <= farthest)].tolist()) - {0}
+
+
+def unreachable_goals(spec: MapSpec) -> list[int]:
+    """The places of the goals that no robot gets near to from its start; none where robots do not stand freely.
+
+    Items may get there all the same: pushed, or through a way that is too narrow for robots.
+    """
+    reached = set[int]().union(*(areas_near(spec.walls, pose.x, pose.y) for pose in spec.robots))
+    areas = robot_areas(spec.walls)
+    beside = [areas[distances_from(goal) <= _BESIDE].tolist() for goal in spec.goals]
+    return [index for index, some in enumerate(beside) if reached and reached.isdisjoint(some)]

@@ -24,17 +24,20 @@ _AROUND = 0.05  # a place counts as good as the best sample this near to it
 Grid = npt.NDArray[np.float64]
 
 
+def distances_from(rect: Rect) -> Grid:
+    """(97, 97) how far each point is from a rectangle; 0 inside."""
+    x, y = GRID[..., 0], GRID[..., 1]
+    across = np.maximum(np.maximum(rect.left - x, x - rect.right), 0.0)
+    return np.asarray(np.hypot(across, np.maximum(np.maximum(rect.bottom - y, y - rect.top), 0.0)))
+
+
 @lru_cache(maxsize=64)
 def clearance(walls: tuple[Rect, ...]) -> Grid:
     """(97, 97) how large a disc fits at each point: its distance to the nearest wall or side of the arena."""
     x, y = GRID[..., 0], GRID[..., 1]
     room = ARENA_HALF - np.maximum(np.abs(x), np.abs(y))
     for wall in walls:
-        outside = np.hypot(
-            np.maximum(np.maximum(wall.left - x, x - wall.right), 0.0),
-            np.maximum(np.maximum(wall.bottom - y, y - wall.top), 0.0),
-        )
-        room = np.minimum(room, outside - WALL_MARGIN)
+        room = np.minimum(room, distances_from(wall) - WALL_MARGIN)
     room.setflags(write=False)
     return room
 

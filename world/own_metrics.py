@@ -18,6 +18,7 @@ from importlib.metadata import EntryPoint
 from movingout.maps import MapSpec
 from movingout.maps.extras import METRICS as GROUP
 from movingout.maps.extras import installed, package_of
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.world.metrics import METRICS, Metric
 from movingout.world.state import Floats, WorldState
 
@@ -96,25 +97,31 @@ def own_values(map_spec: MapSpec, states: Sequence[WorldState], actions: Floats)
 
 
 def _value(metric: OwnMetric, map_spec: MapSpec, states: Sequence[WorldState], actions: Floats) -> float | None:
-    try:
-        value = metric.compute(map_spec, states, actions)
-        number = None if value is None else float(value)
-        if number is None or math.isfinite(number):
-            return number
-        why = f"its value is {number}, no finite number"  # which JSON cannot say
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - somebody else's code
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        why = f"{type(error).__name__}: {error} ({place.filename}, line {place.lineno})"
+    with noticing_ctrl_c():
+        try:
+            value = metric.compute(map_spec, states, actions)
+            number = None if value is None else float(value)
+            if number is None or math.isfinite(number):
+                return number
+            why = f"its value is {number}, no finite number"  # which JSON cannot say
+        except FOREIGN_CODE_RAISES as error:
+            if is_ctrl_c(error):
+                raise
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            why = f"{type(error).__name__}: {error} ({place.filename}, line {place.lineno})"
     warnings.warn(f"the metric {metric.key} failed, its cells stay empty: {why}", RuntimeWarning, stacklevel=3)
     return None
 
 
 def _loaded(entry: EntryPoint) -> OwnMetric | None:
-    try:
-        metric = entry.load()
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - somebody else's module
-        _warn(entry, f"{type(error).__name__}: {error}")
-        return None
+    with noticing_ctrl_c():
+        try:
+            metric = entry.load()
+        except FOREIGN_CODE_RAISES as error:
+            if is_ctrl_c(error):
+                raise
+            _warn(entry, f"{type(error).__name__}: {error}")
+            return None
     if isinstance(metric, OwnMetric) and metric.key.isidentifier() and callable(metric.compute):
         return metric
     _warn(entry, f"{entry.value} is no OwnMetric whose key is a name and whose compute is a function")

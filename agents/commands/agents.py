@@ -29,16 +29,18 @@ from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.agents.checkpoint.onnx_interface import Shapes
 from movingout.agents.commands import weakness
 from movingout.agents.conformance import MAPS, TICKS, Conformance, ConformanceError, check_agent
-from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.agents.data.rollout import check_undelivered, rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
+from movingout.agents.hash_seeds import process_problem
 from movingout.agents.llm.agent import SILENT
 from movingout.agents.llm.first_answer import FirstAnswer, first_answer
+from movingout.agents.trial import runs_own_code
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.parser import add_out
 from movingout.maps.commands.sentences import tell
 from movingout.maps.extras import needs_extra
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.maps.files.terminal import printable, printable_lines
 from movingout.maps.suggestion import counted
 from movingout.world.constants import LIMIT_TICKS, TICK_MS, TICKS_PER_SECOND
@@ -170,10 +172,12 @@ def _check(arguments: argparse.Namespace) -> int:
     try:
         with redirect_stdout(sys.stderr):
             found = check_agent(lambda: load_agent(arguments.agent), maps, arguments.ticks)
+        if found.deterministic and runs_own_code(arguments.agent):
+            problems += filter(None, [process_problem(arguments.agent, maps[0], arguments.ticks)])
     except ConformanceError as error:
         return _say_problem(arguments, "; ".join([*problems, str(error)]))
     if problems:
-        return _say_problem(arguments, *problems)
+        return _say_problem(arguments, "; ".join(problems))
     _say_found(arguments, maps, answered, found)
     return 0
 
@@ -239,7 +243,7 @@ def _probed_ticks(arguments: argparse.Namespace, timed: TimedAgent, the_map: Map
                 return sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))
         except AgentError:
             raise
-        except AGENT_RAISES as error:
+        except FOREIGN_CODE_RAISES as error:
             if is_ctrl_c(error):
                 raise
             raise AgentError(located(f"{arguments.agent} raised {type(error).__name__}: {error}", error)) from error

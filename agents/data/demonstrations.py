@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Protocol
 
 from movingout.agents.catalogue import load_agent
-from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.agents.data.calls import results_of
 from movingout.agents.data.corrections import SUFFIX, read_about, save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
@@ -22,6 +21,7 @@ from movingout.agents.fault_place import located
 from movingout.agents.map_limits import check_own_maps_seen
 from movingout.maps import MapSpec
 from movingout.maps.errors import MovingOutError
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
 from movingout.recordings.errors import BusyError, cannot
@@ -276,7 +276,7 @@ def _answered(job: EpisodeJob | LabellingJob, call: Callable[[], WrittenEpisode]
             raise _fault(job, str(error), error) from error
         except MovingOutError:
             raise
-        except AGENT_RAISES as error:
+        except FOREIGN_CODE_RAISES as error:
             if is_ctrl_c(error):
                 raise
             raise _fault(job, f"{type(error).__name__}: {error}", error) from error

@@ -8,11 +8,11 @@ import numpy as np
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import Agent, EpisodeInfo, Watcher
 from movingout.agents.catalogue import agent_card, check_options_once, load_agent
-from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe
 from movingout.agents.partners.families import group, is_own
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.world import World
 from movingout.world.state import Floats, WorldState
 
@@ -73,7 +73,7 @@ class PartnerSeat:
                 yield
             except AgentError as error:
                 raise AgentError(f"{who}: {error}") from error
-            except AGENT_RAISES as error:
+            except FOREIGN_CODE_RAISES as error:
                 if is_ctrl_c(error):
                     raise
                 raise AgentError(located(f"{who} raised {type(error).__name__} in {call}: {error}", error)) from error

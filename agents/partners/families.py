@@ -29,6 +29,7 @@ from movingout.agents.fault_place import located
 from movingout.agents.partners.identity import person_behind
 from movingout.agents.scripted.populations import POPULATIONS, population
 from movingout.maps.extras import FAMILIES, installed, package_of
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES, is_ctrl_c, noticing_ctrl_c
 from movingout.maps.files.list_file import LIST, listed_lines
 from movingout.maps.suggestion import known_names
 
@@ -208,11 +209,14 @@ def family_of(name: str) -> Family:
         return _known(name)
     entry = installed(FAMILIES)[name]
     whose = f"the family {name!r} of {package_of(entry)}"
-    try:
-        with redirect_stdout(sys.stderr):
-            ids = entry.load()
-    except (Exception, SystemExit) as error:
-        raise AgentError(located(f"cannot load {whose}: {type(error).__name__}: {error}", error)) from error
+    with noticing_ctrl_c():
+        try:
+            with redirect_stdout(sys.stderr):
+                ids = entry.load()
+        except FOREIGN_CODE_RAISES as error:
+            if is_ctrl_c(error):
+                raise
+            raise AgentError(located(f"cannot load {whose}: {type(error).__name__}: {error}", error)) from error
     if not isinstance(ids, list | tuple) or not ids or not all(isinstance(one, str) for one in ids):
         raise AgentError(f"{whose}: {entry.value} is no list of agent ids")
     return Family(name, f"of the package {package_of(entry)}", tuple(ids))

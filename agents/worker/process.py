@@ -22,7 +22,6 @@ from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation, batch_group
 from movingout.agents.catalogue import load_live_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
-from movingout.agents.ctrl_c import AGENT_RAISES
 from movingout.agents.decision_time import first_decisions
 from movingout.agents.decision_trace import decision_trace
 from movingout.agents.errors import AgentError, TooSlowError
@@ -47,6 +46,7 @@ from movingout.agents.worker.messages import (
 from movingout.agents.worker.parent_process import end_with_parent
 from movingout.agents.worker.thread_budget import ThreadBudget
 from movingout.maps import MapSpec, Rect, is_reserved
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES
 from movingout.world.constants import TICK_SECONDS
 
 IDLE_WAIT_S = 0.5  # interval of an idle worker's heartbeat
@@ -156,7 +156,7 @@ class DecisionQueue:
             agent.reset(episode)
             self._budget.claim(agent)
             group = batch_group(agent)
-        except AGENT_RAISES as error:  # the boundary around an agent; Ctrl-C does not reach this process
+        except FOREIGN_CODE_RAISES as error:  # the boundary around an agent; Ctrl-C does not reach this process
             slow = isinstance(error, TooSlowError)
             return Failed(message.key, -1, _sentence(error), fatal=True, slow=slow)
         self._seats[message.key] = _Seat(agent, kept_as, episode, group)
@@ -190,7 +190,7 @@ class DecisionQueue:
             with self._budget.deciding(seat.agent):
                 chunk = checked_chunk(seat.agent.act(_seen(seat, question)))
             return _answer(seat, question, chunk, time.thread_time() - begun)
-        except AGENT_RAISES as error:  # the boundary around an agent; Ctrl-C does not reach this process
+        except FOREIGN_CODE_RAISES as error:  # the boundary around an agent; Ctrl-C does not reach this process
             return self._failed(seat, question, error)
 
     def _decide_together(self, asked: list[Observe]) -> list[FromWorker] | None:
@@ -214,7 +214,7 @@ class DecisionQueue:
                 _answer(seat, question, chunk, each_s)
                 for seat, question, chunk in zip(seats, asked, chunks, strict=True)
             ]
-        except AGENT_RAISES:  # the boundary around an agent
+        except FOREIGN_CODE_RAISES:  # the boundary around an agent
             return None
 
     def _failed(self, seat: _Seat, question: Observe, error: BaseException) -> Failed:
@@ -222,7 +222,7 @@ class DecisionQueue:
         fatal = seat.failures >= GIVE_UP_AFTER
         try:
             seat.agent.reset(seat.episode)  # what it remembers may be the cause
-        except AGENT_RAISES:  # the boundary around an agent
+        except FOREIGN_CODE_RAISES:  # the boundary around an agent
             fatal = True
         if fatal:
             del self._seats[question.key]

@@ -3,14 +3,14 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
-from movingout.maps.check import MapFault, check_map
+from movingout.maps.check import MapFault, check_map, unreachable_goals
 from movingout.maps.errors import MapError
 from movingout.maps.flood_fill import CELL, OVERLAP, PAPER_CELLS, overlapped
 from movingout.maps.generated.names import PREFIX
 from movingout.maps.library import is_generated_or_shipped, is_reserved, load_map
 from movingout.maps.packing import is_home
 from movingout.maps.solid import item_solid
-from movingout.maps.spec import ARENA_HALF, SEAT_COLOURS, MapSpec, Pose
+from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, SEAT_COLOURS, MapSpec, Pose
 from movingout.maps.symmetry import SEPARATOR, split_name
 
 _MOST = 3  # faults or hints in a sentence
@@ -38,7 +38,8 @@ def hints_on(spec: MapSpec) -> tuple[MapFault, ...]:
     """The same of a map that has been read.
 
     That is a name that commands understand otherwise, a number of the paper's maps, angles [rad] of more than a turn,
-    items that are delivered before anybody moves or lie half in a goal, and walls that distances lead through.
+    items that are delivered before anybody moves or lie half in a goal, walls that distances lead through, and goals
+    that only items can get to.
     """
     return (
         *_misunderstood_name(spec),
@@ -46,6 +47,7 @@ def hints_on(spec: MapSpec) -> tuple[MapFault, ...]:
         *_angles_in_degrees(spec),
         *_in_a_goal_from_the_start(spec),
         *_walls_without_a_cell(spec),
+        *_goals_without_a_robot(spec),
     )
 
 
@@ -121,6 +123,13 @@ def _walls_without_a_cell(spec: MapSpec) -> Iterator[MapFault]:
         if not overlapped([wall]).any():
             message = f"is too thin for NFD, whose ways lead through it; make it thicker than {least}"
             yield MapFault(f"walls[{index}]", message, "thin_wall", {"least": least})
+
+
+def _goals_without_a_robot(spec: MapSpec) -> Iterator[MapFault]:
+    width = 2 * ROBOT_RADIUS
+    for index in unreachable_goals(spec):
+        message = f"no robot can get to it, so that items could only be pushed in; widen a way to more than {width}"
+        yield MapFault(f"goals[{index}]", message, "goal_unreachable", {"width": width})
 
 
 def _cell(along: float) -> int:

@@ -7,8 +7,8 @@ import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import BatchAgent
-from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c
 from movingout.agents.errors import AgentError
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES, is_ctrl_c
 from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
 from movingout.matches.execution.seat import AgentFault, MatchSeat, attribute_agent_errors, fault_sentence
 from movingout.world.action import to_world
@@ -40,7 +40,7 @@ def _decide_alone(seat: MatchSeat, answers: list[Answer], timer: DecisionTimer) 
     timer.start()
     try:
         answers.append((seat, seat.agent.act(seat.observation())))
-    except (DecisionTimeout, *AGENT_RAISES) as error:
+    except (DecisionTimeout, *FOREIGN_CODE_RAISES) as error:
         if is_ctrl_c(error):
             raise
         call = f"act() at tick {seat.state.tick}"

@@ -15,9 +15,9 @@ import numpy as np
 
 from movingout.agents.base import Agent, EpisodeInfo, Watcher
 from movingout.agents.catalogue import load_agent
-from movingout.agents.ctrl_c import noticing_ctrl_c
 from movingout.agents.decision_trace import decision_trace
 from movingout.maps.errors import MapError
+from movingout.maps.files.ctrl_c import noticing_ctrl_c
 from movingout.matches.execution.batched_decisions import decide
 from movingout.matches.execution.decision_timeout import DecisionTimer
 from movingout.matches.execution.recorder import MatchRecorder

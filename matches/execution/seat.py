@@ -5,11 +5,11 @@ from contextlib import contextmanager
 from numbers import Integral
 
 from movingout.agents.base import Agent, EpisodeInfo, Observation, batch_group
-from movingout.agents.ctrl_c import AGENT_RAISES, is_ctrl_c
 from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import fault_place, located, writable
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps import MovingOutError
+from movingout.maps.files.ctrl_c import FOREIGN_CODE_RAISES, is_ctrl_c
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
 from movingout.world.state import WorldState
@@ -73,7 +73,7 @@ def attribute_agent_errors(
     timer.start(at_least_s)
     try:
         yield
-    except (DecisionTimeout, *AGENT_RAISES) as error:
+    except (DecisionTimeout, *FOREIGN_CODE_RAISES) as error:
         if is_ctrl_c(error):
             raise
         raise AgentFault(seat, fault_sentence(seat, agent_id, call, error, max(timer.limit_s, at_least_s))) from error

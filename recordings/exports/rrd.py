@@ -39,31 +39,37 @@ def write(plan: ExportPlan) -> None:
         if not single:
             part.mkdir()
         for episode, _ in plan.episodes("writing"):
-            try:
-                draw(episode, part if single else part / f"{episode.header.episode_id}.rrd")
-            except RuntimeError as error:  # how Rerun says that a file could not be written; it does not say why
-                raise OSError(str(error)) from error
+            draw(episode, part if single else part / f"{episode.header.episode_id}.rrd")
 
 
 def draw(episode: Episode, file: Path) -> None:
-    """Write one episode."""
-    spec = episode.header.map
+    """Write one episode. Raises OSError where the file cannot be written.
+
+    Rerun keeps it in memory, some 3 kB per tick: on a full disk its own writer may wait for ever, or lose the end of a
+    file and say nothing.
+    """
     with rr.RecordingStream(APPLICATION, recording_id=episode.header.episode_id) as stream:
-        stream.save(file, default_blueprint=blueprint())
-        _log_map(stream, spec)
-        _log_bodies(stream, episode)
-        values = curves(episode)
-        for number, state in enumerate(episode.states):
-            stream.set_time("tick", sequence=number)
-            stream.set_time("play", duration=number * TICK_SECONDS)
-            _log_state(stream, state)
-            for seat, colour in enumerate(SEAT_COLOURS):
-                strip = trail(episode.states, seat, number)
-                lines = rr.LineStrips3D([strip], colors=[meshes.pixel(meshes.SEAT_RGB[seat])], radii=[_TRAIL_RADIUS])
-                stream.log(f"arena/trails/{colour}", lines)
-            if number:
-                _log_tick(stream, episode, number, {key: row[number - 1] for key, row in values.items()})
-        _log_events(stream, episode)
+        kept = stream.memory_recording()
+        stream.send_blueprint(blueprint(), make_active=False, make_default=True)
+        _log_episode(stream, episode)
+    file.write_bytes(kept.drain_as_bytes())
+
+
+def _log_episode(stream: rr.RecordingStream, episode: Episode) -> None:
+    _log_map(stream, episode.header.map)
+    _log_bodies(stream, episode)
+    values = curves(episode)
+    for number, state in enumerate(episode.states):
+        stream.set_time("tick", sequence=number)
+        stream.set_time("play", duration=number * TICK_SECONDS)
+        _log_state(stream, state)
+        for seat, colour in enumerate(SEAT_COLOURS):
+            strip = trail(episode.states, seat, number)
+            lines = rr.LineStrips3D([strip], colors=[meshes.pixel(meshes.SEAT_RGB[seat])], radii=[_TRAIL_RADIUS])
+            stream.log(f"arena/trails/{colour}", lines)
+        if number:
+            _log_tick(stream, episode, number, {key: row[number - 1] for key, row in values.items()})
+    _log_events(stream, episode)
 
 
 def blueprint() -> rrb.Blueprint:

@@ -3,8 +3,10 @@
 import asyncio
 import logging
 import time
-from typing import Any
+from collections.abc import Iterator
+from typing import NamedTuple
 
+from movingout.server.notices import AlertCode
 from movingout.server.rooms.room_view import RoomView
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
@@ -19,6 +21,15 @@ NOTED_S = 60.0  # between two notes of who is here
 SLOW_PARTNER_S = 300.0  # a present partner who keeps somebody waiting this long is worth an alert
 
 
+class RoomProblem(NamedTuple):
+    """What an alert says of a round."""
+
+    about: AlertCode
+    text: str
+    values: tuple[tuple[str, int | str], ...]
+    episode: str
+
+
 class StudyMonitor:
     """Checks a running study. `start` and `stop` run inside the event loop, while the study runs."""
 
@@ -26,6 +37,7 @@ class StudyMonitor:
         self._running = running
         self._watching: asyncio.Task[None] | None = None
         self._noted_at = time.monotonic()  # when it was last kept who is here
+        self._told: dict[int, set[RoomProblem]] = {}  # what alerts say of the rounds of each unit, by its number
 
     def start(self) -> None:
         self._watching = asyncio.create_task(self._watch())
@@ -64,6 +76,7 @@ class StudyMonitor:
                 running.units.remove(tx, unit)
             else:
                 await self._check_unit(tx, unit, now)
+        self._forget_units()
         await running.participants.note_absences(tx)
         if now - self._noted_at > NOTED_S:
             self._noted_at = now
@@ -85,8 +98,7 @@ class StudyMonitor:
         if not (self._running.progress.paused or unit.paused):
             await self._dismiss_absent(tx, unit, now)
             self._notice_slow_partner(unit, now)
-        if unit.running_round is not None:
-            self._notice_room(unit.record.id, unit.running_round.view)
+        self._notice_room(unit)
 
     def _mark_players_present(self, unit: StudyUnit, now: float) -> None:
         """Whoever is connected to the game is present, even without a page of the study."""
@@ -146,16 +158,42 @@ class StudyMonitor:
             pid = ", ".join(sorted(unit.ready))
             self._running.alerts.add("slow", f"{pid} is waiting: the partner is there but not ready.", pid=pid)
 
-    def _notice_room(self, unit: int, room: RoomView) -> None:
-        """Alert the experimenter, who does not know which partner is which agent, to problems of a room."""
-        alerts = self._running.alerts
-        for seat in room.seats:
-            who: dict[str, Any] = {"unit": unit, "partner": seat.player_name}
-            if seat.agent_failure:
-                alerts.add("agent_failed", f"{seat.title} of unit {unit} cannot play.", **who)
-            if seat.agent_caution:
-                text = f"{seat.title} of unit {unit} was not trained on this map and may play badly."
-                alerts.add("agent_unseen", text, **who)
-        if room.phase == "playing" and not room.recording and not room.practice:
-            text = f"The round of unit {unit} is not being recorded."
-            alerts.add("recording", text, room.recording_problem, unit=unit)
+    def _notice_room(self, unit: StudyUnit) -> None:
+        """Alert once to each problem of a unit's round, and take back what is over.
+
+        That a round is not recorded stays true: it is taken back once the unit plays a round that is.
+        """
+        room = unit.running_round.view if unit.running_round else None
+        told = self._told.setdefault(unit.record.id, set())
+        found = set(_problems(unit.record.id, room)) if room else set()
+        recorded = room is not None and room.phase == "playing" and room.recording
+        self._settle(unit.record.id, {one for one in told - found if one.about != "recording" or recorded})
+        for one in found - told:
+            detail = room.recording_problem if room and one.about == "recording" else ""
+            self._running.alerts.add(one.about, one.text, detail, **dict(one.values))
+            told.add(one)
+
+    def _settle(self, unit: int, over: set[RoomProblem]) -> None:
+        for one in over:
+            self._running.alerts.settle(one.about, **dict(one.values))
+        self._told[unit] -= over
+
+    def _forget_units(self) -> None:
+        """Of units that have finished there is nothing to be done any more."""
+        for unit in self._told.keys() - {one.record.id for one in self._running.units}:
+            self._settle(unit, set(self._told[unit]))
+            del self._told[unit]
+
+
+def _problems(unit: int, room: RoomView) -> Iterator[RoomProblem]:
+    """For the experimenter, who does not know which partner is which agent."""
+    for seat in room.seats:
+        who = (("unit", unit), ("partner", seat.player_name))
+        if seat.agent_failure:
+            yield RoomProblem("agent_failed", f"{seat.title} of unit {unit} cannot play.", who, room.episode)
+        if seat.agent_caution:
+            text = f"{seat.title} of unit {unit} was not trained on this map and may play badly."
+            yield RoomProblem("agent_unseen", text, who, room.episode)
+    if room.phase == "playing" and not room.recording and not room.practice:
+        text = f"The round of unit {unit} is not being recorded."
+        yield RoomProblem("recording", text, (("unit", unit),), room.episode)

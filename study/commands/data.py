@@ -173,7 +173,7 @@ def _forget(args: argparse.Namespace) -> int:
 
 
 def _purge(args: argparse.Namespace) -> int:
-    folder = folder_of(args)
+    folder = folder_of(args, deletes=True)
     with closing(folder.open_existing()) as store, folder.exclusive() if args.apply else nullcontext():
         folder = _keeping_promises(folder, store, args.file)
         found = (purge if args.apply else due_now)(folder, store, unknown_too=args.unknown)

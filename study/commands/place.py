@@ -44,13 +44,17 @@ def databases(args: argparse.Namespace) -> tuple[str | None, str | None]:
     return database, args.identities or identities_in(database)
 
 
-def folder_of(args: argparse.Namespace) -> StudyFolder:
-    """Where the data of the study are, with the study as it began where its file has got faults. Raises StudyError."""
+def folder_of(args: argparse.Namespace, *, deletes: bool = False) -> StudyFolder:
+    """Where the data of the study are, with the study as it began where its file has got faults.
+
+    A file that says no id stands for the only study of the data folder, but where the command `deletes`. Raises
+    StudyError.
+    """
     addresses = databases(args)
     try:
         return StudyFolder(read_study(args.file), args.data, *addresses)
     except StudyFileError as error:
-        begun = _begun(args, error)
+        begun = _begun(args, error, deletes)
         _warn(f"{error}\n{args.file} is not used, but the study as it began")
         return begun
     except StudyError as error:  # it has gone, or may not be read
@@ -65,9 +69,9 @@ def folder_to_forget(args: argparse.Namespace) -> StudyFolder:
     Of the study there are then but its id and its codes. Raises StudyError.
     """
     try:
-        return folder_of(args)
+        return folder_of(args, deletes=True)
     except StudyFileError as error:
-        folder = StudyFolder(_unread(args.file, args.data, error), args.data, *databases(args))
+        folder = StudyFolder(_unread(args.file, args.data, error, deletes=True), args.data, *databases(args))
         with closing(folder.open_existing()) as store:
             codes = codes_of(frozen_study(store).file_text)
         _warn(str(error))
@@ -79,10 +83,10 @@ def _warn(sentence: str) -> None:
     print(printable_lines(f"warning: {sentence}"), file=sys.stderr)
 
 
-def _begun(args: argparse.Namespace, problem: StudyFileError) -> StudyFolder:
+def _begun(args: argparse.Namespace, problem: StudyFileError, deletes: bool) -> StudyFolder:
     """The folder with the study that its database keeps. Raises the `problem` of its file where that cannot be read."""
+    folder = StudyFolder(_unread(args.file, args.data, problem, deletes=deletes), args.data, *databases(args))
     try:
-        folder = StudyFolder(_unread(args.file, args.data, problem), args.data, *databases(args))
         with closing(folder.open_existing()) as store:
             begun = folder.as_frozen(store, args.file.parent)
     except StudyError:
@@ -106,10 +110,10 @@ def folder_of_any(args: argparse.Namespace) -> tuple[StudyFolder, str]:
         return StudyFolder(study, args.data, *addresses), f"{told}\nthe data of the study {study.id} were copied"
 
 
-def _unread(file: Path, data: Path, problem: StudyError) -> Study:
+def _unread(file: Path, data: Path, problem: StudyError, *, deletes: bool = False) -> Study:
     there = sorted(path.name for path in (data / "studies").glob("*/") if path.suffix != ".part")
     with suppress(StudyError):
-        return unread_study(file, there[0] if len(there) == 1 else "")
+        return unread_study(file, there[0] if len(there) == 1 and not deletes else "")
     if not there:
         raise problem from None
     several = f"{data} has data of {', '.join(there)}; say which in a line of the file, id: NAME"

@@ -117,11 +117,11 @@ def _check(args: argparse.Namespace) -> int:
 def _has_begun(args: argparse.Namespace, study: Study) -> bool:
     """Whether a study that has begun with this file lies where its data usually are, or where the options say.
 
-    Raises StudyError for a PostgreSQL database that was named and cannot be read.
+    An empty database stays empty. Raises StudyError for a PostgreSQL database that was named and cannot be read.
     """
     folder = StudyFolder(study, args.data, *databases(args))
     with nullcontext() if folder.database else suppress(StudyError):
-        return folder.has_begun_with(args.file)
+        return folder.has_database() and folder.has_begun_with(args.file)
     return False
 
 

@@ -11,9 +11,10 @@ from movingout.maps.files.ownership import make_file, make_folder
 from movingout.study.design.definition import Study
 from movingout.study.design.study_file import complete_text, parse_study, plain_text
 from movingout.study.errors import StudyError
+from movingout.study.store import tables
 from movingout.study.store.clock import now_ms
-from movingout.study.store.database import alone
-from movingout.study.store.frozen_study import frozen_study, has_begun
+from movingout.study.store.database import alone, is_made, shown
+from movingout.study.store.frozen_study import frozen_study, has_begun, is_new
 from movingout.study.store.identity import IdentityStore
 from movingout.study.store.store import Store
 
@@ -108,9 +109,23 @@ class StudyFolder:
         return replace(self, study=study.allocated_by(frozen.allocation))
 
     def open_existing(self, now: Callable[[], int] = now_ms) -> Store:
-        """The store of a study that was run. Raises StudyError when it never was."""
+        """The store of a study that was run. Raises StudyError when it never was, and for another study's database."""
         self.check_was_run()
-        return self.open(now)
+        store = self.open(now)
+        try:
+            self._check_is_own(store)
+        except BaseException:
+            store.close()
+            raise
+        return store
+
+    def _check_is_own(self, store: Store) -> None:
+        """A file lies in a folder of the study's name; an address may be anybody's. Raises StudyError."""
+        if self.database is not None and not is_new(store) and (found := frozen_study(store).id) != self.study.id:
+            raise StudyError(
+                f"{shown(self.database)} has the data of the study {found}, not of {self.study.id}; give the address "
+                f"of the database of {self.study.id}, or the file of {found}"
+            )
 
     def has_begun_with(self, file: Path) -> bool:
         """Whether somebody has consented here to the study that the file describes, as it is now. Raises StudyError."""
@@ -120,9 +135,20 @@ class StudyFolder:
         return begun_with in (plain_text(file.read_text(encoding="utf-8")), plain_text(complete_text(file)))
 
     def check_was_run(self) -> None:
-        """Raises StudyError where neither a file nor an address of a database is there."""
-        if self.database is None and not (self.own / "study.sqlite").is_file():
+        """Raises StudyError where the study never had a database. Makes none, also where an address is given."""
+        if not self.has_database():
+            other = "; where it was served from PostgreSQL, say so here too: --cluster or --database"
+            where = f"{self.data}; run it first, or name another folder with --data{other}"
+            if self.database is not None:
+                where = f"{shown(self.database)}, which no study was served from; give the address that served it"
+            raise StudyError(f"study {self.study.id} has no data in {where}")
+        if self.identities is not None and not is_made(self.identities, tables.identities.name):
             raise StudyError(
-                f"study {self.study.id} has no data in {self.data}; run it first, or name another folder with --data; "
-                "where it was served from PostgreSQL, say so here too: --cluster or --database"
+                f"study {self.study.id} has no identities in {shown(self.identities)}; give the address that served it"
             )
+
+    def has_database(self) -> bool:
+        """Whether there is a database, also one without rows. Raises StudyError for an address that does not answer."""
+        if self.database is not None:
+            return is_made(self.database, tables.study.name)
+        return (self.own / "study.sqlite").is_file()

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import yaml
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
+from movingout.maps.files.composed_name import as_stored
 from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
 from movingout.maps.yaml_document import (
@@ -203,7 +204,7 @@ def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Pat
 
 def _text_beside(file: Path) -> str:
     """The text without the byte order mark of Notepad, which would hide a heading, and with plain line ends."""
-    return read_input(file).decode("utf-8-sig").replace("\r\n", "\n")
+    return read_input(as_stored(str(file))).decode("utf-8-sig").replace("\r\n", "\n")
 
 
 def plain_text(complete: str) -> str:

@@ -260,6 +260,16 @@ def _hurry(connection: Any, record: Any) -> None:
     connection.commit()
 
 
+def is_made(address: str, table: str) -> bool:
+    """Whether a PostgreSQL database has a table of this name; makes nothing there. Raises StoreError."""
+    engine = postgres_engine(address)
+    try:
+        with _sentences(address), engine.connect() as connection:
+            return inspect(connection).has_table(table)
+    finally:
+        engine.dispose()
+
+
 @contextlib.contextmanager
 def alone(address: str) -> Iterator[None]:
     """Keep fenced servers out of a PostgreSQL database. Raises StoreError while one serves from it.

@@ -65,6 +65,16 @@ def test_a_wrong_id_is_answered_with_a_sentence(agent_id: str, sentence: str) ->
     assert sentence in str(raised.value)
 
 
+def test_a_module_that_raises_what_ctrl_c_raises_cannot_be_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ended the command as if somebody had pressed Ctrl-C."""
+    (tmp_path / "interrupting_module.py").write_text("raise KeyboardInterrupt('mine')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(AgentError, match="cannot import 'interrupting_module': KeyboardInterrupt: mine"):
+        load_agent("interrupting_module:Agent")
+
+
 def test_ctrl_c_while_an_agent_is_made_is_no_fault_of_it() -> None:
     with pytest.raises(KeyboardInterrupt):
         load_agent(f"{HERE}:pressing_factory")

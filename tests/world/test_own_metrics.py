@@ -1,10 +1,11 @@
 """Metrics of installed packages: which keys they may have, and which values count."""
 
 import math
+import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
@@ -81,6 +82,38 @@ def test_a_package_that_ends_the_program_is_left_out_with_a_warning(
     own_metrics.cache_clear()
     with pytest.warns(RuntimeWarning, match=r"metric walked of plugged 1.0 is left out: SystemExit: no licence"):
         assert own_metrics() == ()
+
+
+def _interrupts(*_: object) -> NoReturn:
+    raise KeyboardInterrupt("mine")
+
+
+def _is_interrupted(*_: object) -> float:
+    """Somebody presses Ctrl-C meanwhile."""
+    signal.raise_signal(signal.SIGINT)
+    return 1.0
+
+
+def test_a_keyboard_interrupt_of_a_package_is_its_fault_and_no_ctrl_c(
+    install: Install, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ended commands as if somebody had pressed Ctrl-C."""
+    install("walked", _interrupts)
+    with pytest.warns(RuntimeWarning, match="the metric walked failed, its cells stay empty: KeyboardInterrupt: mine"):
+        assert own_values(load_map("HandOff"), [], np.zeros((0, 2, 3))) == {"walked": None}
+    install("walked", _is_interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        own_values(load_map("HandOff"), [], np.zeros((0, 2, 3)))
+    for load in (_interrupts, _is_interrupted):
+        entry = SimpleNamespace(name="walked", value="plugged:X", load=load)
+        monkeypatch.setattr(module, "installed", lambda group, entry=entry: {"walked": entry})
+        own_metrics.cache_clear()
+        if load is _is_interrupted:
+            with pytest.raises(KeyboardInterrupt):
+                own_metrics()
+        else:
+            with pytest.warns(RuntimeWarning, match=r"metric walked of plugged 1.0 is left out: KeyboardInterrupt"):
+                assert own_metrics() == ()
 
 
 @pytest.mark.parametrize("key", ["ticks", "agent", "tcr", "waiting_share", "official_ac", "episode_id", "wt"])

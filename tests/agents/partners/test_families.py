@@ -1,6 +1,7 @@
 """The registry of families: names that stand for several partners, one left out, and what commands do with them."""
 
 import json
+import sys
 from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -258,12 +259,22 @@ def test_a_package_adds_a_family(capsys: pytest.CaptureFixture[str]) -> None:
     ]
 
 
-def test_a_package_that_ends_the_program_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    (tmp_path / "ending_families.py").write_text("import sys\nsys.exit('no licence')\n")
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("import sys\nsys.exit('no licence')\n", "SystemExit: no licence"),
+        ("raise KeyboardInterrupt\n", "KeyboardInterrupt"),
+    ],
+)
+def test_a_package_that_ends_the_program_is_named(
+    code: str, said: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "ending_families.py").write_text(code)
+    monkeypatch.delitem(sys.modules, "ending_families", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     entry = EntryPoint("ending", "ending_families:IDS", "movingout.families")
     monkeypatch.setattr("movingout.agents.partners.families.installed", lambda _: {"ending": entry})
-    with pytest.raises(AgentError, match="cannot load the family 'ending' of ending_families: SystemExit: no licence"):
+    with pytest.raises(AgentError, match=f"cannot load the family 'ending' of ending_families: {said}"):
         group("family:ending")
 
 

@@ -7,12 +7,20 @@ from typing import Any
 import pytest
 
 from movingout.maps import load_map, map_to_json
-from movingout.maps.check import check_map
+from movingout.maps.check import check_map, unreachable_goals
 from movingout.maps.commands.map_cautions import map_cautions, map_hints
+from movingout.maps.spec import WALL_MARGIN
 
 _RED = {"x": 0.9, "y": 0.0, "angle": 0.0}
 _ONE = map_to_json(load_map("HandOff"))["items"][:1]
+_LOW = [_ONE[0] | {"x": 0.8, "y": -0.5}]
 _UPPER = {"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": 0.6}
+
+
+def _corridor(breadth: float) -> list[dict[str, float]]:
+    """Walls across the arena, with a way of this breadth through them; the walls' margin is taken off."""
+    right = 0.8 + breadth + 2 * WALL_MARGIN
+    return [{"x0": -1.2, "y0": 0.5, "x1": 0.8, "y1": 0.2}, {"x0": right, "y0": 0.5, "x1": 1.2, "y1": 0.2}]
 
 
 def _written(path: Path, **changes: Any) -> str:
@@ -95,6 +103,10 @@ def test_another_map_under_the_name_of_a_shipped_one_would_be_taken_for_it(tmp_p
             {"name": "Den", "number": 0, "items": _ONE, "walls": [{"x0": 0.1, "y0": 0.5, "x1": 0.108, "y1": 0.2}]},
             "walls[0]: is too thin for NFD, whose ways lead through it; make it thicker than 0.02",
         ),
+        (
+            {"name": "Den", "number": 0, "items": _LOW, "goals": [_UPPER], "walls": _corridor(0.2)},
+            "goals[0]: no robot can get to it, so that items could only be pushed in; widen a way to more than 0.24",
+        ),
     ],
 )
 def test_what_probably_means_something_else_is_told(tmp_path: Path, changes: dict[str, Any], hint: str) -> None:
@@ -105,3 +117,18 @@ def test_what_probably_means_something_else_is_told(tmp_path: Path, changes: dic
 
 def test_a_map_of_ones_own_after_a_symmetry_needs_no_hint(tmp_path: Path) -> None:
     assert map_hints(f"{_written(tmp_path / 'den.json', name='Den', number=0)}:mirror") == ()
+
+
+@pytest.mark.parametrize(("breadth", "reached"), [(0.2, False), (0.3, True)])
+def test_a_way_that_robots_fit_on_needs_no_hint_and_a_way_for_items_alone_can_be_played(
+    breadth: float, reached: bool, tmp_path: Path
+) -> None:
+    """It passed as if robots could get to the green area."""
+    name = _written(tmp_path / "den.json", name="Den", number=0, items=_LOW, goals=[_UPPER], walls=_corridor(breadth))
+    assert check_map(load_map(name)) == ()
+    assert (map_hints(name) == ()) is reached
+
+
+def test_a_goal_in_the_middle_of_which_a_robot_is_shut_in_is_reached(tmp_path: Path) -> None:
+    whole = [{"x0": -1.2, "y0": 1.2, "x1": 1.2, "y1": -1.2}]
+    assert unreachable_goals(load_map(_written(tmp_path / "den.json", goals=whole))) == []

@@ -13,6 +13,7 @@ from movingout.recordings import RecordingError, finalise, read_episode
 from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.rrd import TRAIL_TICKS, trail
+from tests.recordings.full_disk import limited
 from tests.recordings.support import record
 
 ENTITIES = {
@@ -76,15 +77,14 @@ def test_a_trail_goes_back_five_seconds_and_no_farther_than_the_start(tmp_path: 
     np.testing.assert_array_equal(last[-1, :2], states[-1].robot_poses[1, :2])
 
 
-def test_what_rerun_cannot_write_is_told_in_a_sentence(
-    recordings: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize("share", [0.001, 0.5, 0.98])
+def test_a_full_disk_is_told_in_a_sentence_and_leaves_no_part(
+    share: float, recordings: list[Path], tmp_path: Path
 ) -> None:
-    """A full disk ended in a traceback."""
-
-    def full(*_: object) -> None:
-        raise RuntimeError("File-writer thread shut down prematurely")
-
-    monkeypatch.setattr("movingout.recordings.exports.rrd.draw", full)
-    with pytest.raises(RecordingError, match=r"cannot write .*x: File-writer thread shut down"):
-        export("rrd", ExportPlan(recordings, tmp_path / "x"))
-    assert not list(tmp_path.iterdir())
+    """Rerun's own writer waited for ever on a disk that was full at once, and lost the end of a file in silence."""
+    export("rrd", ExportPlan(recordings[:1], tmp_path / "whole.rrd"))
+    size = (tmp_path / "whole.rrd").stat().st_size
+    with limited(int(share * size)), pytest.raises(RecordingError, match=r"cannot write .*x\.rrd: File too large"):
+        export("rrd", ExportPlan(recordings[:1], tmp_path / "x.rrd"))
+    assert [path.name for path in tmp_path.iterdir()] == ["whole.rrd"]

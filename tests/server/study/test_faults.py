@@ -299,3 +299,39 @@ def test_an_alert_about_a_partner_names_the_letter_and_not_the_agent(
     assert {one["about"] for one in alerts} == {"agent_failed", "agent_unseen"}
     assert {one["values"]["partner"] for one in alerts} <= {"Partner", "Partner A", "Partner B"}, "or in practice"
     assert "bass" not in str(alerts)
+
+
+def test_a_problem_of_a_round_is_told_once_and_shown_until_it_is_over(
+    study: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They came again every minute, also after the experimenter had dismissed them, and were never taken back."""
+    monkeypatch.setattr("movingout.server.study.alerts.REPEAT_S", 0.0)
+    visitor = study.visitor().go_to("round")
+    visitor.next()
+    unit = study.running.units.of(study.running.participants[visitor.pid])
+    assert unit is not None and unit.running_round is not None
+    before = unit.running_round.view
+    playing = before._replace(phase="playing", recording=True)
+    failing = tuple(seat._replace(agent_failure="ZeroDivisionError") for seat in playing.seats)
+
+    def shown(**changes: Any) -> list[str]:
+        """The alerts after two looks at a round like this."""
+        assert unit is not None and unit.running_round is not None
+        unit.running_round.view = playing._replace(**changes)
+        for _ in range(2):
+            study.monitor._notice_room(unit)
+        alerts = study.running.alerts.to_json()
+        return sorted(one["about"] for one in alerts if one["values"].get("unit") == unit.record.id)
+
+    def looks() -> list[list[str]]:
+        return [
+            shown(seats=failing, recording=False),
+            shown(recording=False),
+            shown(phase="lobby", recording=False, episode="next"),  # that a round has no recording stays true …
+            shown(recording=False, episode="next"),
+            shown(episode="third"),  # … and is no news once another one has
+            shown(phase=before.phase, episode=before.episode),
+        ]
+
+    failed = ["agent_failed"] * len(failing)
+    assert study.live.run(looks) == [[*failed, "recording"], ["recording"], ["recording"], ["recording"] * 2, [], []]

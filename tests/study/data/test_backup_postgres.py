@@ -85,7 +85,7 @@ def test_a_used_database_and_another_study_are_refused_before_anything_is_writte
     other = parse_study(SOLO.replace("id: solo", "id: other"))
     with pytest.raises(StudyError, match=r"the database holds the study solo, not other"):
         back_up(StudyFolder(other, tmp_path, used), tmp_path / "backup", 0.0, identities=False)
-    with pytest.raises(StudyError, match=r"nothing was recorded here yet"):
+    with pytest.raises(StudyError, match=r"which no study was served from"):
         back_up(StudyFolder(other, tmp_path, postgres), tmp_path / "backup", 0.0, identities=False)
     assert list(tmp_path.iterdir()) == []
     file = tmp_path / "study.yaml"

@@ -67,6 +67,21 @@ def test_what_a_warning_quotes_of_the_file_does_not_command_the_terminal(
     assert "warning: " in told and "[31mred: there is no such field" in told and "\x1b" not in told
 
 
+@pytest.mark.parametrize("command", [["forget", "P2"], ["purge"], ["purge", "--apply"]])
+def test_what_deletes_takes_no_study_for_a_file_that_says_no_id(
+    command: Sequence[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The only study of the folder was taken, which may be another one than the file's."""
+    folder = begin(tmp_path, template("agent_survey")[1])
+    (tmp_path / "study.yaml").write_text("title: 'Ada's'\n", encoding="utf-8")
+    assert run(tmp_path, *command) == 2
+    told = capsys.readouterr().err
+    assert "study.yaml has 1 fault" in told
+    assert f"has data of {folder.study.id}; say which in a line of the file, id: NAME" in told
+    (tmp_path / "study.yaml").write_text(FAULTY.format(id=folder.study.id), encoding="utf-8")
+    assert run(tmp_path, *command) == 0
+
+
 def test_where_nothing_was_recorded_the_faults_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "study.yaml").write_text(FAULTY.format(id="mine"), encoding="utf-8")
     assert run(tmp_path, "export") == 2

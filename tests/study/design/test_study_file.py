@@ -1,6 +1,7 @@
 """Study files: what is read, and that every fault is found with its line."""
 
 from pathlib import Path
+from unicodedata import normalize
 
 import pytest
 from hypothesis import given, settings
@@ -166,6 +167,16 @@ def test_a_mark_of_notepad_before_a_text_is_no_part_of_it(tmp_path: Path) -> Non
     file.write_text(SMALL.replace("We record how you play.", "{file: consent.md}"), encoding="utf-8-sig")
     assert read_study(file).consent.text.text() == "# Consent\n"
     assert parse_study(complete_text(file)) == read_study(file)
+
+
+@pytest.mark.parametrize(("stored", "written"), [("NFD", "NFC"), ("NFC", "NFD")])
+def test_a_text_is_found_in_the_other_spelling_of_its_letters(stored: str, written: str, tmp_path: Path) -> None:
+    """macOS writes ö as two characters: a folder that was copied from there had no größe.md."""
+    (tmp_path / normalize(stored, "größe.md")).write_text("We record how you play.", encoding="utf-8")
+    file = tmp_path / "study.yaml"
+    name = normalize(written, "größe.md")
+    file.write_text(SMALL.replace("We record how you play.", f"{{file: {name}}}"), encoding="utf-8")
+    assert read_study(file) == parse_study(SMALL) == parse_study(complete_text(file))
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Whether a KeyboardInterrupt out of an agent's call is somebody's Ctrl-C, or one that the agent raised itself."""
+"""Whether a KeyboardInterrupt out of somebody else's code is a Ctrl-C, or one that the code raised itself."""
 
 import signal
 import threading
@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-AGENT_RAISES = (Exception, SystemExit, KeyboardInterrupt)  # what is an agent's fault, but for Ctrl-C: ask `is_ctrl_c`
+FOREIGN_CODE_RAISES = (Exception, SystemExit, KeyboardInterrupt)
+"""What is the fault of an agent, a metric or a family, but for Ctrl-C: ask `is_ctrl_c`."""
 
 _pressed = False
 
