@@ -23,6 +23,7 @@ from movingout.matches.paper.entry import PaperEntry, measurements, played_cells
 from movingout.matches.paper.page.reproduction_page import write_page
 from movingout.matches.paper.presentation.bar_chart import bar_chart
 from movingout.matches.paper.presentation.drawing import save_drawing
+from movingout.matches.paper.presentation.figure_note import figure_notes
 from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.presentation.writers import WRITERS
 from movingout.matches.paper.registry import ENTRIES, chosen_entries
@@ -255,7 +256,7 @@ def _depends_on_numbers(entry: PaperEntry) -> bool:
 
 def _write(entry: PaperEntry, space: Workspace) -> list[Path]:
     if entry.drawing:
-        return save_drawing(entry.drawing, entry.label, entry.heading, entry.notes, space)
+        return save_drawing(entry.drawing, entry.label, entry.heading, figure_notes(entry, space), space)
     folder = Path("figures" if entry.kind == "figure" else "tables")
     table, name = laid_out(entry, space), entry.label.replace(":", "_")
     written = []

@@ -27,6 +27,11 @@ class Budget:
     states: int  # that are perturbed, per level of noise: five times as many, up to 2,000
     options: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)  # of `movingout train`, by kind
 
+    @property
+    def sentence(self) -> str:
+        """Its name and what it is for, below a table or figure."""
+        return f"Budget {self.name}: {self.about}."
+
 
 GROWING = "trainings", "seeds"  # sizes of which a folder may get more later: what it has is used again
 _TINY = "--updates", 3, "--batch", 16, "--width", 16, "--evaluate-every", 3

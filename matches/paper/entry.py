@@ -59,8 +59,8 @@ class PaperEntry:
     people: bool = False  # whether only people can fill it
     own_episodes: bool = False  # whether it learns from other episodes than those of the workspace
     drawing: Drawing | None = None  # of a figure without numbers
-    differs: str = ""  # for docs/reproduction.md: in a phrase, what differs from the paper and why
-    notes: tuple[str, ...] = ()  # what differs from the paper
+    differs: str = ""  # in a phrase, what differs from the paper and why
+    notes: tuple[str, ...] = ()  # what to know of its numbers, in sentences
     folder_notes: Callable[[Workspace], list[str]] = lambda space: []  # what to know of the episodes of a folder
     earlier: Earlier | None = None
     against: Mapping[str, str] = field(default_factory=dict)  # by group: that which changes in % are relative to
@@ -99,6 +99,11 @@ class PaperEntry:
         if cells and filled == len(cells) and not self.lacks:
             return "whole"
         return "in part" if filled else "elsewhere" if self.command else "not done"
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is to be said below the table or figure: its notes, and what differs from the paper."""
+        return (*self.notes, *([f"What differs from the paper: {self.differs}."] if self.differs else []))
 
     def drawn(self) -> bool:
         """Whether the current folder has the picture."""

@@ -113,9 +113,9 @@ _OF_PEOPLE = (
 )  # fmt: skip
 _PICTURES = (
     PaperEntry(
-        label="fig:visual_task1", kind="figure", title="Positions of both agents, by group and in all episodes",
-        differs="the two halves of the participants in place of the paper's four pairs, beside all episodes",
-        drawing=Drawing(positions, data=("c1",)), notes=("Blue and red dots: where the robots were, every map.",),
+        label="fig:visual_task1", kind="figure", title="Positions of both agents, by pair and in all episodes",
+        drawing=Drawing(positions, data=("c1",)),
+        notes=("Blue and red dots: where the robots were, every map; of four pairs of participants, and of all.",),
     ),
     PaperEntry(
         label="fig:visual_task2", kind="figure", title="Examples of randomization in Challenge 2",

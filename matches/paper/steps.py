@@ -144,11 +144,13 @@ def _training_step(agent: TrainedId, space: Workspace) -> PaperStep:
 
 
 def _match_steps(matches: list[Match], space: Workspace) -> Iterator[PaperStep]:
-    """All matches in one step: those of one pair alone would leave workers idle."""
+    """All matches in one step: those of one pair alone would leave workers idle. It takes as long as those left."""
     if matches:
+        left = space.matches.missing(matches)
+        begun = f"{len(left):,} of " if 0 < len(left) < len(matches) else ""
         yield PaperStep(
-            f"play {len(matches):,} match{'es' * (len(matches) != 1)}",
-            sum(match_seconds(match, space.budget) for match in matches) / space.workers,
+            f"play {begun}{len(matches):,} match{'es' * (len(matches) != 1)}",
+            sum(match_seconds(match, space.budget) for match in left) / space.workers,
             lambda: not space.matches.missing(matches),
             lambda progress: space.matches.play(matches, space.workers, progress),
             note=lambda: _before(matches, space.matches),

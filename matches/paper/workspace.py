@@ -117,21 +117,24 @@ class Workspace:
         self, name: str, agents: Sequence[str] = (), episodes: int = 0, samples: int | None = None
     ) -> Measured | None:
         """What was measured of agents under a name; None when it was not, under other conditions, in fewer episodes,
-        or with another number of samples.
+        or with another number of samples, or its file is damaged, as after a power failure.
 
         Earlier versions wrote the numbers alone, or with the weights; these stay.
         """
         path = self._measured(name)
         if not path.exists():
             return None
-        found = json.loads(path.read_text(encoding="utf-8"))
-        if _NUMBERS in found:
-            if found.get("episodes", episodes) < episodes:
-                return None
-            if any(found.get(key, now) != now for key, now in self._conditions(agents, samples).items()):
-                return None
-            found = found[_NUMBERS]
-        return {key: Estimate(*numbers) for key, numbers in found.items()}
+        try:
+            found = json.loads(path.read_text(encoding="utf-8"))
+            if _NUMBERS in found:
+                if found.get("episodes", episodes) < episodes:
+                    return None
+                if any(found.get(key, now) != now for key, now in self._conditions(agents, samples).items()):
+                    return None
+                found = found[_NUMBERS]
+            return {key: Estimate(*numbers) for key, numbers in found.items()}
+        except (ValueError, TypeError, AttributeError):
+            return None
 
     def keep(
         self, name: str, numbers: Measured, agents: Sequence[str] = (), episodes: int = 0, samples: int | None = None

@@ -43,7 +43,7 @@ def all_tables(results: Results, name: Namer, words: Words = ENGLISH) -> list[Re
         tables.performance_by_map(results, name, words),
         tables.metric_comparisons(results, name, words),
         tables.ratings(results, name, words),
-        tables.rating_comparisons(results, name, words),
+        paper_tables.rating_table(results, name, words),
         *([tables.choices(results, name, words)] if counted_items(results.study) else []),
         tables.order_effects(results, words),
         *([tables.pings(results, name, words), tables.pings_by_participant(results, words)] if results.pings else []),

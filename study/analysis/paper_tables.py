@@ -1,18 +1,22 @@
-"""The tables that stand beside the paper's human study: its four metrics, and failure rates per session."""
+"""The tables that stand beside the paper's human study: its metrics, its test of ratings, failure rates per session."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from movingout.matches.experiment.paper_reference import PAPER_METRICS, paper_figures
+from movingout.matches.paper.published import published_tables
 from movingout.recordings.annotation.agreement import agreements, by_case
 from movingout.recordings.annotation.verdicts import Verdicts
 from movingout.recordings.report.failures import CASES, Case
 from movingout.recordings.report.words import Words
+from movingout.study.analysis.questions import rated_items
 from movingout.study.analysis.results import Results, Row
 from movingout.study.analysis.sessions import PAPER_FAILURES, PAPER_SESSIONS, Session, by_partner, paper_label
-from movingout.study.analysis.tables import ENGLISH, Namer, ReportTable, block_cells
+from movingout.study.analysis.tables import ENGLISH, Namer, ReportTable, block_cells, rating_comparisons
 from movingout.world.estimates import Estimate, estimate, estimate_text
 
 HUMAN_ROWS = "tab:task_1_results: Play with Human"
+RATED, _COMPARED = "fig:human_study_results", {"helpfulness", "physics"}  # items of the paper's questionnaire
 CHALLENGES = (1, 2)
 OFFICIAL = "waiting_share", "official_ac"  # as the official code counts, from recordings
 MEASURED = (*PAPER_METRICS, "official_ac")
@@ -66,6 +70,22 @@ def _published(challenge: int, label: str) -> list[str]:
     figures = paper_figures(HUMAN_ROWS, challenge, label)
     found = [figures.get(metric) for metric in THEIRS]
     return [estimate_text(one and Estimate(one.mean, one.stderr, 0)) for one in found]
+
+
+def rating_table(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
+    """`tables.rating_comparisons`, and what the paper found where people rate its two models as it asked.
+
+    Not in a blinded report: who looks for the paper's result would know which partner is which.
+    """
+    table = rating_comparisons(results, name, words)
+    asked = {one.item.id for one in rated_items(results.study)}
+    labels = set(_paper_partners(results).values())
+    if results.blinded or not table.rows or not asked >= _COMPARED or len(labels) < len(PAPER_FAILURES):
+        return table
+    figures = {column.measure: one.text for column, one in published_tables()[RATED].rows[0].figures.items()}
+    p = words.decimal(figures["p_value"])
+    said = words.say("study.paper.ratings", p=p, participants=figures["participants"])
+    return replace(table, note=f"{table.note} {said}")
 
 
 def failure_table(results: Results, name: Namer, words: Words = ENGLISH) -> ReportTable:
@@ -147,4 +167,8 @@ def _share(part: int, all_: int) -> str:
 
 
 def _papers(label: str, case: Case) -> str:
-    return _share(PAPER_FAILURES[label][case], PAPER_SESSIONS) if label else "–"
+    """The share with the paper's own digits, and of how many sessions it is."""
+    if not label:
+        return "–"
+    share = PAPER_FAILURES[label][case]
+    return f"{round(PAPER_SESSIONS * share.mean)} / {PAPER_SESSIONS} ({share.text})"

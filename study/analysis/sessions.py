@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from movingout.matches.paper.published import published_tables
+from movingout.matches.paper.published import Figure, published_tables
 from movingout.recordings.annotation.agreement import settled
 from movingout.recordings.annotation.finding import Finding, SearchedRecording
 from movingout.recordings.annotation.search import search_failures
@@ -20,8 +20,8 @@ from movingout.study.errors import StudyError
 
 PAPER_SESSIONS = 64
 _COLUMNS: Mapping[str, Case] = {"no_handover": "keeps", "no_help": "stays_away", "no_grasp": "no_grasp"}
-PAPER_FAILURES: Mapping[str, Mapping[Case, int]] = {  # of 64 sessions; the paper gives shares
-    row.name: {_COLUMNS[column.measure]: round(PAPER_SESSIONS * one.mean) for column, one in row.figures.items()}
+PAPER_FAILURES: Mapping[str, Mapping[Case, Figure]] = {  # shares of 64 sessions
+    row.name: {_COLUMNS[column.measure]: one for column, one in row.figures.items()}
     for row in published_tables()["fig:failure_cases"].rows
 }
 _PAPER_LABELS = {"dp": "DP", "bass": "DP/BASS"}

@@ -8,6 +8,7 @@ from pathlib import Path
 from PIL import Image
 
 from movingout.matches.errors import MatchError
+from movingout.matches.paper.presentation.latex_text import tex
 from movingout.matches.paper.workspace import Workspace
 
 FIGURES = Path("figures")
@@ -32,10 +33,11 @@ def save_drawing(drawing: Drawing, label: str, title: str, notes: tuple[str, ...
     files = {ending: figure_file(label, ending) for ending in ("md", "tex", "html", "png")}
     picture = drawing.paint(space)
     name, remarks = files["png"].name, " ".join(notes)
+    caption = f"{title}. {remarks}".strip()
     texts = {
         "md": f"## {title} (`{label}`)\n\n![{title}]({name})\n\n{remarks}\n",
         "tex": f"\\begin{{figure}}[h]\n\\centering\n\\includegraphics[width=\\linewidth]{{{name}}}\n"
-        f"\\caption{{{title}}}\n\\label{{{label}}}\n\\end{{figure}}\n",
+        f"\\caption{{{tex(caption)}}}\n\\label{{{label}}}\n\\end{{figure}}\n",
         "html": f'<!doctype html>\n<html lang="en">\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'
         f'<h1>{escape(title)}</h1>\n<img src="{name}" alt="{escape(title)}">\n<p>{escape(remarks)}</p>\n</html>\n',
     }

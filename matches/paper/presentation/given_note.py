@@ -1,4 +1,4 @@
-"""Whose recordings a table was made from, where they were given, in a sentence for each challenge."""
+"""Whose recordings a table or figure was made from; where they were given, in a sentence for each challenge."""
 
 from collections.abc import Collection
 
@@ -6,6 +6,13 @@ from movingout.maps.suggestion import counted
 from movingout.matches.paper.given_players import counted_players
 from movingout.matches.paper.workspace import Workspace
 from movingout.recordings.groups import GroupedRecording, people_of_groups, read_groups, simulation
+
+SCRIPTED = "Here all episodes are of scripted people, who stand in for the paper's participants."
+
+
+def people_notes(space: Workspace, challenges: Collection[int]) -> list[str]:
+    """Who recorded what was learned from in these challenges, whether given or not."""
+    return given_notes(space, challenges) if space.given else [SCRIPTED]
 
 
 def given_notes(space: Workspace, challenges: Collection[int]) -> list[str]:

@@ -8,15 +8,11 @@ from collections.abc import Iterator, Sequence
 from itertools import accumulate, groupby, pairwise
 
 from movingout.matches.paper.cells import PLAYED
+from movingout.matches.paper.presentation.latex_text import tex
 from movingout.matches.paper.presentation.layout import CellText, LaidOutTable, column_head
 from movingout.matches.paper.published import PublishedColumn
 from movingout.recordings.diversity.comparison import MEASURES as DIVERSITY
 
-_SPECIAL = {
-    "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
-    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "↑": r"$\uparrow$", "↓": r"$\downarrow$", "±": r"$\pm$",
-    "–": "--", "×": r"$\times$", "σ": r"$\sigma$",
-}  # fmt: skip
 Span = tuple[str, int]
 """A head, and how many columns it stands over."""
 
@@ -32,7 +28,7 @@ def latex(table: LaidOutTable) -> str:
             r"\begin{table}[h]", r"\centering", r"\begin{adjustbox}{width=\linewidth}",
             rf"\begin{{tabular}}{{{columns}}}", r"\toprule",
             *_heads(table, wide, stub), r"\midrule", *_rows(table, wide, len(columns)), r"\bottomrule",
-            r"\end{tabular}", r"\end{adjustbox}", rf"\caption{{{_tex(table.title)}. {_tex(' '.join(table.notes))}}}",
+            r"\end{tabular}", r"\end{adjustbox}", rf"\caption{{{tex(table.title)}. {tex(' '.join(table.notes))}}}",
             rf"\label{{{table.label}}}", r"\end{table}", "",
         ]
     )  # fmt: skip
@@ -45,23 +41,23 @@ def _rows(table: LaidOutTable, wide: Sequence[bool], width: int) -> Iterator[str
         if number:
             yield r"\midrule"
         if group and table.grouping == "line":
-            yield rf"\multicolumn{{{width}}}{{l}}{{\textit{{{_tex(group)}}}}} \\"
+            yield rf"\multicolumn{{{width}}}{{l}}{{\textit{{{tex(group)}}}}} \\"
             yield r"\midrule"
         for place in places:
-            stub = [_tex(table.names[place][1])]
+            stub = [tex(table.names[place][1])]
             if table.grouping == "column":
                 first = place == places[0]
-                stub.insert(0, rf"\multirow{{{len(places)}}}{{*}}{{{_tex(group)}}}" if first else "")
-            yield " & ".join([*stub, *_cells(table.numbers[place], wide), _tex(table.rows[place][-1])]) + r" \\"
+                stub.insert(0, rf"\multirow{{{len(places)}}}{{*}}{{{tex(group)}}}" if first else "")
+            yield " & ".join([*stub, *_cells(table.numbers[place], wide), tex(table.rows[place][-1])]) + r" \\"
 
 
 def _cells(numbers: Sequence[CellText], wide: Sequence[bool]) -> Iterator[str]:
     """The best of a column in bold; its error beside it where the column has any."""
     for number, has_error in zip(numbers, wide, strict=True):
-        value = _tex(number.value + number.behind)
+        value = tex(number.value + number.behind)
         yield rf"\textbf{{{value}}}" if number.best else value
         if has_error:
-            yield _tex(number.error)
+            yield tex(number.error)
 
 
 def _heads(table: LaidOutTable, wide: Sequence[bool], stub: int) -> Iterator[str]:
@@ -91,7 +87,7 @@ def _kind(column: PublishedColumn) -> str:
 
 def _spanning(spans: Sequence[Span], stub: int) -> Iterator[str]:
     """A line of heads over several columns each, and the rules below them."""
-    heads = [rf"\multicolumn{{{width}}}{{c}}{{{_tex(text)}}}" for text, width in spans]
+    heads = [rf"\multicolumn{{{width}}}{{c}}{{{tex(text)}}}" for text, width in spans]
     yield " & ".join([*[""] * stub, *heads, ""]) + r" \\"
     ends = list(accumulate((width for _, width in spans), initial=stub))
     yield " ".join(rf"\cmidrule(lr){{{first + 1}-{last}}}" for first, last in pairwise(ends))
@@ -99,13 +95,9 @@ def _spanning(spans: Sequence[Span], stub: int) -> Iterator[str]:
 
 def _named(heads: Sequence[str], stub: int) -> list[str]:
     """Those of the columns of names, as far as they have any."""
-    named = [_tex(head) for head in heads]
+    named = [tex(head) for head in heads]
     return [*[""] * (stub - len(named)), *named][-stub:]
 
 
 def _sources(ours: bool, theirs: bool) -> list[str]:
     return ["here", *["StdErr"] * ours, "paper", *["StdErr"] * theirs]
-
-
-def _tex(text: str) -> str:
-    return "".join(_SPECIAL.get(letter, letter) for letter in text)

@@ -1,18 +1,19 @@
 """A table as text: the paper's rows and columns, its figure and ours side by side."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import NamedTuple
 
 from movingout.matches.match import MatchResult
-from movingout.matches.paper.cells import EmptyCell, Found, MeasuredCell
+from movingout.matches.paper.cells import DefinedCell, EmptyCell, Found, MeasuredCell
 from movingout.matches.paper.entry import EntryCell, PaperEntry, RowGrouping, played_cells
 from movingout.matches.paper.pooling import of_the_same_samples
-from movingout.matches.paper.presentation.given_note import given_notes
+from movingout.matches.paper.presentation.given_note import given_notes, people_notes
 from movingout.matches.paper.presentation.group_note import group_notes
 from movingout.matches.paper.published import Figure, PublishedColumn
+from movingout.matches.paper.rows.data_sizes import SizeCell
 from movingout.matches.paper.workspace import Workspace
 from movingout.matches.results.other_code import MIXED, is_mixed
 from movingout.matches.results.table import COPIES
@@ -50,7 +51,6 @@ TWO_ACS = (
     "name (docs/metrics.md)."
 )
 AC_OF_BEFORE = "Matches that were played before AC of the code was counted have no value of it."
-SCRIPTED = "Here all episodes are of scripted people, who stand in for the paper's participants."
 
 
 class CellText(NamedTuple):
@@ -241,38 +241,54 @@ def _of_groups(cell: EntryCell) -> bool:
 
 
 def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], found: FoundCells) -> list[str]:
-    budget = space.budget
-    notes = [
-        f"Budget {budget.name}: {budget.about}.",
-        *([] if space.given or entry.own_episodes else [SCRIPTED]),
-        *([] if entry.own_episodes else given_notes(space, {cell.column.challenge for cell in cells})),
-        NOT_REPRODUCED,
-    ]
-    if any(cell.column.challenge == 2 for cell in cells):
-        notes.append(
-            "Challenge 2: trained on varied maps, evaluated on the maps as designed."
-            if space.evaluation == "official"
-            else "Challenge 2: trained and evaluated on varied maps that share no combination of size and shape."
-        )
-    if any(_of_groups(cell) for cell in cells):
-        notes += group_notes(space)
-    notes += [*entry.notes, *entry.folder_notes(space)]
+    made = _of_settings(cells, space) if is_of_settings(cells) else _of_what_was_made(entry, space, cells)
+    notes = [*made, *entry.remarks, *entry.folder_notes(space)]
     if entry.published and entry.published.about:
         notes.append(entry.published.about)
     empty = {cell.row.name: cell.ours.reason for cell in cells if isinstance(cell.ours, EmptyCell) and cell.ours.reason}
     reasons = {reason: [name for name in empty if empty[name] == reason] for reason in empty.values()}
     notes += [f"Not done here: {', '.join(names)}: {reason}." for reason, names in reasons.items()]
     notes += [f"Not done here: {entry.lacks}."] if entry.lacks else []
+    return notes if is_of_settings(cells) else [*notes, *_about_numbers(entry, space, cells, found)]
+
+
+def is_of_settings(cells: Sequence[EntryCell]) -> bool:
+    """Whether nothing is played or measured, so that no budget and no error matters."""
+    return all(isinstance(cell.ours, DefinedCell) for cell in cells)
+
+
+def _of_settings(cells: Sequence[EntryCell], space: Workspace) -> list[str]:
+    return given_notes(space, {cell.ours.challenge for cell in cells if isinstance(cell.ours, SizeCell)})
+
+
+def _of_what_was_made(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell]) -> list[str]:
+    """How much was made, and from whose episodes."""
+    whose = [] if entry.own_episodes else people_notes(space, {cell.column.challenge for cell in cells})
+    notes = [space.budget.sentence, *whose, NOT_REPRODUCED]
+    if any(cell.column.challenge == 2 for cell in cells):
+        notes.append(
+            "Challenge 2: trained on varied maps, evaluated on the maps as designed."
+            if space.evaluation == "official"
+            else "Challenge 2: trained and evaluated on varied maps that share no combination of size and shape."
+        )
+    return [*notes, *(group_notes(space) if any(_of_groups(cell) for cell in cells) else [])]
+
+
+def _about_numbers(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], found: FoundCells) -> Iterator[str]:
+    """What ± and n are, and what is to be known of the matches."""
     results = _results(entry, space)
-    notes += [*_failures(results), *([MIXED] if is_mixed(filter(None, results)) else [])]
+    yield from _failures(results)
+    if is_mixed(filter(None, results)):
+        yield MIXED
     if any("distinct" in _count([cell], found) for cell in cells):
-        notes.append(COPIES)
+        yield COPIES
     trainings = {one.between.n for one in found.values() if one is not None and one.between is not None}
     if trainings:
-        notes.append(BETWEEN.format(max(trainings)))
+        yield BETWEEN.format(max(trainings))
     measures = {cell.column.measure for cell in cells}
-    notes += _about_ac(results) if "ac" in measures else []
-    return [*notes, *_about_errors(measures), *_about_moments(cells)]
+    yield from _about_ac(results) if "ac" in measures else []
+    yield from _about_errors(measures)
+    yield from _about_moments(cells)
 
 
 def _about_ac(results: Sequence[MatchResult | None]) -> list[str]:

@@ -21,7 +21,9 @@ from movingout.maps.scene import LIGHT, start_of
 from movingout.maps.spec import ARENA_HALF
 from movingout.matches.paper.rows.diversity import learned_parts
 from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.diversity.augmented import evenly_chosen
 from movingout.recordings.diversity.position_plot import position_plot
+from movingout.recordings.groups import GroupedRecording, read_groups
 from movingout.world import World
 from movingout.world.raster import picture
 from movingout.world.state import Floats, WorldState
@@ -31,6 +33,7 @@ FEWEST = 3  # pictures in the width of a sheet: captions need room
 RANDOMIZED = "HandOff", "SingleRotation"  # two maps, as in the paper
 ROLLED_OUT = "SingleRotation"  # the paper's map of this figure
 MOMENTS = 8
+PAIRS = 4  # of participants, as in the paper
 BEFORE = 20  # ticks shown before a recombined stretch
 TRIED = 400
 CURVES = 5  # episodes per panel, as in the paper
@@ -54,12 +57,15 @@ def sheet(rows: Sequence[tuple[str, Sequence[Image.Image]]]) -> Image.Image:
 
 
 def positions(space: Workspace) -> Image.Image:
-    """Where robots were on every map: of each group of participants, and of both together."""
+    """Where robots were on every map: of up to four pairs of participants, and of everybody together."""
+    rows = read_groups(space.listing("c1"))
+    pairs = evenly_chosen(sorted({_pair(row) for row in rows}), PAIRS)
     groups = {
-        name: read_trajectories(space.episodes(data))
-        for name, data in (("group 1", "a"), ("group 2", "b"), ("all", "c1"))
+        f"pair {number}": read_trajectories([row.path for row in rows if _pair(row) == pair])
+        for number, pair in enumerate(pairs, start=1)
     }
-    maps = dict.fromkeys(one.map for one in groups["all"])
+    groups["all"] = read_trajectories([row.path for row in rows])
+    maps = {one.map.name: one.map for one in groups["all"]}.values()
     plots = [
         position_plot(the_map, {name: _paths_on(the_map, group) for name, group in groups.items()}, "dots")
         for the_map in maps
@@ -68,6 +74,11 @@ def positions(space: Workspace) -> Image.Image:
     for row, plot in enumerate(plots):
         whole.paste(plot, (0, row * plots[0].height))
     return whole
+
+
+def _pair(row: GroupedRecording) -> tuple[str, ...]:
+    """Who played, whoever was blue."""
+    return tuple(sorted(row.people))
 
 
 def _paths_on(the_map: MapSpec, trajectories: Sequence[Trajectory]) -> list[Floats]:

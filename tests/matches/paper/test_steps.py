@@ -1,14 +1,18 @@
 """What a table needs comes in an order in which it can be done, is done once, and is refused in sentences."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from movingout.maps import load_map, map_names
+from movingout.matches.callbacks import no_op
 from movingout.matches.commands import paper
 from movingout.matches.errors import MatchError
+from movingout.matches.match import Match
+from movingout.matches.paper import match_store
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.data_sets import list_episodes, map_remedy
 from movingout.matches.paper.entry import played_cells
@@ -26,6 +30,7 @@ from movingout.recordings.groups import read_groups
 from movingout.server.cli import main
 from movingout.world.estimates import Estimate
 from tests.agents.learning import recorded
+from tests.matches.paper.test_match_store import played_result
 
 SMOKE = BUDGETS["smoke"]
 
@@ -66,6 +71,22 @@ def test_full_trains_three_times(here: Path) -> None:
         f"train bass@c1{seed} (bass)" for seed in ("", "-1", "-2")
     ]
     assert steps[-1] == f"play {3 * 2 * 12 * 20:,} matches"
+
+
+def test_matches_that_are_left_are_counted_and_take_their_time(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def play(matches: list[Match], **options: Any) -> None:
+        for match in matches:
+            options["on_result"](played_result(match))
+
+    monkeypatch.setattr(match_store, "play_matches", play)
+    label, grown = [ENTRIES["tab:nfd_vs_ac"]], replace(SMOKE, seeds=4)
+    whole = paper_steps(label, Workspace(budget=grown))[-1]
+    assert whole.about == "play 96 matches"
+    space = Workspace(budget=SMOKE)
+    paper_steps(label, space)[-1].perform(no_op)
+    rest = paper_steps(label, Workspace(budget=grown))[-1]
+    assert rest.about == "play 72 of 96 matches" and rest.seconds == pytest.approx(0.75 * whole.seconds)
+    assert paper_steps(label, space)[-1].is_done()
 
 
 def test_challenge_2_is_evaluated_on_designed_maps_or_on_held_out_combinations(here: Path) -> None:

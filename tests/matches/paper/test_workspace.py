@@ -85,3 +85,17 @@ def test_what_was_measured_in_other_numbers_of_states_is_measured_again(
     earlier = {key: value for key, value in json.loads(file.read_text()).items() if key != "samples"}
     file.write_text(json.dumps(earlier), encoding="utf-8")
     assert one.measured(0, fewer) == numbers, "of before that was noted"
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"numbers": [', '{"numbers": {"valid_share": null}}'])
+def test_what_a_power_failure_left_of_a_measurement_is_measured_again(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    space, one = Workspace(budget=BUDGETS["smoke"]), noise_validity("0.2").measurement
+    one = replace(one, perform=lambda space, training: {"valid_share": Estimate(0.5, 0.1, 20)})
+    one.measure(0, space)
+    (tmp_path / f"data/measured/{one.name}.json").write_text(text, encoding="utf-8")
+    assert one.measured(0, space) is None
+    one.measure(0, space)
+    assert one.measured(0, space) == {"valid_share": Estimate(0.5, 0.1, 20)}

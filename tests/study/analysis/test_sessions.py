@@ -9,13 +9,13 @@ import pytest
 
 from movingout.recordings import Event, SeatInfo, finalise
 from movingout.recordings.annotation.verdicts import VERDICTS_NAME, add_verdict, new_line, verdicts_of
-from movingout.recordings.report.words import Phrase
+from movingout.recordings.report.words import Phrase, Words
 from movingout.server.cli import main
 from movingout.study.analysis.page import all_tables, page
-from movingout.study.analysis.paper_tables import annotation_table, failure_table, paper_table
+from movingout.study.analysis.paper_tables import annotation_table, failure_table, paper_table, rating_table
 from movingout.study.analysis.results import Flag, collect
 from movingout.study.analysis.sessions import paper_label
-from movingout.study.analysis.tables import performance
+from movingout.study.analysis.tables import LANGUAGE_FILES, performance
 from movingout.study.data.erasure import erase
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import letters
@@ -72,6 +72,22 @@ def test_a_session_has_a_failure_if_a_round_has_and_the_papers_rate_stands_besid
     table = paper_table(replace(results, sessions=replace(results.sessions, recordings=carried)), plain)
     assert table is not None and table.heads[-2:] == ("AC ↑", "AC of the code ↑")
     assert table.rows[0][:7] == ours[:7] and table.rows[0][8] == "0.750 ± 0.000"
+
+
+def test_what_the_paper_found_stands_there_with_its_own_digits(filled: Filled) -> None:
+    place, store, pids = filled
+    for row in _rounds(store, "bass"):
+        waiting_alone(place.recordings, row["episode"], seats=(SeatInfo("agent", "bass"), SeatInfo("human", pids[0])))
+    results = collect(place.study, store, place.recordings)
+    papers = {(row[0], row[1]): row[-1] for row in failure_table(results, plain).rows}
+    assert papers["bass", "Does not come when help is needed"] == "36 / 64 (0.563)"
+    assert papers["bass", "Does not release at a hand-over"] == "22 / 64 (0.343)"
+    said = "p = 0.017 of such t-tests for Helpfulness and Physics, DP/BASS above DP, 32 participants."
+    assert said in rating_table(results, plain).note
+    assert "p = 0,017" in rating_table(results, plain, Words("de", (LANGUAGE_FILES,))).note
+    assert "0.017" not in rating_table(replace(results, blinded=True), plain).note
+    alone = replace(results, study=place.study.model_copy(update={"partners": place.study.partners[:1]}))
+    assert "0.017" not in rating_table(alone, plain).note, "the paper compares two models"
 
 
 def test_a_round_in_which_the_partner_had_a_fault_is_flagged(filled: Filled) -> None:
