@@ -300,6 +300,23 @@ def test_who_is_walled_in_by_a_small_delivered_item_moves_it_again() -> None:
     assert farthest > items[2, 1] + 0.2
 
 
+def test_who_is_walled_in_moves_a_small_item_though_the_partner_holds_a_heavy_one() -> None:
+    """Once it stood there for half the round, while the partner waited for its help."""
+    the_map = load_map("AdaptiveAssist")
+    robots = np.array([[-0.599, 0.28, 4.797], [-0.279, -0.791, -4.496]])  # the wall between them is open at the goal
+    small, heavy = [[0.38, -0.133, -2.461], [0.052, -0.284, 4.946], [-0.199, 0.24, 5.863]], [0.056, 0.241, 0.922]
+    items = np.array([small[0], [-0.498, -0.838, 0.44], heavy, small[1], [0.45, -0.95, 0.667], small[2]])
+    state = _scene("AdaptiveAssist", robot_poses=robots, item_poses=items, held=np.array([-1, 1]))
+    world, agent = World.from_state(the_map, state), ScriptedAgent()
+    agent.reset(EpisodeInfo(the_map, BLUE, 0, 500))
+    for _ in range(220):
+        waits = 0.0, float(world.state().robot_poses[RED, 2]), 0.0
+        world.step(np.array([world_action(agent.act(observe(the_map, world.state(), BLUE))[0]), waits]))
+        if world.state().held[BLUE] == 1:
+            break
+    assert world.state().held.tolist() == [1, 1]
+
+
 # ---- the whole -----------------------------------------------------------------------------------------------------
 
 
