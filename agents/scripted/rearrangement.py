@@ -19,12 +19,13 @@ class Rearrangement:
 
     def next_item(self, now: Perception, is_feasible: Callable[[int], bool]) -> int:
         """The nearest delivered small item, -1 for none; each once, unless the robot is walled in."""
-        if not now.waiting or now.partner_item >= 0:
+        needed = _needed_at(now)
+        if not needed or (now.partner_item >= 0 and not _is_walled_in(now, needed)):
             return -1
         smalls = [item for item in np.flatnonzero(now.delivered).tolist() if not now.is_heavy(item)]
         smalls = [item for item in smalls if is_feasible(item) and self._left_until.get(item, 0) <= now.tick]
         fresh = [item for item in smalls if item not in self._left_until]
-        if len(fresh) < len(smalls) and not _is_walled_in(now):
+        if len(fresh) < len(smalls) and not _is_walled_in(now, needed):
             smalls = fresh
         if not smalls:
             return -1
@@ -33,9 +34,17 @@ class Rearrangement:
         return nearest
 
 
-def _is_walled_in(now: Perception) -> bool:
-    """Whether there is no way to any item that waits. An agent without an intent does not ask."""
+def _needed_at(now: Perception) -> list[int]:
+    """The items to which there is something to do, among them a heavy one with which the partner waits for help."""
+    if now.partner_item < 0:
+        return now.waiting
+    waits = now.intent is not None and now.is_heavy(now.partner_item)
+    return [*now.waiting, now.partner_item] if waits else []
+
+
+def _is_walled_in(now: Perception, needed: list[int]) -> bool:
+    """Whether there is no way to any of these items. An agent without an intent does not ask."""
     if now.intent is None:
         return False
-    costs = costs_beside(now.space(), now.pose, [now.item_pose(item) for item in now.waiting])
+    costs = costs_beside(now.space(), now.pose, [now.item_pose(item) for item in needed])
     return all(cost >= UNREACHED for cost in costs)

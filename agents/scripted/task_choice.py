@@ -28,6 +28,7 @@ from movingout.maps.flood_fill import UNREACHED
 from movingout.world.ping import HelpPing
 
 INFEASIBLE_FOR = 40  # ticks after which an infeasible item is tried again
+SMALL_FIRST_FOR = 150  # ticks for which small items come before heavy ones after one got stuck in both hands
 LEFT_FOR = 10  # ticks after which an item that was let go for a better one is tried again
 HANDED_OVER_FOR = 80  # ticks for which an item is left to the partner
 LEFT = 400  # quarter ticks added to the partner's path to an item that it has just put down
@@ -68,6 +69,7 @@ class TaskSelector:
         self._rearrangement = Rearrangement()
         self._partner_motion_tick = -1  # not seen yet
         self._unanswered = 0  # consecutive heavy items at which the partner did not come
+        self._small_first_until = -1  # the tick
         self._partner_grasp = (-1, 0)  # the item that the partner holds, and since which tick
         self._partner_released: dict[int, int] = {}  # by item that the partner put down on the way: the tick
         self._own_motion_tick = 0  # the tick at which this robot last moved or held something
@@ -164,6 +166,8 @@ class TaskSelector:
             early = isinstance(task, Lift) and task.left_early
             self._infeasible[task.item] = now.tick + (LEFT_FOR if early else INFEASIBLE_FOR)
             self._failed_stances.pop(task.item, None)
+            if isinstance(task, Lift) and task.got_stuck:
+                self._small_first_until = now.tick + SMALL_FIRST_FOR
             self._unanswered += isinstance(task, Lift) and task.waited_in_vain
 
     def grasp_failed(self, task: Fetch | Lift) -> None:
@@ -182,9 +186,8 @@ class TaskSelector:
             return task
         if now.own_item >= 0:
             return self._task_while_holding(now, task)
-        if self._needs_help(now) and (
-            isinstance(task, Lift) or now.tick - self._partner_grasp[1] >= self.style.help_after
-        ):
+        helps = self._needs_help(now) and not self._has_small_first(now)
+        if helps and (isinstance(task, Lift) or now.tick - self._partner_grasp[1] >= self.style.help_after):
             return (
                 task if isinstance(task, Lift) and task.item == now.partner_item else self._lift(now, now.partner_item)
             )
@@ -213,6 +216,11 @@ class TaskSelector:
     def _needs_help(self, now: Perception) -> bool:
         """Whether the partner holds an item that it cannot deliver alone."""
         return now.partner_item >= 0 and now.is_heavy(now.partner_item) and self._is_feasible(now, now.partner_item)
+
+    def _has_small_first(self, now: Perception) -> bool:
+        """Whether a small item is to be fetched before a heavy one, because of late one got stuck."""
+        smalls = (item for item in now.waiting if not now.is_heavy(item))
+        return now.tick < self._small_first_until and any(self._is_feasible(now, item) for item in smalls)
 
     def _partner_starts_another(self, now: Perception, task: Lift) -> bool:
         """Whether the partner of a follower is about to lift another heavy item than the follower's."""
@@ -260,7 +268,8 @@ class TaskSelector:
             heavies = [meant]
         elif meant in smalls and len(smalls) > 1:
             smalls.remove(meant)
-        if heavies and now.partner_item < 0 and helpful and (self.style.heavy_first or not smalls):
+        heavy_first = self.style.heavy_first and now.tick >= self._small_first_until
+        if heavies and now.partner_item < 0 and helpful and (heavy_first or not smalls):
             return self._lift(
                 now, min(heavies, key=lambda item: (self._joint_cost(cost[item], their_cost[item]), item))
             )

@@ -15,19 +15,38 @@ from movingout.agents.scripted.navigation.motion_choice import REST, DriveComman
 from movingout.agents.scripted.partner_intent import PartnerIntent
 from movingout.agents.scripted.perception import Perception
 from movingout.world.constants import DRIVE_SPEED
+from movingout.world.state import Floats
 
 HINDERED_AFTER = 5  # ticks in which the robot hardly moves as it drives
 LISTENS_FOR = 3  # ticks at rest
 LEADS_AGAIN_FOR = 15  # ticks for which it does not stop again when it felt no pull
 FOLLOWS_AT_LEAST = 10  # ticks
 FUTILE_AFTER = 35  # ticks without motion after which both ends had better be taken differently
+STUCK_AFTER = 60  # ticks of going to and fro in one place after which something else had better be done
 _MOVES = 0.06  # units, with 0.2 for each rad
+_GETS_ON = 0.3  # the same
 REFUSES = 2  # times that it leads on against a pull to nowhere before it follows that, too
 _HARDLY = 0.2  # of the own speed: less along the own heading is hindered
 _OPPOSES = 0.3  # of full speed: a pull so strong against the own heading
 _PULLS = 0.2  # u/s: less is no pull
 _STANDS = 0.05  # u/s
 _STANDS_FOR = 8  # ticks
+
+
+class _Rest:
+    """For how long an item has not gone farther than `within` from where it was."""
+
+    def __init__(self, within: float) -> None:
+        self.ticks = 0
+        self._within = within
+        self._place = np.array([9.0, 9.0, 0.0])
+
+    def note(self, pose: Floats, is_home: bool) -> None:
+        """Take note of the pose (3,) in one tick; at home it need not go anywhere."""
+        x, y, turn = (pose - self._place).tolist()
+        if is_home or math.hypot(x, y) + 0.2 * abs(turn) > self._within:
+            self._place, self.ticks = pose.copy(), 0
+        self.ticks += 1
 
 
 class JointCarry:
@@ -44,8 +63,8 @@ class JointCarry:
         self._followed = 0
         self._refused = 0
         self._last: DriveCommand = REST
-        self._place = (9.0, 9.0, 0.0)
-        self._rests = 0  # ticks for which the item has not moved
+        self._rests = _Rest(_MOVES)
+        self._stuck = _Rest(_GETS_ON)
 
     def command(self, now: Perception, intent: PartnerIntent, planned: DriveCommand) -> DriveCommand:
         """The command of this tick, given what the plan wants."""
@@ -71,14 +90,17 @@ class JointCarry:
     @property
     def is_futile(self) -> bool:
         """Whether the item has not got anywhere for long, however it was led."""
-        return self._rests > FUTILE_AFTER
+        return self._rests.ticks > FUTILE_AFTER
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether the item has moved, but not got on for long: to take it differently has not helped, or would not."""
+        return self._stuck.ticks > STUCK_AFTER
 
     def _note_motion(self, now: Perception) -> None:
-        x, y, angle = now.item_pose(now.own_item).tolist()
-        moved = math.hypot(x - self._place[0], y - self._place[1]) + 0.2 * abs(angle - self._place[2])
-        if moved > _MOVES or now.delivered[now.own_item]:
-            self._place, self._rests = (x, y, angle), 0
-        self._rests += 1
+        is_home = bool(now.delivered[now.own_item])
+        for rest in (self._rests, self._stuck):
+            rest.note(now.item_pose(now.own_item), is_home)
 
     def _check_leading(self, now: Perception, intent: PartnerIntent) -> None:
         """Give in to a partner that pulls the other way, or stop to feel where it pulls when nothing moves."""

@@ -51,6 +51,7 @@ class Lift:
         self.infeasible = False
         self.waited_in_vain = False
         self.left_early = False  # for something that mattered more
+        self.got_stuck = False  # both held it, and it did not get on
         self.given_up: float | None = None  # the heading with which it could not be delivered
         self._failed_stances = failed_stances
         self._patience = patience
@@ -160,6 +161,9 @@ class Lift:
         self._plan.advance(_HURRY * slices)
         if now.delivered[self.item] and self._joint.gave_in:
             return DriveCommand(0.0, 0.0, grasp=True)  # it lies well enough, and another pull may spoil it
+        if self._joint.is_stuck and now.waiting:
+            self.infeasible = self.got_stuck = True
+            return DriveCommand(0.0, 0.0, grasp=True)
         if self._joint.is_futile:
             self.given_up = float(now.pose[2])
             return DriveCommand(0.0, 0.0, grasp=True)

@@ -20,9 +20,9 @@ from movingout.agents.scripted.navigation.motion_choice import no_collision_cost
 from movingout.agents.scripted.partner_intent import PartnerIntent
 from movingout.agents.scripted.perception import Perception
 from movingout.agents.scripted.style import Style
-from movingout.agents.scripted.task_choice import TaskSelector
+from movingout.agents.scripted.task_choice import INFEASIBLE_FOR, TaskSelector
 from movingout.agents.scripted.tasks.fetch import Fetch
-from movingout.agents.scripted.tasks.joint_carry import FUTILE_AFTER
+from movingout.agents.scripted.tasks.joint_carry import FUTILE_AFTER, STUCK_AFTER
 from movingout.agents.scripted.tasks.lift import WAITS_UNSEEN, YIELDS_AFTER, Lift
 from movingout.maps import load_map
 from movingout.world import World
@@ -120,6 +120,38 @@ def test_both_ends_are_taken_differently_when_the_item_has_not_moved_for_long() 
     selector.ended(now, lift)
     again = selector._lift(now, 0)
     assert again._failed_stances  # it will stand elsewhere
+
+
+@pytest.mark.parametrize(("reach", "is_left"), [(0.1, True), (0.4, False)])
+def test_a_heavy_item_that_only_goes_to_and_fro_is_left_for_small_ones(reach: float, is_left: bool) -> None:
+    the_map = load_map("CornerDecision")
+    intent, selector, lift = PartnerIntent(the_map, RED), TaskSelector(the_map, Style()), None
+    start = _scene("CornerDecision", held=np.array([1, 1]))
+    pressed = -1
+    for tick in range(STUCK_AFTER + 5):
+        moved = np.zeros_like(start.item_poses)
+        moved[1, 0] = reach * math.sin(tick * 0.4)
+        robots = start.item_poses[[1, 1]] + moved[[1, 1]] + np.array([[0.3, 0.0, 1.57], [-0.3, 0.0, -1.57]])
+        now = _seen(
+            intent,
+            "CornerDecision",
+            replace(start, tick=tick, item_poses=start.item_poses + moved, robot_poses=robots),
+        )
+        lift = lift or Lift(now, 1, 60, frozenset())
+        command = lift.step(now, no_collision_cost, 1)
+        assert command is not None
+        intent.commanded(command)
+        if command.grasp:
+            pressed = tick
+            break
+    assert lift is not None and lift.got_stuck is is_left and (pressed >= STUCK_AFTER) is is_left
+    if not is_left:
+        return
+    selector.ended(now, lift)
+    for free in (replace(now.state, held=np.array([1, -1])), replace(now.state, held=np.array([-1, -1]))):
+        seen = _seen(intent, "CornerDecision", replace(free, tick=now.tick + INFEASIBLE_FOR + 1))
+        task = selector.next_task(seen, None)
+        assert isinstance(task, Fetch) and not seen.is_heavy(task.item)  # though the partner holds the heavy one
 
 
 @pytest.mark.parametrize("stance", [0, 8, 16, 24])
@@ -266,6 +298,23 @@ def test_who_is_walled_in_by_a_small_delivered_item_moves_it_again() -> None:
         world.step(np.array([away, world_action(agent.act(observe(the_map, world.state(), RED))[0])]))
         farthest = max(farthest, float(world.state().robot_poses[RED, 1]))
     assert farthest > items[2, 1] + 0.2
+
+
+def test_who_is_walled_in_moves_a_small_item_though_the_partner_holds_a_heavy_one() -> None:
+    """Once it stood there for half the round, while the partner waited for its help."""
+    the_map = load_map("AdaptiveAssist")
+    robots = np.array([[-0.599, 0.28, 4.797], [-0.279, -0.791, -4.496]])  # the wall between them is open at the goal
+    small, heavy = [[0.38, -0.133, -2.461], [0.052, -0.284, 4.946], [-0.199, 0.24, 5.863]], [0.056, 0.241, 0.922]
+    items = np.array([small[0], [-0.498, -0.838, 0.44], heavy, small[1], [0.45, -0.95, 0.667], small[2]])
+    state = _scene("AdaptiveAssist", robot_poses=robots, item_poses=items, held=np.array([-1, 1]))
+    world, agent = World.from_state(the_map, state), ScriptedAgent()
+    agent.reset(EpisodeInfo(the_map, BLUE, 0, 500))
+    for _ in range(220):
+        waits = 0.0, float(world.state().robot_poses[RED, 2]), 0.0
+        world.step(np.array([world_action(agent.act(observe(the_map, world.state(), BLUE))[0]), waits]))
+        if world.state().held[BLUE] == 1:
+            break
+    assert world.state().held.tolist() == [1, 1]
 
 
 # ---- the whole -----------------------------------------------------------------------------------------------------
