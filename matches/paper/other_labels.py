@@ -69,7 +69,7 @@ _SENTENCES = (
     PaperEntry(
         label="text:training_time", kind="sentence",
         otherwise="needs the paper's GPU; `paper tables LABEL --budget full --dry-run` says how long; "
-        "docs/reproduction.md has times of U-Nets on an NVIDIA H200",
+        "docs/reproduction-findings.md has times of U-Nets on an NVIDIA H200",
     ),
     PaperEntry(
         label="text:sparse_reward", kind="sentence",

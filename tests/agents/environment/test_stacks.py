@@ -1,6 +1,7 @@
 """What researchers train with takes the environments: each stack in an environment of its own, from its constraints."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -38,17 +39,29 @@ print("grasp", agent.act(observe(the_map, start_state(the_map), 0))[0, 3])
 """
 
 
-def installed(folder: Path, stack: str, *packages: str) -> Path:
-    """The Python of a new environment with this project and the packages of a stack."""
-    _run([sys.executable, "-m", "venv", str(folder / "venv")])
+@pytest.fixture(scope="module")
+def with_torch(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An environment with torch alone, which takes longest to install and is the same for every stack."""
+    folder = tmp_path_factory.mktemp("torch") / "venv"
+    _run([sys.executable, "-m", "venv", str(folder)])
+    python = str(folder / "bin" / "python")
+    _run([python, "-m", "pip", "install", "--quiet", TORCH])
+    _run([python, "-c", "import torch"])  # compiles what each stack needs of it
+    return folder
+
+
+def installed(with_torch: Path, folder: Path, stack: str, *packages: str) -> Path:
+    """The Python of a copy of that environment, with this project and the packages of a stack."""
+    # A link to each file will do: pip replaces files, it does not write into them.
+    shutil.copytree(with_torch, folder / "venv", symlinks=True, copy_function=os.link)
     python = folder / "venv" / "bin" / "python"
     constraints = str(ROOT / "constraints" / f"{stack}.txt")
     _run([str(python), "-m", "pip", "install", "--quiet", "-c", constraints, f"{ROOT}[env]", TORCH, *packages])
     return python
 
 
-def test_stable_baselines_trains_one_seat_and_through_supersuit_both(tmp_path: Path) -> None:
-    python = installed(tmp_path, "sb3", "stable-baselines3", "supersuit")
+def test_stable_baselines_trains_one_seat_and_through_supersuit_both(with_torch: Path, tmp_path: Path) -> None:
+    python = installed(with_torch, tmp_path, "sb3", "stable-baselines3", "supersuit")
     model = tmp_path / "ppo.zip"
     said = _run([str(python), "-P", str(ROOT / "examples" / "train_sb3.py"), "512", str(model)])
     assert "one seat:  512 steps" in said
@@ -61,8 +74,8 @@ def test_stable_baselines_trains_one_seat_and_through_supersuit_both(tmp_path: P
     assert "grasp 1.0" in _run([str(python), "-P", "-c", RESCALED, str(tmp_path / "rescaled.zip")])
 
 
-def test_torchrl_rolls_out_past_the_end_of_an_episode(tmp_path: Path) -> None:
-    python = installed(tmp_path, "torchrl", "torchrl")
+def test_torchrl_rolls_out_past_the_end_of_an_episode(with_torch: Path, tmp_path: Path) -> None:
+    python = installed(with_torch, tmp_path, "torchrl", "torchrl")
     said = _run([str(python), "-P", str(ROOT / "examples" / "rollout_torchrl.py")])
     assert "both seats: 40 steps, 2 episodes ended" in said
     assert "one seat: 40 steps, 2 episodes ended" in said
@@ -89,15 +102,15 @@ def test_lerobot_trains_from_an_export_and_what_it_trained_takes_a_seat(tmp_path
         assert "lerobot:path=" in _run([*movingout, *seat])
 
 
-def test_benchmarl_trains_both_seats_for_some_iterations(tmp_path: Path) -> None:
-    python = installed(tmp_path, "benchmarl", "benchmarl")
+def test_benchmarl_trains_both_seats_for_some_iterations(with_torch: Path, tmp_path: Path) -> None:
+    python = installed(with_torch, tmp_path, "benchmarl", "benchmarl")
     said = _run([str(python), "-P", str(ROOT / "examples" / "train_benchmarl.py"), "2000"])
     assert "iteration 2: reward per tick" in said
     assert "2000 steps of MAPPO" in said
 
 
-def test_rllib_builds_an_algorithm_and_trains_it(tmp_path: Path) -> None:
-    python = installed(tmp_path, "rllib", "ray[rllib]")
+def test_rllib_builds_an_algorithm_and_trains_it(with_torch: Path, tmp_path: Path) -> None:
+    python = installed(with_torch, tmp_path, "rllib", "ray[rllib]")
     said = _run([str(python), "-P", str(ROOT / "examples" / "train_rllib.py"), "1"])
     assert "iteration 1: return" in said
 
