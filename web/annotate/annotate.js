@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * The annotator's page: one failure case after the other is watched and confirmed or rejected. Who judges does not see
- * names of agents, nor what others said.
+ * The annotator's page: one failure case after the other is watched and confirmed or rejected. Annotators see neither
+ * the names of agents nor what others said.
  */
 
 import { openWithToken } from "../components/admin_token.js";
@@ -131,7 +131,7 @@ class AnnotatePage {
     }
   }
 
-  /** Plays the excerpt around the finding; who wants less motion starts it. */
+  /** Plays the excerpt around the finding; those who want less motion start it themselves. */
   watch() {
     const finding = this.#current;
     if (finding === null || this.#replay === null) return;
@@ -278,7 +278,7 @@ class AnnotatePage {
     this.#press();
   }
 
-  /** The buttons say what was answered. */
+  /** Shows the answer on the buttons. */
   #press() {
     const said = this.#current ? this.said[this.#current.id] : undefined;
     for (const verdict of VERDICTS) {

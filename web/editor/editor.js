@@ -38,7 +38,7 @@ let trial = null;
 /** @type {GameMap | null} */
 let checked = null; // the map that was last sent to be checked
 let which = ""; // tabs with the same one draw the same map
-let drawnHere = false; // unlike what was kept, and what another tab has drawn
+let drawnHere = false; // it differs from what was kept, and from what another tab has drawn
 /** @type {GameMap[]} */
 let starts = [];
 

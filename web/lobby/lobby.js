@@ -64,7 +64,7 @@ let practiceMap = null;
 let agents = [];
 let partner = "link";
 
-/** Maps and agents. A refusal is said when the answer is awaited, not before. */
+/** Maps and agents. A refusal is shown once the answer is awaited, not before. */
 function askLists() {
   const lists = Promise.all([requestJson("/api/maps"), requestJson("/api/agents")]);
   lists.catch(() => {});
@@ -88,7 +88,7 @@ async function load(lists) {
     const { pathname, hash } = location;
     if (hash === "#partner") offerPartner();
     if (pathname !== "/practice" && hash !== "#play") return;
-    history.replaceState(null, "", "/"); // who comes back does not start another game
+    history.replaceState(null, "", "/"); // coming back does not start another game
     await (pathname === "/practice" ? learn() : playNow());
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
@@ -138,7 +138,7 @@ function mapAt(card) {
   return [...maps, ...own.maps].find(({ name }) => name === card);
 }
 
-/** The map that the address asks for; where there is none of that name, it is said, and the others are offered. */
+/** The map that the address asks for; if there is none of that name, the page says so and offers the others. */
 async function findExtra() {
   const before = choice().map;
   try {

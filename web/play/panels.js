@@ -28,7 +28,7 @@ import { heldText, isOver, pauseLimitText, reasonText, waitingForText } from "./
  * @property {string} hint  what else a pause is to say
  */
 
-const ACTION = ".button-primary, [data-safe]"; // what goes on from here, or changes nothing
+const ACTION = ".button-primary, [data-safe]"; // the button that goes on, or one that changes nothing
 
 export class Panels {
   #ready = byId("ready", HTMLElement);
@@ -36,7 +36,7 @@ export class Panels {
   #readyKey = "";
   #overlayKey = "page"; // what the page itself says until its program has begun
   #stopping = false;
-  #owesFocus = false; // what goes on from here was not drawn yet when it was to get the keyboard
+  #owesFocus = false; // the button that goes on was not drawn yet when it was to get the focus
   #limit = el("p", { class: "muted" }); // of a pause: its seconds go on without the panel being built anew
 
   /** @param {Actions} actions */

@@ -347,7 +347,7 @@ class Play {
     location.assign("/");
   }
 
-  /** Ends the tutorial, which the recording says, and leaves. */
+  /** Ends the tutorial, which is noted in the recording, and leaves. */
   #skip() {
     const [seat] = this.#game.own;
     if (seat !== undefined && ["playing", "paused"].includes(this.#game.phase))

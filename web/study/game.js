@@ -7,7 +7,7 @@
 import { problemBox, showProblem } from "../components/action.js";
 import { byId, el } from "../core/dom.js";
 import { say, sayError } from "../text/catalogue.js";
-import { loadPeople } from "./people.js";
+import { loadPeople } from "./kept_people.js";
 import { Place } from "./service.js";
 import { askToStop } from "./stop.js";
 

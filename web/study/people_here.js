@@ -3,8 +3,9 @@
  * The people at this screen while the page is open, one or two: their places in the study, and the newest view of each.
  */
 
-import { savePeople, stillHere, whoseTurn } from "./people.js";
+import { savePeople } from "./kept_people.js";
 import { Place } from "./service.js";
+import { stillHere, whoseTurn } from "./turns.js";
 
 /** @typedef {import("./service.js").View} View */
 

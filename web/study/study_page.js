@@ -13,12 +13,13 @@ import { recruitmentParameters } from "./arrivals/recruitment_link.js";
 import { StudyFrame } from "./frame.js";
 import { markStudyRound } from "../text/study_mark.js";
 import { dropUnsentOf } from "./kept_answers.js";
-import { areUndecided, cameByLink, keepLink, loadLink, loadPeople, seatsToTake } from "./people.js";
+import { cameByLink, keepLink, loadLink, loadPeople } from "./kept_people.js";
 import { PeopleHere } from "./people_here.js";
 import { Persistence } from "./persistence.js";
 import { roundName } from "./round.js";
 import { SCREENS } from "./screens.js";
 import { askToStop } from "./stop.js";
+import { areUndecided, seatsToTake } from "./turns.js";
 import { DEFAULT_LANGUAGE, hasWords, keepLanguage } from "../text/language.js";
 import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
 

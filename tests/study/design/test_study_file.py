@@ -1,6 +1,7 @@
 """Study files: what is read, and that every fault is found with its line."""
 
 from pathlib import Path
+from typing import Literal
 from unicodedata import normalize
 
 import pytest
@@ -12,6 +13,8 @@ from movingout.study.design.review import earned
 from movingout.study.design.study_file import complete_text, parse_study, read_study
 from movingout.study.errors import StudyError, StudyFileError
 from tests.study.design.small_study import SMALL, faults
+
+Spelling = Literal["NFC", "NFD"]
 
 
 def test_a_small_study_is_read_with_its_defaults() -> None:
@@ -170,7 +173,9 @@ def test_a_mark_of_notepad_before_a_text_is_no_part_of_it(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(("stored", "written"), [("NFD", "NFC"), ("NFC", "NFD")])
-def test_a_text_is_found_in_the_other_spelling_of_its_letters(stored: str, written: str, tmp_path: Path) -> None:
+def test_a_text_is_found_in_the_other_spelling_of_its_letters(
+    stored: Spelling, written: Spelling, tmp_path: Path
+) -> None:
     """macOS writes ö as two characters: a folder that was copied from there had no größe.md."""
     (tmp_path / normalize(stored, "größe.md")).write_text("We record how you play.", encoding="utf-8")
     file = tmp_path / "study.yaml"

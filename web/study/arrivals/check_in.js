@@ -8,8 +8,9 @@ import { currentLanguage, sayError } from "../../text/catalogue.js";
 import { browserLanguages, pickLanguage } from "../../text/language.js";
 import { keepUnsentOf } from "../kept_answers.js";
 import { forgetSecond, forgetSettings } from "../own_settings.js";
-import { keepByLink, keepLink, loadPeople, stillHere } from "../people.js";
+import { keepByLink, keepLink, loadPeople } from "../kept_people.js";
 import { Place, arrive, titleOf } from "../service.js";
+import { stillHere } from "../turns.js";
 import { arrivalScreen } from "./arrival_screen.js";
 
 /** @typedef {import("../service.js").View} View */

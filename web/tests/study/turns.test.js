@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { seatsToTake, stillHere, whoseTurn } from "../../study/people.js";
+import { seatsToTake, stillHere, whoseTurn } from "../../study/turns.js";
 
 /**
  * @param {string} kind
