@@ -145,16 +145,16 @@ def _check(rows: list[GroupedRecording], challenge: int, space: Workspace) -> No
             whose = f"group {group} of Challenge 1" if challenge == 1 else "Challenge 2"
             raise MatchError(
                 f"{whose} has no episode on {', '.join(lacking)}; every group needs each of the twelve maps: "
-                f"{map_remedy(challenge, space)}"
+                f"{map_remedy(challenge, space, {row.map for row in rows}.issuperset(lacking))}"
             )
 
 
-def map_remedy(challenge: int, space: Workspace) -> str:
-    """What may help where a group lacks a map."""
+def map_remedy(challenge: int, space: Workspace, others_played: bool = True) -> str:
+    """What may help where a group lacks maps; `others_played`: whether the other group has all of these."""
     ways = ["record them"]
     if space.min_tcr:
         ways.append(f"keep poorer episodes with a --min-tcr below {space.min_tcr:g}")
-    if challenge == 1:
+    if challenge == 1 and others_played:
         other = "another --seed" if space.grouping == "random" else "other --styles"
         ways.append(f"divide the participants otherwise with {other}")
     return ", or ".join(ways)

@@ -8,5 +8,6 @@ _SPECIAL = {
 
 
 def tex(text: str) -> str:
-    """With LaTeX's own characters escaped, and arrows and signs as it writes them."""
-    return "".join(_SPECIAL.get(letter, letter) for letter in text)
+    """With LaTeX's own characters escaped, and arrows and signs as it writes them; `--data` keeps its two hyphens."""
+    parts = ("".join(_SPECIAL.get(letter, letter) for letter in part) for part in text.split("--"))
+    return "-{}-".join(parts)

@@ -150,6 +150,10 @@ def test_what_may_help_where_a_group_lacks_a_map_fits_what_was_asked_for(here: P
     assert refused(min_tcr=0.5).startswith("record them, or keep poorer episodes with a --min-tcr below 0.5, or divide")
     assert refused(grouping="style") == "record them, or divide the participants otherwise with other --styles"
     assert refused(challenge=2) == "record them"
+    for number, pair in enumerate([("a", "b"), ("c", "d")]):
+        recorded(here / "theirs", f"{number}", ticks=20, people=pair)
+    with pytest.raises(MatchError, match=r"each of the twelve maps: record them$"):  # which nobody played
+        list_episodes(1, Workspace(budget=SMOKE, given=(here / "theirs",)))
 
 
 def test_groups_by_style_are_all_of_one_against_all_of_another(here: Path) -> None:

@@ -9,6 +9,7 @@ from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.presentation.drawing import Drawing, save_drawing
 from movingout.matches.paper.presentation.figure_note import figure_notes
 from movingout.matches.paper.presentation.given_note import SCRIPTED
+from movingout.matches.paper.presentation.latex_text import tex
 from movingout.matches.paper.presentation.layout import laid_out
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.workspace import Workspace
@@ -60,3 +61,7 @@ def test_all_files_of_a_figure_have_its_notes(tmp_path: Path, monkeypatch: pytes
     assert r"\caption{A title. From 90 \% of the\_data. And more.}" in Path("figures/fig_one.tex").read_text()
     for ending in ("md", "html"):
         assert "From 90 % of the_data. And more." in Path(f"figures/fig_one.{ending}").read_text()
+
+
+def test_options_in_a_caption_keep_their_hyphens() -> None:
+    assert tex("--rigid no, 1 – 2, 90 %") == r"-{}-rigid no, 1 -- 2, 90 \%", "LaTeX makes a dash of two hyphens"
