@@ -3,6 +3,7 @@
 `maps.document_check` also looks at documents that cannot be read.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import combinations
@@ -16,13 +17,16 @@ from movingout.maps.solid import Solid, beyond_arena, item_solid, robot_solid, w
 from movingout.maps.spec import ROBOT_RADIUS, SEAT_COLOURS, WALL_MARGIN, ItemSpec, MapSpec
 
 _GRAZE = 0.0025  # items are taken this much smaller: two corners of the official HandOff graze, harmlessly
+# What a terminal obeys, and what turns the letters after it around, in the title of a browser's tab, too. Marks that
+# texts and emoji are written with, such as joiners, are none of these.
+_CONTROLS = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 _STANDS = (0.1, 0.16)  # a robot grabs with its centre 0.12 to 0.135 from the surface; widened by half a grid step
 _BESIDE = 0.19  # from a goal to a robot's centre, which does not get nearer to a corner of two walls, on the grid
 
 
 FaultCode = Literal[
     "unreadable", "outside", "in_wall", "overlap", "large_unreachable", "unreachable", "no_way", "too_big",
-    "goals_full", "tiny_goal",
+    "goals_full", "tiny_goal", "control_characters",
 ]  # fmt: skip
 HintCode = Literal[
     "name_taken", "name_understood", "paper_number", "degrees", "delivered", "sticks_out", "thin_wall",
@@ -61,7 +65,15 @@ def check_map(spec: MapSpec) -> tuple[MapFault, ...]:
     faults = [*_misplaced([*robots, *items], walls)]
     if not faults:  # where nothing stands freely, ways and reach mean nothing
         faults += _unreachable(spec)
-    return (*faults, *_goals_without_a_cell(spec), *_too_small_goals(spec))
+    return (*_unprintable(spec), *faults, *_goals_without_a_cell(spec), *_too_small_goals(spec))
+
+
+def _unprintable(spec: MapSpec) -> Iterator[MapFault]:
+    """Others read these texts, whoever has drawn the map. Not refused in recordings, whose maps are as they were."""
+    for path, text in (("title", spec.title), ("description", spec.description)):
+        if _CONTROLS.search(text):
+            message = "control characters, which are not seen and change what is, stand in this text; write it anew"
+            yield MapFault(path, message, "control_characters")
 
 
 def _grazing(item: ItemSpec) -> ItemSpec:

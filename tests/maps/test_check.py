@@ -33,6 +33,20 @@ def test_shipped_maps_have_no_faults(name: str) -> None:
     assert faults_of(load_map(name)) == []
 
 
+@pytest.mark.parametrize("text", ["\x1b[2J", "a\x00b", "\u202etxt.exe", "\u2066a", "\x9b31m"])
+def test_texts_that_a_terminal_or_a_page_would_obey_are_named(text: str) -> None:
+    found = check_map(replace(OPEN, title=text))
+    assert [(fault.path, fault.code) for fault in found] == [("title", "control_characters")]
+    assert [fault.path for fault in check_map(replace(OPEN, description=text))] == ["description"]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "Two lines\nand a\ttab", "\u5730\u56f3 A \u2192 B", "\U0001f469\u200d\U0001f680", "\u05d1\u200f"]
+)
+def test_texts_may_have_lines_pictures_and_joiners(text: str) -> None:
+    assert check_map(replace(OPEN, title=text, description=text)) == ()
+
+
 def test_official_map_files_have_no_faults() -> None:
     for path in sorted(reference("maps").glob("*.json")):
         assert faults_of(load_map(path)) == [], path.name
