@@ -18,6 +18,7 @@ from movingout.study.errors import StudyError
 from movingout.study.store.database import NUL
 
 MAX_DEVICE_LENGTH = 16  # letters
+LONGEST_MS = 30 * 86_400_000.0  # on a page; whoever sends more makes numbers of no use to an average
 CONTROLS = ("up", "left", "down", "right", "grab", "backward")  # of the input check
 PRACTICE_OVER = Notice("practice_over", "The practice is over.")
 
@@ -223,8 +224,8 @@ class ParticipantActions:
             item=request.item,
             value=request.value,
             text=request.text.replace(NUL, ""),
-            elapsed_ms=max(0.0, request.elapsed_ms),
-            hidden_ms=max(0.0, request.hidden_ms),
+            elapsed_ms=_bounded(request.elapsed_ms),
+            hidden_ms=_bounded(request.hidden_ms),
         )
 
     async def set_language(self, session: ParticipantSession, language: str) -> None:
@@ -245,3 +246,8 @@ class ParticipantActions:
         async with self._running.transaction() as tx:
             refused = session.refused and session.record.step == LAST_SOLO_STEP
             await self._running.departures.dismiss(tx, session, "screened-out" if refused else "withdrew", keep)
+
+
+def _bounded(milliseconds: float) -> float:
+    """A time that a browser measured, between nothing and the longest that is believed."""
+    return min(max(0.0, milliseconds), LONGEST_MS)

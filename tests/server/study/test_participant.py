@@ -9,6 +9,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from movingout.recordings.storage.index import list_recordings
+from movingout.server.study.participant_actions import LONGEST_MS
 from movingout.study.store.tables import answers, audit, consents, counts, identities, participants, rounds
 from tests.server.live import Person
 from tests.server.study.support import Served, Visitor, served
@@ -168,6 +169,14 @@ def test_a_click_is_kept_at_once_and_shown_again(solo: Served) -> None:
     assert [(row["value"], row["elapsed_ms"], row["hidden_ms"]) for row in kept] == [
         (n, 900.0, 10.0) for n in (2, 0, 3)
     ]
+
+
+def test_no_time_of_a_click_is_longer_than_anybody_can_have_looked(solo: Served) -> None:
+    visitor = solo.visitor().go_to("form")
+    body = {"key": visitor.step["key"], "item": "age", "value": 2, "elapsed_ms": 1e308, "hidden_ms": -5.0}
+    assert visitor.call("answer", body) == (200, {"saved": True})
+    (kept,) = [row for row in solo.running.databases.store.rows(answers) if row["pid"] == visitor.pid]
+    assert (kept["elapsed_ms"], kept["hidden_ms"]) == (LONGEST_MS, 0.0)
 
 
 def test_a_page_that_is_reloaded_in_a_round_comes_back_to_the_same_seat(solo: Served) -> None:
