@@ -13,11 +13,10 @@ play: .venv/serve ## serve the game and print its links
 
 venv: .venv/dev ## prepare the environment with everything for development
 
-# Three at a time keep two cores busy: tests of servers wait more than they compute.
 test: .venv/dev .venv/browser .venv/node ## every test but the long ones (minutes)
-	$(BIN)/pytest -n 3 --max-worker-restart 0 --dist loadfile -m "not slow" --durations=25 $(ARGS)
+	$(BIN)/pytest -n 2 --max-worker-restart 0 --dist loadfile -m "not slow" --durations=25 $(ARGS)
 
-test-slow: .venv/dev .venv/browser .venv/node ## the long tests: fuzzing, endurance, load
+test-slow: .venv/dev .venv/browser .venv/node ## the long tests: pages, studies in real time, trainings, clusters, fuzzing, load
 	$(BIN)/pytest -n 2 --max-worker-restart 0 --dist loadfile -m "slow and not large_download" --durations=25 $(ARGS)
 
 test-large-downloads: .venv/dev ## the tests of LeRobot in an environment of its own (8 GB)

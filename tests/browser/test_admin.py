@@ -13,6 +13,8 @@ from tests.browser.pages import admin_token, complaining_page, overflow, violati
 from tests.browser.support import PHONE, Server, start
 from tests.recordings.support import record
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 
 
@@ -21,7 +23,6 @@ def unlocked(server: Server) -> str:
     return f"sessionStorage.setItem('movingout.admin', '{admin_token(server)}')"
 
 
-@pytest.mark.slow
 def test_the_token_is_asked_for_once_and_a_wrong_one_is_refused_with_a_sentence(
     browser: Browser, server: Server
 ) -> None:
@@ -68,7 +69,6 @@ def test_a_page_says_that_it_loads_until_the_server_has_answered(
     expect(loading).to_be_hidden()
 
 
-@pytest.mark.slow
 def test_a_new_room_appears_without_a_reload_and_closing_needs_a_yes(server: Server, open_page: OpenPage) -> None:
     page = open_page("/admin", script=unlocked(server))
     expect(page.locator("#facts")).to_be_visible()
@@ -137,7 +137,6 @@ def test_the_keyboard_keeps_its_place_while_the_figures_change(server: Server, o
     expect(close).to_be_focused()
 
 
-@pytest.mark.slow
 def test_a_lost_server_is_said_the_last_figures_stay_and_its_return_is_noticed(
     browser: Browser, server: Server
 ) -> None:

@@ -9,6 +9,8 @@ from playwright.sync_api import Page
 from tests.browser.pages import THEMES
 from tests.browser.support import Server, start, wait_for
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 
 LETTERS = """
@@ -117,7 +119,6 @@ def test_drawing_only_what_changed_gives_the_same_picture(server: Server, open_p
     assert worst == 0, "smooth edges may differ by a shade; what is missing or left over differs by more"
 
 
-@pytest.mark.slow
 def test_a_page_that_draws_slowly_goes_on_with_a_canvas_in_memory(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("AdaptiveAssist", red="idle")
     slow = "window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 40);"

@@ -11,10 +11,11 @@ from movingout.server.rooms.time_limits import PAUSES
 from tests.browser.pages import admin_token, violations
 from tests.browser.support import Server, complaints, start, wait_for
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 
 
-@pytest.mark.slow
 def test_a_player_who_drops_out_comes_back_to_the_same_seat_and_the_partner_is_told(
     server: Server, open_page: OpenPage, pictures: Path
 ) -> None:
@@ -99,7 +100,6 @@ def _turn(page: Page, *, hidden: bool) -> None:
     )
 
 
-@pytest.mark.slow
 def test_a_screen_reader_hears_that_the_partner_came_and_the_keyboard_is_where_it_was(
     server: Server, open_page: OpenPage
 ) -> None:
@@ -116,7 +116,6 @@ def test_a_screen_reader_hears_that_the_partner_came_and_the_keyboard_is_where_i
     wait_for(blue, "game.phase === 'playing'")
 
 
-@pytest.mark.slow
 def test_after_the_last_round_one_sees_whether_the_partner_plays_again_or_has_left(
     server: Server, open_page: OpenPage
 ) -> None:
@@ -136,7 +135,6 @@ def test_after_the_last_round_one_sees_whether_the_partner_plays_again_or_has_le
     expect(blue).to_have_url(f"{server.url}/")
 
 
-@pytest.mark.slow
 def test_after_the_last_round_a_phone_still_says_whose_the_partner_s_badge_is(
     server: Server, open_page: OpenPage
 ) -> None:
@@ -154,7 +152,6 @@ def test_after_the_last_round_a_phone_still_says_whose_the_partner_s_badge_is(
     assert not partner.locator(".seat-name").evaluate(in_sight), "there is room for one of the two"
 
 
-@pytest.mark.slow
 def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("HandOff", blue="link", red="scripted")
     page = open_page(room["join_path"])
@@ -169,7 +166,6 @@ def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server:
     assert again.evaluate("window.__movingout.seats") == [0]
 
 
-@pytest.mark.slow
 def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server, open_page: OpenPage) -> None:
     room = server.practice(red="link")
     blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
@@ -198,7 +194,6 @@ def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server,
     expect(blue.locator("#problem")).to_be_hidden()
 
 
-@pytest.mark.slow
 def test_while_the_seconds_of_a_pause_run_the_keyboard_stays_where_it_is(server: Server, open_page: OpenPage) -> None:
     room = server.practice(red="link")
     blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
@@ -252,7 +247,6 @@ def test_escape_leaves_the_words_that_the_game_is_over(server: Server, open_page
     expect(over).to_be_visible()
 
 
-@pytest.mark.slow
 def test_who_has_no_pauses_left_can_still_stop(server: Server, open_page: OpenPage, pictures: Path) -> None:
     """Stopping is behind the pause: without one nobody could end the game but by closing the page."""
     room = server.practice(red="link")
@@ -286,7 +280,6 @@ def test_who_leaves_before_the_game_is_back_at_the_start_page_and_the_seat_is_fr
     expect(blue.locator("#ready")).to_contain_text("Waiting for your partner")
 
 
-@pytest.mark.slow
 def test_a_spectator_sees_the_game_and_has_nothing_to_press(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     player = open_page(room["join_path"], room)

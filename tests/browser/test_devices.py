@@ -12,6 +12,8 @@ from playwright.sync_api import CDPSession, Page, expect
 from tests.browser.pages import overflow
 from tests.browser.support import PHONE, Server, robot, seat_tokens_script, start, wait_for
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 INPUT = b"\x03"  # the first byte of an input frame
 
@@ -33,7 +35,6 @@ def set_pad(page: Page, x: float = 0.0, y: float = 0.0, *down: int, plugged: boo
     )
 
 
-@pytest.mark.slow
 def test_a_gamepad_gets_ready_drives_and_lets_go_when_unplugged(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room, script=PAD_STUB)
@@ -82,7 +83,6 @@ def test_two_at_one_phone_are_told_that_fingers_drive_blue_alone(
     page.screenshot(path=pictures / f"phone-two-{language}.png")
 
 
-@pytest.mark.slow
 def test_touch_drives_with_one_thumb_and_grabs_with_the_other(
     server: Server, open_page: OpenPage, pictures: Path
 ) -> None:
@@ -124,7 +124,6 @@ def test_touch_drives_with_one_thumb_and_grabs_with_the_other(
     assert grab["y"] < PHONE["height"], "the grab button is on the first screen"
 
 
-@pytest.mark.slow
 def test_two_people_at_one_screen_have_their_own_keys(server: Server, open_page: OpenPage) -> None:
     room = server.practice(red="here")
     page = open_page(room["join_path"], room)
@@ -142,7 +141,6 @@ def test_two_people_at_one_screen_have_their_own_keys(server: Server, open_page:
     page.keyboard.up("ArrowLeft")
 
 
-@pytest.mark.slow
 def test_a_window_that_loses_the_focus_lets_go_of_the_keys(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)
@@ -200,7 +198,6 @@ def test_the_arrow_of_the_own_stick_is_there_before_the_server_answers(server: S
     page.keyboard.up("KeyW")
 
 
-@pytest.mark.slow
 def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)
@@ -224,7 +221,6 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
     wait_for(page, "game.phase === 'playing'")
 
 
-@pytest.mark.slow
 def test_a_key_that_is_tried_in_the_settings_counts_for_nothing_else(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)
@@ -237,7 +233,6 @@ def test_a_key_that_is_tried_in_the_settings_counts_for_nothing_else(server: Ser
     assert page.evaluate("window.__movingout.phase") == "lobby", "nobody has said that they are ready"
 
 
-@pytest.mark.slow
 def test_in_the_settings_the_keyboard_stays_where_something_was_changed(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)
@@ -257,7 +252,6 @@ def test_in_the_settings_the_keyboard_stays_where_something_was_changed(server: 
     expect(page.get_by_role("button", name="Reset to defaults")).to_be_focused()
 
 
-@pytest.mark.slow
 def test_while_the_settings_are_open_the_page_goes_on_to_say_what_has_arrived(
     server: Server, open_page: OpenPage
 ) -> None:
@@ -277,7 +271,6 @@ def test_while_the_settings_are_open_the_page_goes_on_to_say_what_has_arrived(
     wait_for(page, "game.phase === 'paused'")  # and nobody plays on behind the dialog
 
 
-@pytest.mark.slow
 def test_a_key_a_switch_or_a_voice_presses_the_buttons_for_fingers(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room, viewport=PHONE, has_touch=True, is_mobile=True)
@@ -290,7 +283,6 @@ def test_a_key_a_switch_or_a_voice_presses_the_buttons_for_fingers(server: Serve
     expect(page.locator("#touch-backward")).to_have_attribute("aria-pressed", "false")
 
 
-@pytest.mark.slow
 def test_a_key_that_is_in_use_is_exchanged_only_when_asked(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)
@@ -314,7 +306,6 @@ def test_a_key_that_is_in_use_is_exchanged_only_when_asked(server: Server, open_
     expect(page.get_by_role("button", name="up: Space")).to_be_visible()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("by", ["mouse", "keyboard"])
 def test_whoever_pauses_by_the_button_continues_with_the_key_that_is_named(
     server: Server, open_page: OpenPage, by: str

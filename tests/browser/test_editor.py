@@ -13,6 +13,8 @@ from movingout.maps import load_map, map_from_json, map_to_json
 from tests.browser.pages import overflow, violations
 from tests.browser.support import start, wait_for
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 TOOL_LINES = "[...new Set([...document.querySelectorAll('.editor-tools .button')].map((one) => one.offsetTop))]"
 SMALL_PHONE = {"width": 375, "height": 553}
@@ -54,7 +56,6 @@ def tool(page: Page, name: str) -> Locator:
     return page.get_by_role("toolbar").get_by_role("button", name=name, exact=True)
 
 
-@pytest.mark.slow
 def test_a_map_is_drawn_checked_solved_and_played(open_page: OpenPage, pictures: Path) -> None:
     page = ready(open_page("/editor", viewport={"width": 1280, "height": 800}))
     tool(page, "Wall").click()
@@ -91,7 +92,6 @@ def test_a_map_is_drawn_checked_solved_and_played(open_page: OpenPage, pictures:
     wait_for(page, "game.tick > 1")
 
 
-@pytest.mark.slow
 def test_undo_redo_delete_and_duplicate_and_a_reload_loses_nothing(open_page: OpenPage) -> None:
     page = ready(open_page("/editor"))
     tool(page, "Green area").click()
@@ -330,7 +330,6 @@ def test_all_tools_stand_in_one_line_in_german(open_page: OpenPage) -> None:
     assert len(page.evaluate(TOOL_LINES)) == 1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_is_german_where_the_reader_is(open_page: OpenPage, pictures: Path, scheme: str) -> None:
     page = open_page("/editor?lang=de", viewport={"width": 1280, "height": 800}, color_scheme=scheme)
@@ -351,7 +350,6 @@ def test_the_lobby_leads_to_the_editor_and_back(open_page: OpenPage) -> None:
     expect(page.locator("#play")).to_be_enabled()
 
 
-@pytest.mark.slow
 def test_two_tabs_go_on_with_what_was_drawn_in_the_other(open_page: OpenPage, pictures: Path) -> None:
     first = open_page("/editor", viewport=SMALL_PHONE, locale="de-DE")
     second = first.context.new_page()
@@ -373,7 +371,6 @@ def test_two_tabs_go_on_with_what_was_drawn_in_the_other(open_page: OpenPage, pi
     assert drawn(first)["title"] != "Zwei" and drawn(first)["goals"] != []
 
 
-@pytest.mark.slow
 def test_two_tabs_with_two_maps_keep_to_their_own_also_after_a_reload(open_page: OpenPage) -> None:
     first = open_page("/editor")
     second = first.context.new_page()

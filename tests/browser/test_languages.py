@@ -11,6 +11,8 @@ from playwright.sync_api import Page, expect
 from tests.browser.pages import violations
 from tests.browser.support import wait_for
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 WORDS = Path(__file__).parents[2] / "web" / "words"
 
@@ -67,7 +69,6 @@ def test_the_start_page_speaks_the_language_of_its_address(open_page: OpenPage) 
     assert english_on(page) == []
 
 
-@pytest.mark.slow
 def test_the_chosen_language_is_kept_and_goes_into_the_game(open_page: OpenPage) -> None:
     page = open_page("/")
     page.get_by_label("Language").select_option("de")

@@ -15,6 +15,8 @@ from tests.browser.study_fake import FakeStudy
 from tests.browser.support import Server, wait_for
 from tests.recordings.support import record
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 CUT = "all => all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent)"
 
@@ -81,7 +83,6 @@ def faults(page: Page) -> list[str]:
     return covered + [f"{too_wide} px too wide" for too_wide in [overflow(page)] if too_wide > 0]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("window", [PHONE, WINDOW], ids=["phone", "desktop"])
 def test_every_page_beside_the_game_can_be_read(server: Server, open_page: OpenPage, window: dict[str, Any]) -> None:
     episode = f"large-{window['viewport']['width']}"

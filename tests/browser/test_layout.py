@@ -14,6 +14,8 @@ from tests.browser.pages import overflow
 from tests.browser.support import Server, robot, start, wait_for
 from tests.browser.test_decision_trace import TRACE, weigh
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 Box = tuple[float, float, float, float]  # left, top, right, bottom in CSS pixels
 
@@ -127,7 +129,6 @@ def begin(page: Page, touch: bool) -> None:
     wait_for(page, "game.phase === 'playing'")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("window", WINDOWS, ids=str)
 def test_a_round_fits_the_window_and_nothing_moves_when_it_starts(
     server: Server, open_page: OpenPage, pictures: Path, window: Window
@@ -219,7 +220,6 @@ def test_three_lines_about_a_player_stand_above_the_stick(server: Server, open_p
     assert below <= box(page, "#stick")[1]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "window",
     [Window(900, 640, False, 600, "de-DE"), Window(375, 553, True, 350), Window(844, 390, True, 360)],
@@ -244,7 +244,6 @@ def test_whoever_watches_sees_the_whole_arena(
     page.screenshot(path=pictures / f"layout-{window}-watch.png")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("window", [Window(375, 553, True, 200, "de-DE"), Window(390, 664, False, 250)], ids=str)
 def test_on_a_phone_what_agents_consider_has_a_place_of_its_own(
     server: Server, open_page: OpenPage, window: Window

@@ -8,6 +8,8 @@ from playwright.sync_api import Page, Route, expect
 from tests.browser.study_fake import FakePerson, FakeStudy, consent
 from tests.browser.support import PHONE, Server, wait_for
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 
 # The names of those that were loaded, once each of them and no other was announced.

@@ -11,6 +11,8 @@ from tests.browser.pages import complaining_page, overflow, violations
 from tests.browser.support import Server
 from tests.browser.test_lobby import ready
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 
 
@@ -82,7 +84,6 @@ def test_another_language_keeps_the_map_of_the_address_and_the_number(open_page:
     expect(page.locator("#randomised")).to_be_checked()
 
 
-@pytest.mark.slow
 def test_another_language_keeps_the_chosen_one_of_two_drawings_of_a_name(open_page: OpenPage) -> None:
     """It went from the operator's map, which may be mended, to the drawing that was just played."""
     page = ready(open_page("/"))

@@ -9,6 +9,8 @@ from tests.browser.pages import complaining_page, violations
 from tests.browser.support import Server
 from tests.browser.test_lobby import ready
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 
 

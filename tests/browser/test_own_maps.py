@@ -11,6 +11,8 @@ from movingout.maps import load_map, map_to_json
 from tests.browser.pages import complaining_page, overflow, violations
 from tests.browser.support import Server, free_port, start, start_process
 
+pytestmark = pytest.mark.slow
+
 GARAGE = map_to_json(load_map("Simple")) | {"name": "Garage", "title": "Die <b>große</b> Garage", "number": 0}
 
 
@@ -28,7 +30,6 @@ def garage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     process.wait(timeout=20)
 
 
-@pytest.mark.slow
 def test_own_maps_stand_in_the_lobby_and_are_played(browser: Browser, garage: Server, pictures: Path) -> None:
     with complaining_page(browser, garage, "/") as page:
         group = page.locator(".map-group", has=page.get_by_role("heading", name="Yours"))
@@ -45,7 +46,6 @@ def test_own_maps_stand_in_the_lobby_and_are_played(browser: Browser, garage: Se
         assert page.evaluate("window.__movingout.entities().items.length") == len(GARAGE["items"])
 
 
-@pytest.mark.slow
 def test_they_fit_a_phone_in_german(browser: Browser, garage: Server, pictures: Path) -> None:
     phone = {"width": 375, "height": 553}
     with complaining_page(browser, garage, "/?lang=de", viewport=phone) as page:
@@ -62,7 +62,6 @@ def test_the_start_says_what_is_offered_and_what_is_left_out(garage: Server) -> 
     assert "Your maps    1 in the lobby" in said
 
 
-@pytest.mark.slow
 def test_a_drawn_map_of_a_listed_name_stays_itself(browser: Browser, garage: Server) -> None:
     """Play again and Another partner: the operator's map of that name has more items than the drawn one."""
     items = "window.__movingout.entities().items.length"

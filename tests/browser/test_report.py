@@ -12,6 +12,8 @@ from tests.browser.pages import THEMES, overflow, violations
 from tests.browser.support import DESKTOP, PHONE, complaints
 from tests.recordings.support import record
 
+pytestmark = pytest.mark.slow
+
 PAPER = {"width": 716, "height": 1010}  # A4 with its usual margins
 
 

@@ -13,6 +13,8 @@ from tests.browser.pages import complaining_page, overflow, sent_body, violation
 from tests.browser.support import PHONE, Server
 from tests.support import ROOT
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Page]
 UNLOCKED = "if (location.protocol !== 'about:') sessionStorage.setItem('movingout.admin', 'the-token')"
 LAST_ROUND = {"episode": "e1", "number": 3, "map": "HandOff", "title": "Hand Off", "valid": True}
@@ -121,7 +123,6 @@ def test_the_title_of_the_study_is_said_in_the_experimenters_language(open_page:
     expect(page).to_have_title(re.compile("Mit Partnern spielen"))
 
 
-@pytest.mark.slow
 def test_news_come_without_a_reload_and_the_keyboard_keeps_its_place(open_page: OpenPage) -> None:
     study = FakeDashboard()
     page = open_page("/healthz", script=UNLOCKED)
@@ -244,7 +245,6 @@ def test_everything_can_be_paused_and_alerts_are_put_away(open_page: OpenPage) -
     assert [action for action, _ in study.heard] == ["pause", "resume"]
 
 
-@pytest.mark.slow
 def test_why_not_everything_could_be_paused_stays_until_the_next_action(browser: Browser, server: Server) -> None:
     study = FakeDashboard()
     with complaining_page(browser, server, "/healthz") as page:

@@ -13,10 +13,11 @@ from tests.browser.pages import complaining_page, heading, overflow, violations
 from tests.browser.study_fake import FakePerson, FakeStudy
 from tests.browser.support import STORAGE_FORBIDDEN, Server
 
+pytestmark = pytest.mark.slow
+
 FREE = Questionnaire(id="free", title="In your words", items=(QuestionnaireItem("why", "text", "Why", "Why?"),))
 
 
-@pytest.mark.slow
 def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(browser: Browser, server: Server) -> None:
     study = FakeStudy(coming=[FakePerson([fake.consent()])], asks_code=False)
     study.refusals[""] = (503, "starting", "")
@@ -38,7 +39,6 @@ def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(bro
         assert page.url.endswith("/study")
 
 
-@pytest.mark.slow
 def test_who_came_by_a_link_and_is_asked_again_is_the_same_person_until_they_have_consented(
     browser: Browser, server: Server
 ) -> None:
@@ -77,7 +77,6 @@ def hold(page: Page, url: re.Pattern[str]) -> list[Route]:
     return held
 
 
-@pytest.mark.slow
 def test_where_the_first_declines_and_the_answer_comes_after_other_news_the_second_goes_on(open_page: OpenPage) -> None:
     page = open_page("/healthz")
     study = two_at_one_screen(page, fake.consent(), fake.input_check())
@@ -93,7 +92,6 @@ def test_where_the_first_declines_and_the_answer_comes_after_other_news_the_seco
     heading(page, "Try your controls")
 
 
-@pytest.mark.slow
 def test_a_language_that_arrives_when_the_first_has_left_is_that_of_the_second(open_page: OpenPage) -> None:
     page = open_page("/healthz")
     study = two_at_one_screen(page, fake.consent(), fake.input_check())
@@ -128,7 +126,6 @@ def test_another_language_keeps_the_ticks_of_the_consent_and_the_time_of_a_break
     assert study.sent("/next")[0]["boxes"] == ["adult", "release"]
 
 
-@pytest.mark.slow
 def test_another_language_keeps_the_page_of_a_form(open_page: OpenPage) -> None:
     page = open_page("/healthz")
     answers = {item.id: {"value": 4, "text": ""} for item in PAPER.items}
@@ -143,7 +140,6 @@ def test_another_language_keeps_the_page_of_a_form(open_page: OpenPage) -> None:
     expect(page.get_by_text("Questions 4–6 of 10")).to_be_visible()
 
 
-@pytest.mark.slow
 def test_who_has_left_before_they_stop_stops_nobody_else(open_page: OpenPage) -> None:
     page = open_page("/healthz")
     study = two_at_one_screen(page, fake.questions(PAPER, letter="A"))
@@ -154,7 +150,6 @@ def test_who_has_left_before_they_stop_stops_nobody_else(open_page: OpenPage) ->
     assert study.people["token-of-person-2"].steps[0]["kind"] == "questionnaire"
 
 
-@pytest.mark.slow
 def test_answers_given_without_a_connection_survive_closing_the_page_and_arrive_later(
     browser: Browser, server: Server
 ) -> None:
@@ -195,7 +190,6 @@ def test_a_text_typed_without_a_connection_is_there_for_who_opens_their_link_aga
         assert page.evaluate("localStorage.getItem('movingout-study-unsent')") == "{}"
 
 
-@pytest.mark.slow
 def test_a_server_that_is_away_is_waited_for_and_one_that_refuses_is_quoted(browser: Browser, server: Server) -> None:
     study = FakeStudy.at({"key": "break", "kind": "break", "seconds": 10}, fake.code())
     study.refusals["/next"] = (507, "not_saved", "No space left on device: /srv/data")
@@ -211,7 +205,6 @@ def test_a_server_that_is_away_is_waited_for_and_one_that_refuses_is_quoted(brow
         expect(page.locator("#study-banner")).to_be_hidden()
 
 
-@pytest.mark.slow
 def test_a_place_that_is_gone_and_a_view_that_fails_lead_to_a_page_that_says_so(
     browser: Browser, server: Server
 ) -> None:
@@ -324,7 +317,6 @@ def test_a_text_that_is_longer_than_what_fits_says_so(open_page: OpenPage) -> No
     expect(page.get_by_text("This is as much as fits")).to_have_count(0)
 
 
-@pytest.mark.slow
 def test_a_text_that_is_refused_for_good_stays_is_explained_and_is_not_sent_again(
     browser: Browser, server: Server
 ) -> None:
@@ -346,7 +338,6 @@ def test_a_text_that_is_refused_for_good_stays_is_explained_and_is_not_sent_agai
         assert study.answers() == {"why": (-1, "Therefore.")}
 
 
-@pytest.mark.slow
 def test_a_text_of_an_earlier_page_that_was_refused_sends_people_back_to_it(browser: Browser, server: Server) -> None:
     texts = tuple(QuestionnaireItem(f"why{number}", "text", "Why", f"Why {number}?") for number in range(2))
     study = FakeStudy.at(fake.questions(Questionnaire(id="free", title="In your words", items=texts)), fake.code())

@@ -12,8 +12,9 @@ from tests.browser.study_fake import FakePerson, FakeStudy
 from tests.browser.support import Server, wait_for
 from tests.browser.test_devices import PAD_STUB, set_pad
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 def test_where_the_second_declines_the_first_goes_on_alone_and_may_ask_somebody_else(open_page: OpenPage) -> None:
     study = FakeStudy.at(fake.waiting(), group=2, asks_code=False)
     study.coming = [FakePerson([fake.consent()])]

@@ -15,6 +15,8 @@ from tests.browser.newcomer import SIGHT, Newcomer
 from tests.browser.study_fake import FakeStudy
 from tests.browser.support import Server, robot, wait_for
 
+pytestmark = pytest.mark.slow
+
 PHONE: dict[str, Any] = {"viewport": {"width": 375, "height": 553}, "has_touch": True, "is_mobile": True}
 THUMB_PX = 40
 
@@ -77,7 +79,6 @@ def _centre(page: Page, part: str) -> dict[str, float]:
     return {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
 
 
-@pytest.mark.slow
 def test_a_newcomer_finishes_the_tutorial_by_touch_on_a_small_phone(
     server: Server, open_page: OpenPage, pictures: Path
 ) -> None:
@@ -101,7 +102,6 @@ def test_a_newcomer_finishes_the_tutorial_by_touch_on_a_small_phone(
     expect(page.locator(".tutorial-words")).to_contain_text("Drive into the ring")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", [(375, 553), (390, 664)], ids=str)
 def test_a_newcomer_finishes_the_tutorial_of_a_study_by_touch(
     server: Server, open_page: OpenPage, pictures: Path, size: tuple[int, int]
@@ -127,7 +127,6 @@ def test_a_newcomer_finishes_the_tutorial_of_a_study_by_touch(
     expect(page.get_by_role("heading", level=1, name="Hand Off")).to_be_visible()
 
 
-@pytest.mark.slow
 def test_the_words_name_the_keys_and_skip_is_recorded(server: Server, open_page: OpenPage, pictures: Path) -> None:
     room = server.post("/api/rooms", {"tutorial": True})
     page = open_page(room["join_path"], room, locale="de-DE")
@@ -184,7 +183,6 @@ def test_what_a_grab_would_take_is_outlined_and_a_miss_is_seen(
     page.screenshot(path=pictures / f"cue-held-{motion}.png")
 
 
-@pytest.mark.slow
 def test_sounds_play_after_a_gesture_can_be_muted_and_stay_muted(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)

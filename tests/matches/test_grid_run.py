@@ -22,6 +22,8 @@ from movingout.matches.results.results_folder import Shard, open_folder
 from movingout.server.cli import main
 from tests.matches.support import HERE, small_grid
 
+pytestmark = pytest.mark.slow
+
 GRID = f"""
 name: small
 agents: ["{HERE}:Wanderer", idle]
@@ -35,7 +37,6 @@ def _numbers(results: dict[Match, MatchResult]) -> list[MatchResult]:
     return sorted(results.values(), key=lambda result: result.match.id)
 
 
-@pytest.mark.slow
 def test_the_numbers_are_the_same_whatever_the_number_of_workers(tmp_path: Path) -> None:
     one = run_grid(small_grid(), tmp_path / "one", workers=1)
     three = run_grid(small_grid(), tmp_path / "three", workers=3)
@@ -69,7 +70,6 @@ def test_a_folder_of_results_named_as_a_shipped_grid_is_not_taken_for_it(
         read_grid("nothing")
 
 
-@pytest.mark.slow
 def test_shards_add_up_to_the_whole(tmp_path: Path) -> None:
     whole = run_grid(small_grid(), tmp_path / "whole", workers=1)
     first = run_grid(small_grid(), tmp_path / "parts", workers=1, shard=(0, 2))
@@ -79,7 +79,6 @@ def test_shards_add_up_to_the_whole(tmp_path: Path) -> None:
     assert _numbers(both.results) == _numbers(whole.results)
 
 
-@pytest.mark.slow
 def test_a_killed_run_goes_on_and_plays_nothing_twice(tmp_path: Path) -> None:
     grid, folder = tmp_path / "grid.yaml", tmp_path / "out"
     grid.write_text(GRID.replace("ticks: 60", "ticks: 240"))  # long enough for the kill to come in time
@@ -112,7 +111,6 @@ def test_a_killed_run_goes_on_and_plays_nothing_twice(tmp_path: Path) -> None:
     assert _numbers(finished.results) == _numbers(run_grid(grid, tmp_path / "other", workers=2).results)
 
 
-@pytest.mark.slow
 def test_a_finished_grid_is_read_not_played(tmp_path: Path) -> None:
     first = run_grid(small_grid(), tmp_path, workers=1)
 
@@ -161,7 +159,6 @@ def test_a_grid_plays_again_what_failed_and_keeps_the_rest(tmp_path: Path, capsy
     assert "failed" not in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_an_agent_that_takes_its_process_along_loses_only_its_matches(tmp_path: Path) -> None:
     grid = small_grid(agents=[f"{HERE}:Crashing"], partners=["idle"], maps=["HandOff"], seeds=2)
     run = run_grid(grid, tmp_path, workers=2)
@@ -173,7 +170,6 @@ def test_an_agent_that_takes_its_process_along_loses_only_its_matches(tmp_path: 
     assert [(row.failed, len(row.results)) for row in run.rows] == [(1, 2)]
 
 
-@pytest.mark.slow
 def test_a_worker_that_hangs_where_no_alarm_reaches_is_replaced(tmp_path: Path) -> None:
     grid = small_grid(agents=[f"{HERE}:Deaf"], partners=["idle"], maps=["HandOff"], seeds=1, agent_limit_s=1.0)
 

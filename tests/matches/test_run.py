@@ -20,6 +20,8 @@ from movingout.server.cli import main
 from tests.agents.llm.stand_in import said, stand_in
 from tests.matches.support import HERE, small_grid
 
+pytestmark = pytest.mark.slow
+
 
 def test_the_example_of_play_runs(capsys: pytest.CaptureFixture[str]) -> None:
     lines = (inspect.getdoc(play) or "").splitlines()

@@ -20,6 +20,8 @@ from movingout.server.settings import Settings
 from tests.recordings.full_disk import limited
 from tests.server.live import serve
 
+pytestmark = pytest.mark.slow
+
 
 class Clock:
     """A clock that only moves when told to."""

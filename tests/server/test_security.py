@@ -25,6 +25,8 @@ from tests.server.processes.cluster import cluster
 from tests.server.support import Table
 from tests.server.threats import close_code, player
 
+pytestmark = pytest.mark.slow
+
 # ---- 1 Origin -------------------------------------------------------------------------------------------------
 
 
@@ -134,7 +136,6 @@ def test_3_the_last_rooms_are_kept_for_the_operator(tmp_path: Path) -> None:
         assert [live.call("/api/rooms", SEATS, token=ADMIN)[0] for _ in range(3)] == [200, 200, 503]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("served", [serve, cluster], ids=["one process", "two"])
 def test_3_the_admin_closes_all_rooms_of_an_address_and_no_other(
     tmp_path: Path, served: Callable[..., AbstractContextManager[Live]]
@@ -232,7 +233,6 @@ def test_14_a_proxy_is_believed_where_ipv4_comes_as_ipv6(tmp_path: Path, proxy: 
     assert found == [200, 200, 200]
 
 
-@pytest.mark.slow
 def test_15_no_token_is_logged_and_none_is_in_an_address(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -24,6 +24,8 @@ from tests.agents.learning import recorded
 from tests.agents.support import HERE
 from tests.agents.trained import load_checkpoint
 
+pytestmark = pytest.mark.slow
+
 TINY = ["--updates", "6", "--batch", "32", "--width", "16", "--depth", "1", "--evaluate-every", "3"]
 
 
@@ -186,7 +188,6 @@ def test_other_data_is_learned_from_under_another_id_or_on_purpose(
     assert both.description.endswith(", and on others before.")
 
 
-@pytest.mark.slow
 def test_the_card_of_bass_says_where_the_simulator_and_the_value_come_from(recordings: Path, tmp_path: Path) -> None:
     longer = tmp_path / "longer"
     recorded(longer, "long", ticks=80, seed=5, people=("ann", "bob"))
@@ -208,7 +209,6 @@ def test_the_card_of_bass_says_where_the_simulator_and_the_value_come_from(recor
     assert (other.dynamics_training, other.value_training) == (simulator, value)
 
 
-@pytest.mark.slow
 def test_what_was_trained_now_is_what_is_told_of(
     recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -21,6 +21,8 @@ from movingout.recordings.episode import SeatKind
 from movingout.server.cli import main
 from tests.agents.learning import recorded
 
+pytestmark = pytest.mark.slow
+
 MAPS = {"a": "HandOff", "b": "FourCorners", "c": "LeftRight"}
 TINY = ["--batch", "32", "--width", "16", "--depth", "1", "--evaluate-every", "3", "--held-out", "0"]
 Train = Callable[..., int]
@@ -197,7 +199,6 @@ def simulated(data: Path) -> tuple[str, ...] | None:
     return training.items
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("is_older", [False, True])
 def test_bass_names_no_items_of_a_policy_that_it_had_before(train: Train, tmp_path: Path, is_older: bool) -> None:
     for name in "ab":
@@ -211,7 +212,6 @@ def test_bass_names_no_items_of_a_policy_that_it_had_before(train: Train, tmp_pa
     assert simulated(tmp_path) == tuple(sorted(items("a", "c")))
 
 
-@pytest.mark.slow
 def test_what_the_simulator_has_learned_from_stays_when_the_value_has_no_updates_left(
     train: Train, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,6 +14,8 @@ from movingout.agents.policies.export import MOST_MAPS, card_maps, export_policy
 from movingout.world.observation import ITEM_COLUMNS
 from tests.agents.learning import tiny_spec
 
+pytestmark = pytest.mark.slow
+
 VARIANTS = [
     {"kind": "mlp"},
     {"kind": "gru"},

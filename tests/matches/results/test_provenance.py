@@ -21,6 +21,8 @@ from movingout.matches.results.results_folder import open_folder
 from movingout.world.own_metrics import OwnMetric
 from tests.matches.support import small_grid
 
+pytestmark = pytest.mark.slow
+
 AGENT = """
 import numpy as np
 
@@ -172,7 +174,6 @@ def test_results_of_earlier_weights_that_an_option_names_are_not_added_to(
     del sys.modules["weighted"]
 
 
-@pytest.mark.slow
 def test_results_with_an_earlier_recording_of_a_ghost_are_not_added_to(tmp_path: Path) -> None:
     [one, other] = [Path(result.recording) for result in play(
         "idle", "greedy", "HandOff", episodes=2, ticks=3, workers=1, record=tmp_path / "played"
@@ -246,7 +247,6 @@ def test_everybody_on_a_list_must_be_there_before_a_grid_is_played(tmp_path: Pat
         run_grid(grid, tmp_path / "out", workers=1)
 
 
-@pytest.mark.slow
 def test_a_folder_of_before_there_were_hashes_of_code_and_maps_goes_on(tmp_path: Path) -> None:
     grid = small_grid(agents=["idle"], maps=[_map_file(tmp_path / "own.json", 0.02)], seeds=1, ticks=2)
     run_grid(grid, tmp_path / "out", workers=1)

@@ -25,6 +25,8 @@ from movingout.server.cli import main
 from tests.agents.learning import recorded
 from tests.recordings.support import record
 
+pytestmark = pytest.mark.slow
+
 
 def people(blue: str, red: str) -> tuple[SeatInfo, SeatInfo]:
     return SeatInfo("human", blue), SeatInfo("human", red)
@@ -184,7 +186,6 @@ def test_official_files_are_measured_like_the_recordings_that_they_come_from(
     assert [first[name] for name in numbers] == pytest.approx([second[name] for name in numbers], rel=0.05)
 
 
-@pytest.mark.slow
 def test_a_folder_has_the_tables_and_a_picture_per_map(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

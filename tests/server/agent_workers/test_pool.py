@@ -28,6 +28,8 @@ from movingout.server.agent_workers.process_restarts import MANY, ProcessRestart
 from movingout.world.state import WorldState
 from tests.agents.support import HERE
 
+pytestmark = pytest.mark.slow
+
 MAP = load_map("HandOff")
 PATIENCE_S = 20.0
 FEW_CORES = 0.05  # of which even a busy machine has enough for an agent to go beyond
@@ -240,7 +242,6 @@ def test_agents_that_end_their_worker_are_no_fault_of_the_server() -> None:
     assert (kept.restarts, [*kept.faults()]) == (2 * MANY, [])
 
 
-@pytest.mark.slow
 def test_a_hanging_agent_costs_its_neighbour_only_the_restart() -> None:
     async def scenario(pool: AgentPool) -> None:
         hanging, neighbour = open_seat(pool, f"{HERE}:Hanging:at=3"), open_seat(pool, f"{HERE}:Forward")
@@ -280,7 +281,6 @@ def test_an_agent_that_answers_nan_for_ever_is_given_up_with_a_reason() -> None:
     with_pool(scenario)
 
 
-@pytest.mark.slow
 def test_an_agent_that_kills_its_process_three_times_is_given_up() -> None:
     async def scenario(pool: AgentPool) -> None:
         seat = open_seat(pool, f"{HERE}:Dying")

@@ -15,6 +15,8 @@ from tests.server.cluster.processes import wait_until
 from tests.server.study.support import PAIR, Served, Visitor, served
 from tests.server.study.test_pairs import paired, together
 
+pytestmark = pytest.mark.slow
+
 
 def test_the_partner_of_who_does_not_come_back_is_not_kept_waiting(pair: Served) -> None:
     first, second = paired(pair)
@@ -76,7 +78,6 @@ def test_a_page_that_is_heard_now_and_then_waits_on_in_between(
         assert (first.look()["step"]["outcome"], second.look()["step"]["outcome"]) == ("partner-left", "dropped-out")
 
 
-@pytest.mark.slow
 def test_who_comes_back_first_after_a_stop_of_the_server_waits_for_the_other(tmp_path: Path) -> None:
     text = PAIR.replace("return_s: 5}", "return_s: 60}")
     with served(tmp_path, text) as study:
@@ -150,7 +151,6 @@ def wants_the_deletion(study: Served, visitor: Visitor, at: str) -> None:
     wait_until(lambda: not study.running.databases.store.rows(rounds), "the deletion of the rounds")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("at", ["stop", "debrief"])
 def test_the_time_of_a_block_stays_over_when_the_partner_has_the_rounds_deleted(tmp_path: Path, at: str) -> None:
     with served(tmp_path, LIMITED) as study:
@@ -165,7 +165,6 @@ def test_the_time_of_a_block_stays_over_when_the_partner_has_the_rounds_deleted(
         assert (second.step["outcome"], asked) == ("done", ["play/1/HandOff-1", "play/1", "end", ""])
 
 
-@pytest.mark.slow
 def test_nobody_waits_at_a_round_for_a_partner_who_is_done(tmp_path: Path) -> None:
     with served(tmp_path, LIMITED) as study:
         first, second = after_a_long_round(study)
@@ -187,7 +186,6 @@ def removed(study: Served, pid: str) -> None:
         store.close()
 
 
-@pytest.mark.slow
 def test_the_partner_of_who_is_removed_from_the_data_plays_with_no_agent_instead(tmp_path: Path) -> None:
     with served(tmp_path, PAIR) as study:
         first, second = paired(study)
@@ -199,7 +197,6 @@ def test_the_partner_of_who_is_removed_from_the_data_plays_with_no_agent_instead
         assert [row["state"] for row in study.running.databases.store.rows(units)] == ["dropped"]
 
 
-@pytest.mark.slow
 def test_who_has_only_questions_left_answers_them_about_the_partner_who_was_removed(tmp_path: Path) -> None:
     text = PAIR.replace("rounds: 2", "rounds: 1, after_partner: [nasa-tlx]")
     with served(tmp_path, text) as study:

@@ -22,6 +22,8 @@ from tests.recordings.full_disk import limited
 from tests.server.live import raw_socket
 from tests.server.study.support import SOLO, Served, Visitor, served
 
+pytestmark = pytest.mark.slow
+
 LONG = SOLO.replace("[HandOff], limit_ticks: 20", "[HandOff], limit_ticks: 60")
 
 

@@ -30,6 +30,8 @@ from movingout.study.store.tables import answers, participants
 from tests.server.live import ADMIN, WAIT_S, limits
 from tests.server.study.support import Served, Visitor, served
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_flood_of_arrivals_from_one_address_is_refused_and_keeps_nothing(
     solo: Served, monkeypatch: pytest.MonkeyPatch
@@ -216,7 +218,6 @@ def test_a_thousand_changes_of_a_text_leave_two_hundred_rows_and_the_last_text(s
     assert (shown["comment"]["text"], shown["teamwork"]["value"]) == (f"text {MOST_CHANGES + 39}", 5)
 
 
-@pytest.mark.slow
 def test_who_knows_the_link_reads_no_text_that_was_written_on_another_device(tmp_path: Path) -> None:
     with served(tmp_path) as study:
         victim = study.visitor(PROLIFIC_PID="victim").go_to("questionnaire")

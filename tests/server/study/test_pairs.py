@@ -19,6 +19,8 @@ from tests.server.cluster.processes import wait_until
 from tests.server.live import Person
 from tests.server.study.support import PAIR, Served, Visitor, served
 
+pytestmark = pytest.mark.slow
+
 
 def waiting(study: Served, count: int = 1) -> list[Visitor]:
     return [study.visitor().go_to("waiting") for _ in range(count)]
@@ -128,7 +130,6 @@ def test_where_the_file_says_so_nobody_is_added_at_a_screen(tmp_path: Path) -> N
     assert screens == ["", ""], "who comes all the same came by themselves"
 
 
-@pytest.mark.slow
 def test_who_was_invited_brings_one_person_who_needs_no_link(tmp_path: Path) -> None:
     with served(tmp_path, PAIR, signed=True) as study:
         first = study.visitor(**dict(parse_qsl(study.running.signer.query("P01", 4_000_000_000))))
@@ -312,7 +313,6 @@ def test_who_has_only_questions_left_can_finish_without_the_partner(tmp_path: Pa
         assert second.step["outcome"] == "done"
 
 
-@pytest.mark.slow
 def test_practice_ends_when_both_have_had_enough_and_a_round_can_be_begun_again(tmp_path: Path) -> None:
     text = PAIR.replace("limit_ticks: 30", "limit_ticks: 3000").replace("limit_ticks: 20", "limit_ticks: 150")
     with served(tmp_path, text) as study:

@@ -35,6 +35,8 @@ from tests.recordings.report.support import english_left
 from tests.study.filled import SHORT, fill, template
 from tests.study.support import TEXT, agree, open_store, rounds_of, study
 
+pytestmark = pytest.mark.slow
+
 FORM = "movingout-paper-nine"
 
 
@@ -119,7 +121,6 @@ def test_the_page_has_no_script_no_address_and_shows_text_as_text(html: str) -> 
     assert parsed.tags.count("svg") >= 4 + 9
 
 
-@pytest.mark.slow
 def test_the_page_has_a_bar_chart_per_likert_item_and_every_table(results: Results, html: str) -> None:
     for label in ("Teamwork", "Humanlike", "Reasonable", "Follow", "Physics", "Helpfulness", "Collision", "Future"):
         assert f"{label}: distribution of ratings by partner" in html

@@ -33,6 +33,8 @@ from tests.study.design.test_maps_met import write_study
 from tests.study.filled import fill
 from tests.study.support import agree
 
+pytestmark = pytest.mark.slow
+
 WITH_FILE = re.sub(r'en: "# Consent.*?"', "en: {file: consent.md}", SOLO)
 
 
@@ -42,7 +44,6 @@ def refused(capsys: pytest.CaptureFixture[str], file: Path, data: Path, *options
     return capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, port = tmp_path / "study.yaml", free_port()
     file.write_text(SOLO, encoding="utf-8")
@@ -66,7 +67,6 @@ def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsy
     assert "holds what people did, and simulated participants must not be mixed with them" in simulated
 
 
-@pytest.mark.slow
 def test_what_the_rule_of_a_begun_study_confounds_is_said_at_the_start(tmp_path: Path) -> None:
     file, port = tmp_path / "study.yaml", free_port()
     file.write_text(HEAD + "".join(BLOCK % (number, *block) for number, block in enumerate(TWICE)), encoding="utf-8")
