@@ -35,7 +35,7 @@ def test_a_check_names_an_agent_that_decides_otherwise_in_another_process(
     module: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """It met the rules, though no match of it can be played again."""
-    module.write_text(HASHING.format(heading="hash('x') % 7 / 7"), encoding="utf-8")
+    module.write_text(HASHING.format(heading="(hash('x') % 7 + 1) / 8"), encoding="utf-8")
     short = ["--map", "HandOff", "--ticks", "3"]
     assert main(["agents", "check", "hashing_policy:Agent", *short]) == 1
     said = "hashing_policy:Agent: HandOff, blue: decision 1 is another in another process, for the same map, seat and"
